@@ -1,0 +1,1 @@
+"""Calibrators: one file each, a base class and the result type."""

@@ -1,0 +1,1 @@
+"""The face of the bench: command line and public names."""

@@ -1,0 +1,148 @@
+"""What a scenario says: frozen, strictly checked tables of a TOML file."""
+
+from __future__ import annotations
+
+import datetime
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from scenarios.paths import Phase
+
+Vec3 = tuple[float, float, float]
+
+
+class Table(BaseModel):
+    """A table of a scenario file: unknown keys are refused, values never change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class FieldSpec(Table):
+    """Earth's field: by place and date (IGRF-14), or as a given vector."""
+
+    latitude_deg: float | None = Field(None, ge=-90, le=90)
+    longitude_deg: float | None = Field(None, ge=-180, le=360)
+    altitude_m: float = Field(0.0, ge=-12_000, le=600_000)
+    date: datetime.date | None = None
+    enu_nT: Vec3 | None = Field(None, description="east, north, up")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> FieldSpec:
+        place = (self.latitude_deg, self.longitude_deg, self.date)
+        if (self.enu_nT is None) == all(v is None for v in place):
+            raise ValueError("give either enu_nT, or latitude_deg, longitude_deg and date")
+        if self.enu_nT is None and any(v is None for v in place):
+            raise ValueError("latitude_deg, longitude_deg and date go together")
+        return self
+
+
+class ThermalSpec(Table):
+    """Sensor temperature: first-order lag behind the surroundings and the motors' heat.
+
+    tau dT/dt = T_env(z) + heating_K_W P - T,  T_env = deep + (surface - deep) exp(z / scale_depth_m), z <= 0.
+    """
+
+    surface_degC: float = Field(20.0, ge=-60, le=80)
+    deep_degC: float = Field(2.0, ge=-60, le=80)
+    scale_depth_m: float = Field(500.0, gt=0)
+    initial_degC: float | None = Field(None, ge=-60, le=120, description="default: in balance with the surroundings")
+    heating_K_W: float = Field(0.02, ge=0)
+    time_constant_s: float = Field(300.0, gt=0)
+
+
+class AuvSpec(Table):
+    """The torpedo-shaped AUV, in a uniform ocean current."""
+
+    kind: Literal["auv"]
+    current_enu_m_s: Vec3 = (0.0, 0.0, 0.0)
+    depth_m: float = Field(0.0, ge=0, le=11_000, description="depth at the start")
+    heading_deg: float = Field(0.0, ge=-360, le=360, description="counter-clockwise from east")
+
+
+class QuadrotorSpec(Table):
+    """The quadrotor, in a uniform wind with gusts."""
+
+    kind: Literal["quadrotor"]
+    wind_enu_m_s: Vec3 = (0.0, 0.0, 0.0)
+    gust_std_m_s: float = Field(0.0, ge=0, le=20)
+    height_m: float = Field(30.0, ge=0, le=5_000, description="height at the start")
+    heading_deg: float = Field(0.0, ge=-360, le=360, description="counter-clockwise from east")
+
+
+class TurntableSpec(Table):
+    """The three-axis non-magnetic turntable: yaw outside, pitch, roll inside."""
+
+    kind: Literal["turntable"]
+
+
+class SamplingSpec(Table):
+    """The sensors' sample rate; a whole number of physics steps (50 Hz) a sample."""
+
+    rate_hz: float = Field(10.0, gt=0, le=50)
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> SamplingSpec:
+        if abs(50.0 / self.rate_hz - round(50.0 / self.rate_hz)) > 1e-9:
+            raise ValueError("rate_hz must divide 50: 50, 25, 10, 5, 2, 1, 0.5, ...")
+        return self
+
+
+class NavigationSpec(Table):
+    """Errors of the instruments beside the magnetometer; white noise is per sample."""
+
+    gyro_noise_std_rad_s: float = Field(1e-3, ge=0)
+    gyro_bias_std_rad_s: float = Field(1e-4, ge=0, description="constant in a run, drawn once")
+    accel_noise_std_m_s2: float = Field(0.02, ge=0)
+    accel_bias_std_m_s2: float = Field(0.01, ge=0)
+    attitude_noise_std_deg: float = Field(0.02, ge=0)
+    attitude_correlation_s: float = Field(60.0, gt=0, description="first-order Gauss-Markov")
+    position_noise_std_m: float = Field(0.2, ge=0)
+    position_correlation_s: float = Field(60.0, gt=0)
+    temperature_noise_std_K: float = Field(0.01, ge=0)
+    current_noise_std_A: float = Field(0.01, ge=0)
+
+
+class SensorSpec(Table):
+    """One magnetometer: where it sits (body frame), and effects of its own beside the scenario's."""
+
+    position_m: Vec3 = (0.0, 0.0, 0.0)
+    effects: dict[str, Any] = Field(default_factory=dict)
+
+
+class Vary(Table):
+    """How a value differs from run to run: exactly one distribution, drawn once a run.
+
+    For a vector value every component is drawn on its own.
+    """
+
+    uniform: tuple[float, float] | None = None
+    normal: tuple[float, float] | None = Field(None, description="mean, standard deviation")
+
+    @model_validator(mode="after")
+    def _one(self) -> Vary:
+        if (self.uniform is None) == (self.normal is None):
+            raise ValueError("give uniform = [low, high] or normal = [mean, std]")
+        return self
+
+
+VehicleSpec = Annotated[AuvSpec | QuadrotorSpec | TurntableSpec, Field(discriminator="kind")]
+
+
+class Scenario(Table):
+    """A whole scenario: field, vehicle, motion, sensors, effects, and which calibrators to try."""
+
+    name: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")
+    summary: str
+    seed: int = Field(0, ge=0)
+    field: FieldSpec
+    vehicle: VehicleSpec
+    phases: tuple[Phase, ...] = Field(min_length=1)
+    sampling: SamplingSpec = SamplingSpec()
+    thermal: ThermalSpec = ThermalSpec()
+    navigation: NavigationSpec = NavigationSpec()
+    sensors: tuple[SensorSpec, ...] = Field((SensorSpec(),), min_length=1, max_length=9)
+    effects: dict[str, Any] = Field(default_factory=dict, description="tables by effect name; checked by sim.effects")
+    effect_order: tuple[str, ...] | None = Field(None, description="default: the physical order of sim.effects")
+    vary: dict[str, Vary] = Field(default_factory=dict, description="dotted key -> distribution")
+    calibrators: tuple[str, ...] = ("sphere", "ellipsoid", "vector_least_squares")

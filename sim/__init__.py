@@ -1,0 +1,1 @@
+"""Physics: geomagnetic field, vehicles in MuJoCo, the magnetometer chain with its effects, the dataset."""

@@ -1,0 +1,69 @@
+"""What an instrument gives (Recording) and what only a simulator knows (Truth), as two types."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recording of n samples: the only thing that a calibrator sees. What was not measured is None.
+
+    =================  ============  =================================================================
+    time_s             (n,)          increasing
+    mag_nT             (n, 3)        measured field, body frame (FLU)
+    gyro_rad_s         (n, 3)        body rate
+    accel_m_s2         (n, 3)        specific force, body frame
+    att_q              (n, 4)        navigation's attitude, w x y z, body to world (ENU)
+    pos_enu_m          (n, 3)        navigation's position
+    temperature_degC   (n,)
+    current_A          (n, m)        motor currents
+    phase              (n,) str
+    channels           name -> (n,)  any other numeric column
+    array_mag_nT       (k, n, 3)     the sensors of an array; mag_nT is then the first of them
+    =================  ============  =================================================================
+    """
+
+    time_s: Array
+    mag_nT: Array
+    gyro_rad_s: Array | None = None
+    accel_m_s2: Array | None = None
+    att_q: Array | None = None
+    pos_enu_m: Array | None = None
+    temperature_degC: Array | None = None
+    current_A: Array | None = None
+    phase: NDArray[np.str_] | None = None
+    channels: dict[str, Array] = field(default_factory=dict)
+    array_mag_nT: Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def sensor(self, index: int) -> Recording:
+        """The recording as seen by one sensor of an array (0-based)."""
+        if self.array_mag_nT is None:
+            raise IndexError("the recording has one magnetometer, not an array")
+        return replace(self, mag_nT=self.array_mag_nT[index], array_mag_nT=None)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The truth beside a simulated recording.
+
+    field_nT (n, 3): undisturbed field, body frame; q (n, 4): attitude; pos_enu_m (n, 3);
+    effects: name -> (n, 3), or (k, n, 3) for an array: contributions in the order of the chain;
+    parameters: the parquet metadata's true parameters.
+    field_nT + sum(effects) = mag_nT on every sample, to rounding.
+    """
+
+    field_nT: Array
+    q: Array
+    pos_enu_m: Array
+    effects: dict[str, Array]
+    parameters: dict[str, Any]

@@ -1,0 +1,1 @@
+"""Judging calibrators against the truth: scores, report, recording."""
