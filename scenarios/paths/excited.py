@@ -1,0 +1,44 @@
+"""Parameters that several paths share: the smooth run-in, and commanded roll and pitch."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+
+from scenarios.paths.base import PhaseBase
+from scenarios.paths.jet import Array, Jet, sine, window
+
+
+class RunIn(PhaseBase):
+    """A phase that gathers speed smoothly; tracking is judged after it."""
+
+    run_in_s: float = Field(20.0, gt=0, le=600, description="smooth ramp of the speed; tracking is judged after it")
+
+    @property
+    def settle_s(self) -> float:
+        return self.run_in_s
+
+
+class Excited(RunIn):
+    """Commanded roll and pitch on top of the path: amplitude * window(t) * sin(2 pi t / period).
+
+    A vehicle that tracks perfectly stays level and hardly excites the vertical axis; these make the error model
+    observable. The window ramps over run_in_s at both ends. Only a vehicle that can tilt without moving away does this.
+    """
+
+    roll_amplitude_deg: float = Field(0.0, ge=0, le=80)
+    roll_period_s: float = Field(31.0, ge=1, le=3600)
+    pitch_amplitude_deg: float = Field(0.0, ge=0, le=80)
+    pitch_period_s: float = Field(47.0, ge=1, le=3600)
+
+    @property
+    def excited(self) -> bool:
+        """Whether any roll or pitch is commanded."""
+        return self.roll_amplitude_deg > 0 or self.pitch_amplitude_deg > 0
+
+    def pitch_roll(self, t_s: Array) -> tuple[Jet, Jet]:
+        """Commanded pitch and roll, rad."""
+        envelope = window(t_s, self.duration_s, self.run_in_s)
+        pitch = sine(t_s, np.radians(self.pitch_amplitude_deg), self.pitch_period_s)
+        roll = sine(t_s, np.radians(self.roll_amplitude_deg), self.roll_period_s)
+        return envelope * pitch, envelope * roll

@@ -1,0 +1,40 @@
+"""The turn between two survey lines: half a turn of heading with continuous curvature."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from scenarios.paths.jet import Array, run
+
+EASE = 0.3
+"""Share of the turn's length over which the curvature rises, and again over which it falls."""
+KNOTS = 513
+
+
+def heading(u: Array) -> tuple[Array, Array, Array]:
+    """Heading in the turn and its first two derivatives in u, u = length / length of the turn in [0, 1].
+
+    theta(0) = 0, theta(1) = pi; the curvature theta' is zero at both ends, constant between, and smooth.
+    """
+    theta = run(u, 0.0, np.pi / (1.0 - EASE), EASE, 1.0 - EASE)
+    return theta.x, theta.dx, theta.ddx
+
+
+@cache
+def unit_turn() -> tuple[CubicHermiteSpline, float]:
+    """Plane position (ahead, aside) in a turn of unit length over u, and its width.
+
+    Integral of (cos theta, sin theta), five-point Gauss quadrature between knots; one table serves turns of any size.
+    By symmetry the turn ends exactly beside its beginning, (0, width).
+    """
+    knots = np.linspace(0.0, 1.0, KNOTS)
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    half = 0.5 / (KNOTS - 1)
+    inside = heading((knots[:-1, None] + half * (1.0 + nodes)).ravel())[0].reshape(-1, 5)
+    steps = np.stack([np.cos(inside), np.sin(inside)], axis=-1)
+    points = np.concatenate([np.zeros((1, 2)), np.cumsum(half * np.einsum("kgc,g->kc", steps, weights), axis=0)])
+    theta = heading(knots)[0]
+    return CubicHermiteSpline(knots, points, np.column_stack([np.cos(theta), np.sin(theta)])), float(points[-1, 1])
