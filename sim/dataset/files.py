@@ -1,0 +1,81 @@
+"""Files that are either whole or not there: written beside, flushed, renamed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenarios.errors import InputError
+
+PART = ".part"
+
+
+@contextmanager
+def beside(path: Path) -> Iterator[Path]:
+    """Yields the file to write; when the block ends well it is flushed to disk and renamed to `path`, else removed.
+
+    Raises InputError where the operating system refuses to rename or remove.
+    """
+    part = path.with_name(path.name + PART)
+    try:
+        yield part
+        with told(path):
+            _flush(part)
+            os.replace(part, path)
+            _flush(path.parent)
+    finally:
+        with told(path):
+            part.unlink(missing_ok=True)
+
+
+@contextmanager
+def told(path: Path, do: str = "free some space, or choose a directory that can be written") -> Iterator[None]:
+    """Turns what the operating system refuses (disk full, no permission, no such file) into an InputError on `path`."""
+    try:
+        yield
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else str(error).splitlines()[0]
+        raise InputError(reason[0].lower() + reason[1:], where=str(path), do=do) from error
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all."""
+    with beside(path) as part, told(path):
+        part.write_text(text, encoding="utf-8", newline="\n")
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file, hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def canonical_json(value: Any) -> str:
+    """JSON that is the same text for the same content: sorted keys, no spaces, numpy values as numbers and lists.
+
+    Raises ValueError for NaN and infinity, which JSON cannot hold.
+    """
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False, default=plain)
+
+
+def plain(value: Any) -> Any:
+    """The plain Python value of a numpy array or scalar, for JSON."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON")
+
+
+def _flush(path: Path) -> None:
+    """Force a file or directory to disk, so that the rename never becomes visible before the content."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

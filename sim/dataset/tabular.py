@@ -1,0 +1,130 @@
+"""Parquet and CSV files of any origin as Arrow tables, with one clear line for what cannot be read."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from scenarios.errors import InputError
+from sim.dataset.files import told
+
+PARQUET_MARK = b"PAR1"
+_TEXT_SUFFIXES = (".csv", ".tsv", ".txt")
+_FORMATS = "give a Parquet file (.parquet) or a text table with a header line (.csv, .tsv, .txt)"
+
+
+def is_parquet(path: Path) -> bool:
+    """Whether a file begins as Parquet does; InputError where it cannot be opened."""
+    return _head(path, len(PARQUET_MARK)) == PARQUET_MARK
+
+
+def load_table(path: Path) -> pa.Table:
+    """Read a Parquet file, or a CSV file (comma, semicolon or tab between the columns, first line the header).
+
+    Raises InputError for a file that is missing, a directory, unreadable, empty, damaged, of another kind, or ragged.
+    """
+    if is_parquet(path):
+        with damaged(path):
+            return pq.read_table(path, partitioning=None)
+    if path.suffix.lower() not in _TEXT_SUFFIXES:
+        raise InputError("is neither Parquet nor CSV", where=str(path), do=_FORMATS)
+    return _load_csv(path)
+
+
+@contextmanager
+def damaged(path: Path) -> Iterator[None]:
+    """Turns what Arrow says of a damaged Parquet file into an InputError about `path`."""
+    try:
+        yield
+    except (pa.ArrowException, OSError) as error:
+        do = "copy or convert it again; a file that was cut off while being written cannot be read"
+        raise InputError("is cut off or damaged Parquet", where=str(path), do=do) from error
+
+
+def _head(path: Path, length: int) -> bytes:
+    if path.is_dir():
+        do = "give a file, or a directory that `magbench simulate` wrote"
+        raise InputError("is a directory, not a recording", where=str(path), do=do)
+    with told(path, "check the path and the permissions"), path.open("rb") as file:
+        head = file.read(length)
+    if not head:
+        raise InputError("is empty", where=str(path), do=_FORMATS)
+    return head
+
+
+def _load_csv(path: Path) -> pa.Table:
+    header = _header(path)
+    ragged: list[pa.csv.InvalidRow] = []
+
+    def keep_first(row: pa.csv.InvalidRow) -> str:
+        ragged.append(row)
+        return "error"
+
+    try:
+        table = pyarrow.csv.read_csv(
+            path,
+            read_options=pyarrow.csv.ReadOptions(use_threads=False, block_size=_block_bytes(path)),
+            parse_options=pyarrow.csv.ParseOptions(
+                delimiter=_delimiter(header), invalid_row_handler=keep_first, ignore_empty_lines=True
+            ),
+        )
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
+        raise _csv_error(path, ragged, error) from error
+    return _renamed(path, table)
+
+
+def _block_bytes(path: Path) -> int:
+    """The whole file as one block where it fits: Arrow guesses a column's type from the first block alone."""
+    return min(max(path.stat().st_size + 1, 1 << 20), 1 << 30)
+
+
+def _header(path: Path) -> str:
+    first = _head(path, 1 << 16).split(b"\n", 1)[0]
+    try:
+        header = first.decode("utf-8-sig").strip()
+    except UnicodeDecodeError as error:
+        raise InputError("is not a text table", where=str(path), do=_FORMATS) from error
+    if "\0" in header:
+        raise InputError("is not a text table", where=str(path), do=_FORMATS)
+    if any(_is_number(cell) for cell in header.split(_delimiter(header))):
+        do = "put the names of the columns in the first line: time_s,mag_x_nT,mag_y_nT,mag_z_nT,…"
+        raise InputError(f"has no header: the first line is {header[:60]!r}", where=str(path), do=do)
+    return header
+
+
+def _delimiter(header: str) -> str:
+    return max((",", ";", "\t"), key=header.count)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.strip().strip('"'))
+    except ValueError:
+        return False
+    return True
+
+
+def _csv_error(path: Path, ragged: list[pa.csv.InvalidRow], error: Exception) -> InputError:
+    if ragged:
+        row = ragged[0]
+        line = f"line {row.number}" if row.number else "a line"
+        what = f"{line} has {row.actual_columns} cells, the header has {row.expected_columns}"
+        return InputError(what, where=str(path), do="repair or remove the line; all columns must have the same length")
+    reason = re.sub(r"\s+", " ", str(error))[:160]
+    return InputError(f"cannot be read as CSV: {reason}", where=str(path), do=_FORMATS)
+
+
+def _renamed(path: Path, table: pa.Table) -> pa.Table:
+    """The table with the blanks around the column names removed."""
+    names = [name.strip() for name in table.column_names]
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise InputError("the header has this column twice", where=f"{path}: {twice[0]}", do="rename one of them")
+    return table.rename_columns(names)
