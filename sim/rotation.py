@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from scipy.spatial.transform import Rotation
 
 from sim.state import Array
 
@@ -82,3 +83,9 @@ def matrix_from_euler(yaw: float, pitch: float, roll: float) -> Array:
             [-sp, cp * sr, cp * cr],
         ]
     )
+
+
+def q_from_matrix(R: Array) -> Array:
+    """Unit quaternions (n, 4), w >= 0, of rotation matrices (n, 3, 3)."""
+    xyzw = Rotation.from_matrix(R).as_quat(canonical=True)
+    return np.asarray(np.roll(xyzw, 1, axis=-1))

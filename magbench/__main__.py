@@ -1,0 +1,7 @@
+"""`python -m magbench`."""
+
+import sys
+
+from magbench.cli import main
+
+sys.exit(main())

@@ -1,0 +1,56 @@
+"""The command line: one command a file in `magbench.commands`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+import typer
+
+from magbench.commands import calibrate, listing, run, schema, show, simulate
+from scenarios.errors import InputError
+
+EPILOG = "Exit status: 0 done, 1 a gate failed, 2 wrong use or bad input (one line says what, where and what to do)."
+app = typer.Typer(
+    name="magbench",
+    help="Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth.",
+    epilog=EPILOG,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+app.command("run")(run.run)
+app.command("simulate")(simulate.simulate)
+app.command("calibrate")(calibrate.calibrate)
+app.command("show")(show.show)
+app.command("list")(listing.listing)
+app.command("schema")(schema.schema)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns its exit status. Wrong use and bad input end as one line on standard error."""
+    try:
+        status = app(args=arguments, prog_name="magbench", standalone_mode=False)
+        sys.stdout.flush()
+    except (InputError, click.UsageError) as error:
+        return _refuse(error.format_message() if isinstance(error, click.UsageError) else str(error))
+    except (click.Abort, KeyboardInterrupt):
+        return _refuse("interrupted; the same command resumes", 130)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        return _refuse(f"{error.filename or 'system'}: {error.strerror or error} (free space, or choose another place)")
+    return status if isinstance(status, int) else 0
+
+
+def _refuse(message: str, status: int = 2) -> int:
+    print("magbench: " + " ".join(message.split()), file=sys.stderr)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,51 @@
+"""`magbench list`: what there is, with a line each."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from magbench.options import Json
+
+
+class Kind(StrEnum):
+    """What can be listed."""
+
+    effects = "effects"
+    calibrators = "calibrators"
+    scenarios = "scenarios"
+    vehicles = "vehicles"
+
+
+def listing(kind: Annotated[Kind, typer.Argument(help="What to list.")], json: Json = False) -> None:
+    """List scenarios, effects, calibrators or vehicles with a line each.
+
+    Example: magbench list scenarios
+    """
+    from magbench.console import emit, show_table
+
+    items = _items(kind)
+    if json:
+        emit({"items": [{"name": name, "summary": summary} for name, summary in items.items()]})
+    else:
+        show_table("", (kind.value[:-1], "summary"), list(items.items()))
+
+
+def _items(kind: Kind) -> dict[str, str]:
+    if kind is Kind.scenarios:
+        from scenarios.load import catalogue
+
+        return catalogue()
+    if kind is Kind.calibrators:
+        from calib import CALIBRATORS
+
+        return {name: cls.summary for name, cls in CALIBRATORS.items()}
+    if kind is Kind.vehicles:
+        from sim.vehicles import VEHICLES
+
+        return {name: cls.summary for name, cls in VEHICLES.items()}
+    from sim.effects import EFFECTS, describe
+
+    return {cls.name: describe(cls.name) for cls in EFFECTS}

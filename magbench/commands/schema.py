@@ -1,0 +1,15 @@
+"""`magbench schema`: the JSON Schema of scenario files, for editors."""
+
+from __future__ import annotations
+
+
+def schema() -> None:
+    """Print the JSON Schema of scenario files, for completion and checks in editors.
+
+    Example: magbench schema > scenario.schema.json
+    """
+    from magbench.console import emit
+    from scenarios.schema import json_schema
+    from sim.effects import json_schema as effects_schema
+
+    emit(json_schema(effects_schema()))

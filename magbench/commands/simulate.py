@@ -1,0 +1,39 @@
+"""`magbench simulate`: write a labelled dataset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from magbench.options import CORES, Jobs, Json, Out, Overrides, ScenarioName, Seed
+
+
+def simulate(
+    scenario: ScenarioName,
+    out: Out = None,
+    runs: Annotated[int, typer.Option(min=1, max=99_999, help="Number of runs.")] = 1,
+    seed: Seed = None,
+    jobs: Jobs = CORES,
+    set_: Overrides = None,
+    json: Json = False,
+) -> None:
+    """Simulate a scenario and write a labelled dataset; repeat the command to resume or to add runs.
+
+    Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
+    """
+    from magbench.console import emit, progress, say
+    from scenarios.load import load
+    from sim.dataset import read_manifest
+    from sim.generate import generate
+
+    spec = load(scenario, set_ or ())
+    place = out or Path("out") / spec.name
+    with progress(f"simulating {spec.name}") as report:
+        generate(spec, place, runs=runs, seed=seed, jobs=jobs, progress=report)
+    manifest = read_manifest(place)
+    rows = sum(file.rows for file in manifest.files)
+    say(f"{place}: {runs} runs, {rows} samples, {len(manifest.columns)} columns")
+    if json:
+        emit({"out": str(place), "runs": runs, "seed": manifest.seed, "samples": rows, "files": manifest.files})

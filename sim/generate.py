@@ -1,0 +1,58 @@
+"""Writes datasets: many runs of a scenario as Parquet files with a manifest, in parallel, resumable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from scenarios.load import as_dict
+from scenarios.spec import Scenario
+from sim.dataset.columns import schema
+from sim.dataset.manifest import finish_dataset, open_dataset_for_writing, run_path
+from sim.dataset.writer import RunFile, RunWriter, run_file
+from sim.pool import each
+from sim.simulate import blocks, plan
+
+Progress = Callable[[int, int], None]
+"""Called with (runs done, runs in all)."""
+
+
+@dataclass(frozen=True)
+class _Task:
+    scenario: Scenario
+    run: int
+    seed: int
+    path: Path
+
+
+def generate(
+    scenario: Scenario,
+    out: Path,
+    *,
+    runs: int = 1,
+    seed: int | None = None,
+    jobs: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> None:
+    """Write OUT/dataset.json and OUT/run-00000.parquet ...; runs that are whole already are kept.
+
+    The bytes depend on the scenario, the seed and the run alone, never on `jobs`. Raises InputError for a bad
+    scenario, for an OUT that holds another dataset and when the system refuses to write.
+    """
+    seed = scenario.seed if seed is None else seed
+    todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, plan(scenario, 0, seed).columns)
+    progress(runs - len(todo), runs)
+    files = []
+    for _, file in each(_write, [_Task(scenario, run, seed, run_path(out, run)) for run in todo], jobs):
+        files.append(file)
+        progress(runs - len(todo) + len(files), runs)
+    finish_dataset(out, files)
+
+
+def _write(task: _Task) -> RunFile:
+    ready = plan(task.scenario, task.run, task.seed)
+    with RunWriter(task.path, schema(ready.columns), ready.metadata) as writer:
+        for block in blocks(ready):
+            writer.write(block)
+    return run_file(task.path, task.run)

@@ -1,0 +1,61 @@
+"""Independent tasks on this machine's cores; a worker that dies costs a repeat, not the result."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import wait
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+MAX_REBUILDS = 5
+
+
+def each(function: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> Iterator[tuple[Item, Result]]:
+    """Yield (item, function(item)) as they finish, `jobs` at a time; one job runs in this process.
+
+    The pool is rebuilt and unfinished items resubmitted when a worker dies; BrokenProcessPool is raised when that
+    happens MAX_REBUILDS times without an item finishing between.
+    """
+    if min(jobs, len(items)) <= 1:
+        yield from ((item, function(item)) for item in items)
+        return
+    waiting, failures = dict(enumerate(items)), 0
+    while waiting:
+        with _pool(min(jobs, len(waiting))) as pool:
+            try:
+                futures = {pool.submit(function, item): key for key, item in waiting.items()}
+                for future in as_completed(futures):
+                    result = future.result()
+                    failures = 0
+                    yield waiting.pop(futures[future]), result
+            except BrokenProcessPool:
+                failures += 1
+                if failures > MAX_REBUILDS:
+                    raise
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+
+
+def _pool(jobs: int) -> ProcessPoolExecutor:
+    context = multiprocessing.get_context("forkserver")
+    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_die_with_parent)
+
+
+def _die_with_parent() -> None:
+    """End this worker as soon as the program that started it is gone, so that nobody writes behind a restart."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_watch, args=(parent.sentinel,), daemon=True).start()
+
+
+def _watch(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)

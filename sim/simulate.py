@@ -1,0 +1,150 @@
+"""One run of a scenario: motion, field, magnetometers and instruments, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.load import apply_vary, as_dict, value_at
+from scenarios.spec import Scenario, SensorSpec
+from sim import effects as effect_table
+from sim.chain import Chain
+from sim.dataset import columns as names
+from sim.dataset.manifest import run_metadata
+from sim.effects.base import Effect
+from sim.effects.earth import AttitudeMisalignment
+from sim.field import earth_field_enu_nT
+from sim.instruments import Instruments
+from sim.motion import Motion, drive
+from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body
+from sim.state import Array, State
+from sim.streams import stream
+from sim.thermal import Thermometer
+from sim.vehicles import VEHICLES
+
+Block = dict[str, NDArray[Any]]
+"""The dataset's columns over one block of samples."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A scenario made ready to run: the values of this run drawn, the effects of each sensor built.
+
+    scenario: as written; drawn: with this run's values of what varies; field_enu_nT (3,); effects: a tuple in chain
+    order for each sensor.
+    """
+
+    scenario: Scenario
+    drawn: Scenario
+    run: int
+    seed: int
+    field_enu_nT: Array
+    effects: tuple[tuple[Effect, ...], ...]
+
+    @property
+    def effect_names(self) -> tuple[str, ...]:
+        """Names of all effects of all sensors, each once, in chain order."""
+        return tuple(dict.fromkeys(effect.name for sensor in self.effects for effect in sensor))
+
+    @property
+    def columns(self) -> tuple[names.Column, ...]:
+        """The columns of the run's file."""
+        motors = VEHICLES[self.scenario.vehicle.kind].motors
+        return names.columns(sensors=len(self.effects), motors=motors, effects=self.effect_names)
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """What the run's file says of itself: the scenario, and the true parameters of field and effects."""
+        drawn = as_dict(self.drawn)
+        parameters = {
+            "field_enu_nT": self.field_enu_nT.tolist(),
+            "effects": [effect_table.as_tables(sensor) for sensor in self.effects],
+            "drawn": {key: value_at(drawn, key) for key in self.scenario.vary},
+        }
+        return run_metadata(as_dict(self.scenario), self.seed, self.run, parameters)
+
+
+def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> Plan:
+    """Draw the values that vary from run to run, and build the effects; raises InputError for a bad effect table."""
+    seed = scenario.seed if seed is None else seed
+    drawn = apply_vary(scenario, stream(seed, run, "vary"))
+    effects = tuple(_effects(drawn, sensor, index) for index, sensor in enumerate(drawn.sensors))
+    return Plan(scenario, drawn, run, seed, earth_field_enu_nT(drawn.field), effects)
+
+
+def _effects(scenario: Scenario, sensor: SensorSpec, index: int) -> tuple[Effect, ...]:
+    """The effects of one sensor: its own tables replace the scenario's of the same name."""
+    tables = {**scenario.effects, **sensor.effects}
+    where = f"scenario {scenario.name}" if not sensor.effects else f"scenario {scenario.name}, sensors.{index}"
+    return effect_table.build(tables, scenario.effect_order, where)
+
+
+def blocks(plan: Plan) -> Iterator[Block]:
+    """The run's columns, block by block: memory does not grow with the run's length."""
+    scenario = plan.drawn
+    interval_s = 1.0 / scenario.sampling.rate_hz
+    thermometer = Thermometer(scenario.thermal, interval_s)
+    instruments = Instruments(scenario.navigation, plan.seed, plan.run, interval_s, _alignment_q(plan.effects[0]))
+    chains = [Chain(effects, plan.seed, plan.run, k) for k, effects in enumerate(plan.effects)]
+    for motion in drive(scenario, stream(plan.seed, plan.run, "flow")):
+        temperature = thermometer.temperature_degC(-motion.kinematics.pos_enu_m[:, 2], motion.current_A)
+        block = _measured(instruments.measure(motion, temperature))
+        block["time_s"] = motion.time_s
+        block["phase"] = np.full(len(motion.time_s), scenario.phases[motion.phase].label)
+        for k, (chain, sensor) in enumerate(zip(chains, scenario.sensors, strict=True)):
+            state = _state(plan, motion, sensor, temperature, interval_s)
+            mag, labels = chain.apply(state)
+            number = k + 1 if len(chains) > 1 else None
+            block |= _columns(names.mag_names(number), mag)
+            for name in plan.effect_names:
+                label = labels.get(name)
+                block |= _columns(names.effect_names(name, number), np.zeros_like(mag) if label is None else label)
+        block |= _columns(names.TRUE_FIELD, state.field_nT)
+        block |= _columns(names.TRUE_ATTITUDE, motion.kinematics.q)
+        block |= _columns(names.TRUE_POSITION, motion.kinematics.pos_enu_m)
+        yield block
+
+
+def _state(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Array, interval_s: float) -> State:
+    """What the magnetometer at its place on the body goes through."""
+    k = motion.kinematics
+    field = to_body(motion.R_wb, plan.field_enu_nT[None])
+    return State(
+        time_s=motion.time_s,
+        interval_s=interval_s,
+        pos_enu_m=k.pos_enu_m + motion.R_wb @ np.array(sensor.position_m),
+        R_wb=motion.R_wb,
+        rate_rad_s=k.rate_rad_s,
+        field_enu_nT=plan.field_enu_nT,
+        field_nT=field,
+        field_rate_nT_s=-cross(k.rate_rad_s, field),
+        temperature_degC=temperature_degC,
+        current_A=motion.current_A,
+    )
+
+
+def _alignment_q(effects: tuple[Effect, ...]) -> Array:
+    """Navigation's initial alignment error as a quaternion (1, 4): the product of all such effects."""
+    q = np.array([[1.0, 0.0, 0.0, 0.0]])
+    for effect in effects:
+        if isinstance(effect, AttitudeMisalignment):
+            q = q_from_matrix(effect.turn(matrix_from_q(q)))
+    return q
+
+
+def _measured(values: dict[str, Array]) -> Block:
+    block: Block = {"temperature_degC": values["temperature_degC"]}
+    for key, group in (
+        *(("gyro_rad_s", names.GYRO), ("accel_m_s2", names.ACCEL)),
+        *(("att_q", names.ATTITUDE), ("pos_enu_m", names.POSITION)),
+    ):
+        block |= _columns(group, values[key])
+    return block | {f"current_{i + 1}_A": c for i, c in enumerate(values["current_A"].T)}
+
+
+def _columns(labels: tuple[str, ...], values: Array) -> Block:
+    return dict(zip(labels, values.T, strict=True))

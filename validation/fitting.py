@@ -1,0 +1,88 @@
+"""Calibrators on a recording: which reference holds, every sensor of an array, results to disk."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+import calib
+from calib import Calibration, Reference
+from scenarios.errors import InputError
+from sim.dataset import Recording, read_recording
+from sim.dataset.files import write_text
+from sim.dataset.reader import parameters_of
+
+
+def fit_all(recording: Recording, reference: Reference, names: Sequence[str], seed: int = 0) -> dict[str, Calibration]:
+    """Every named calibrator on a recording; of an array, on every sensor: keys `name` or `name@sensor`.
+
+    Raises InputError for a name that is not registered.
+    """
+    methods = {name: calib.get(name) for name in names}
+    results = {}
+    for name, method in methods.items():
+        for key, one in sensors(recording, name).items():
+            results[key] = method.fit(one, reference, np.random.default_rng(seed))
+    return results
+
+
+def sensors(recording: Recording, name: str) -> dict[str, Recording]:
+    """The recording of each sensor under the key of its calibration: `name`, or `name@1` ... for an array."""
+    if recording.array_mag_nT is None:
+        return {name: recording}
+    return {f"{name}@{k + 1}": recording.sensor(k) for k in range(len(recording.array_mag_nT))}
+
+
+def calibrate_file(
+    path: Path,
+    names: Sequence[str],
+    *,
+    run: int = 0,
+    maps: Sequence[str] = (),
+    strength_nT: float | None = None,
+    enu: str | None = None,
+) -> dict[str, Calibration]:
+    """Fit the named calibrators to a run, a dataset or a measured log.
+
+    The reference is what the caller states, else what a simulated run's file says of its field.
+    Raises InputError for a file that cannot be used, for an unknown calibrator and where no reference is known.
+    """
+    for name in names:
+        calib.get(name)
+    recording = read_recording(path, run=run, maps=maps)
+    return fit_all(recording, _reference(path, run, strength_nT, enu), names)
+
+
+def _reference(path: Path, run: int, strength_nT: float | None, enu: str | None) -> Reference:
+    vector = _vector(enu) if enu is not None else None
+    if vector is None and strength_nT is None:
+        known = parameters_of(path, run=run).get("field_enu_nT")
+        if known is None:
+            do = "give --field-strength-nT F or --field-enu-nT E,N,U"
+            raise InputError("the field at this place is not known", where=str(path), do=do)
+        vector = (known[0], known[1], known[2])
+    strength = float(np.linalg.norm(vector)) if strength_nT is None and vector is not None else strength_nT
+    assert strength is not None
+    return Reference(strength, vector)
+
+
+def _vector(text: str) -> tuple[float, float, float]:
+    try:
+        east, north, up = (float(part) for part in text.split(","))
+    except ValueError:
+        do = "give three numbers: east,north,up in nT"
+        raise InputError(f"{text!r} is not a field vector", where="--field-enu-nT", do=do) from None
+    return east, north, up
+
+
+def write_calibrations(results: dict[str, Calibration], out: Path) -> None:
+    """Write OUT/calibration.json: {name: calibration}."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(str(error.strerror), where=str(out), do="choose another directory") from error
+    text = json.dumps({name: calib.to_dict(result) for name, result in results.items()}, indent=1, allow_nan=False)
+    write_text(out / "calibration.json", text + "\n")
