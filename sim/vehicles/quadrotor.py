@@ -1,0 +1,91 @@
+"""The quadrotor: four rotors, aerodynamic drag, wind with gusts."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import mujoco
+import numpy as np
+from numba import njit
+
+from scenarios.paths.base import PhaseBase
+from sim.state import Array
+from sim.vehicles.base import STEP_S, Kinematics, Vehicle, free_body_kinematics
+from sim.vehicles.quadrotor_control import SIZE, control
+
+GUST_CORRELATION_S = 5.0
+"""L / V of the vertical Dryden spectrum [MIL-F-8785C] at a height of 30 m and an airspeed of 6 m/s."""
+AMPERE_PER_N32 = 0.4
+"""Momentum theory: P = T^1.5 / sqrt(2 rho A) over 0.5 (rotor and motor) at 14.8 V, rotor radius 0.12 m."""
+
+
+@njit(cache=True)
+def _gauss_markov(noise, decay, last):  # type: ignore[no-untyped-def]
+    """g_k = decay g_(k-1) + noise_k, row by row in place; `last` (3,) carries the state over."""
+    for k in range(noise.shape[0]):
+        for i in range(3):
+            last[i] = decay * last[i] + noise[k, i]
+            noise[k, i] = last[i]
+
+
+class Quadrotor(Vehicle):
+    """1.5 kg, four rotors in X; a geometric controller follows position and yaw.
+
+    A quadrotor cannot hold a tilt without accelerating: commanded roll and pitch of the reference are ignored.
+    """
+
+    name: ClassVar[str] = "quadrotor"
+    summary: ClassVar[str] = "1.5 kg quadrotor with four rotors, aerodynamic drag, wind and gusts"
+    model_file: ClassVar[str] = "quadrotor.xml"
+    body: ClassVar[str] = "quadrotor"
+    motors: ClassVar[int] = 4
+    memory_size: ClassVar[int] = SIZE
+    control = staticmethod(control)
+
+    def place(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Hovering at the height and heading of the spec."""
+        mujoco.mj_resetData(model, data)
+        half = 0.5 * np.radians(self.spec.heading_deg)
+        data.qpos[:] = (0.0, 0.0, self.spec.height_m, np.cos(half), 0.0, 0.0, np.sin(half))
+        data.ctrl[:] = 0.25 * model.body_mass.sum() * -model.opt.gravity[2]
+
+    def gains(self, model: mujoco.MjModel, phase: PhaseBase) -> Array:
+        """Constants of the plant, in the order of quadrotor_control.CONSTANTS."""
+        body, rotor = model.body(self.body), model.actuator("front_left")
+        arm_m = model.site("front_left").pos[0]
+        return np.array(
+            [
+                *(body.mass[0], -model.opt.gravity[2], *body.inertia),
+                *(arm_m, rotor.gear[5], rotor.ctrlrange[1], drag_N_s2_m2(model)),
+            ]
+        )
+
+    def flow(self, n: int, rng: np.random.Generator, memory: dict[str, Any]) -> Array:
+        """Constant wind and isotropic first-order Gauss-Markov gusts, (n, 3) m/s ENU.
+
+        g_k = a g_(k-1) + s sqrt(1 - a^2) n_k, a = exp(-dt / T): the Dryden form along the wind. The gust before the
+        first step is drawn from the stationary distribution, so blocks of any length give the same series.
+        """
+        wind = np.tile(self.spec.wind_enu_m_s, (n, 1)).astype(np.float64)
+        std = self.spec.gust_std_m_s
+        if std == 0:
+            return wind
+        if "gust" not in memory:
+            memory["gust"] = std * rng.standard_normal(3)
+        decay = np.exp(-STEP_S / GUST_CORRELATION_S)
+        noise = std * np.sqrt(1.0 - decay**2) * rng.standard_normal((n, 3))
+        _gauss_markov(noise, decay, memory["gust"])
+        return wind + noise
+
+    def currents_A(self, ctrl: Array) -> Array:
+        """I = k T^1.5 a motor (momentum theory), T its thrust."""
+        return np.asarray(AMPERE_PER_N32 * ctrl**1.5)
+
+    def kinematics(self, model: mujoco.MjModel, rows: Array) -> Kinematics:
+        return free_body_kinematics(rows, model.nu)
+
+
+def drag_N_s2_m2(model: mujoco.MjModel) -> float:
+    """D of the drag -D |v| v: density x coefficient x pi r^2 of the sphere that stands for the airframe."""
+    hull = model.geom("hull").id
+    return float(model.opt.density * model.geom_fluid[hull, 1] * np.pi * model.geom_size[hull, 0] ** 2)

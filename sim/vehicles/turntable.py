@@ -1,0 +1,105 @@
+"""The three-axis non-magnetic turntable: yaw outside, then pitch, roll inside."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numba import njit
+
+from scenarios.paths.base import PhaseBase
+from sim.engine import control_signature
+from sim.rotation import multiply_q, q_from_rotation_vector
+from sim.state import Array
+from sim.vehicles.base import Kinematics, Vehicle
+
+BANDWIDTH_RAD_S = 15.0
+"""Natural frequency of the critically damped error; the 50 Hz control would hold four times that stable."""
+FRAMES = ("yaw_frame", "pitch_frame", "platform")
+
+
+@njit(cache=True)
+def _euler(jx, jy, jz, wx, wy, wz, ax, ay, az):  # type: ignore[no-untyped-def]
+    """Moment on a turning frame, J alpha + w x J w, in its own axes."""
+    return jx * ax + (jz - jy) * wy * wz, jy * ay + (jx - jz) * wz * wx, jz * az + (jy - jx) * wx * wy
+
+
+@njit(cache=True)
+def inverse_dynamics(qpos, rate, accel, inertia, torque):  # type: ignore[no-untyped-def]
+    """Hinge torques that accelerate the balanced frames so; hinges in the order yaw, pitch, roll.
+
+    Newton-Euler recursion: rates and accelerations from the yaw frame inwards, each in its own frame, moments
+    J alpha + w x J w back outwards. inertia (9,): diagonals of the yaw frame, pitch frame and platform, kg m^2.
+    """
+    sp, cp, sr, cr = np.sin(qpos[1]), np.cos(qpos[1]), np.sin(qpos[2]), np.cos(qpos[2])
+    w2x, w2y, w2z = -sp * rate[0], rate[1], cp * rate[0]
+    a2x, a2y, a2z = -sp * accel[0] - w2z * rate[1], accel[1], cp * accel[0] + w2x * rate[1]
+    w3x, w3y, w3z = w2x + rate[2], cr * w2y + sr * w2z, cr * w2z - sr * w2y
+    a3x, a3y, a3z = a2x + accel[2], cr * a2y + sr * a2z + w3z * rate[2], cr * a2z - sr * a2y - w3y * rate[2]
+    n3x, n3y, n3z = _euler(inertia[6], inertia[7], inertia[8], w3x, w3y, w3z, a3x, a3y, a3z)
+    n2x, n2y, n2z = _euler(inertia[3], inertia[4], inertia[5], w2x, w2y, w2z, a2x, a2y, a2z)
+    n2x, n2y, n2z = n2x + n3x, n2y + cr * n3y - sr * n3z, n2z + sr * n3y + cr * n3z
+    torque[0] = inertia[2] * accel[0] - sp * n2x + cp * n2z
+    torque[1] = n2y
+    torque[2] = n3x
+
+
+@njit(control_signature, cache=True)
+def control(qpos, qvel, reference, gains, memory, ctrl):  # type: ignore[no-untyped-def]
+    """Computed torque: inverse dynamics of u = a_ref + 2 w (v_ref - v) + w^2 (q_ref - q), and the bearings' damping.
+
+    The torque is held for a step, so the reference's acceleration is carried on to the middle of the step by its last
+    difference. Whole turns in q_ref - q do not count. gains: w, damping (3), inertia (9); memory: a_ref (3), u (3).
+    """
+    w, accel = gains[0], memory[3:6]
+    for i in range(3):
+        error = reference[9 + i] - qpos[i]
+        error -= 2.0 * np.pi * np.round(error / (2.0 * np.pi))
+        ahead = 0.5 * (reference[15 + i] - memory[i])
+        memory[i] = reference[15 + i]
+        accel[i] = reference[15 + i] + ahead + 2.0 * w * (reference[12 + i] - qvel[i]) + w * w * error
+    inverse_dynamics(qpos, qvel, accel, gains[4:13], ctrl)
+    for i in range(3):
+        ctrl[i] += gains[1 + i] * qvel[i]
+
+
+class Turntable(Vehicle):
+    """Three balanced frames on hinges with torque motors; R_wb = Rz(yaw) Ry(pitch) Rx(roll), the position stays zero.
+
+    The motors sit far from the platform: they draw no current that a magnetometer could see.
+    """
+
+    name: ClassVar[str] = "turntable"
+    summary: ClassVar[str] = "three-axis non-magnetic turntable of the laboratory: yaw outside, pitch, roll inside"
+    model_file: ClassVar[str] = "turntable.xml"
+    body: ClassVar[str] = "platform"
+    motors: ClassVar[int] = 0
+    memory_size: ClassVar[int] = 6
+    control = staticmethod(control)
+
+    def place(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Level, heading east, at rest."""
+        mujoco.mj_resetData(model, data)
+
+    def gains(self, model: mujoco.MjModel, phase: PhaseBase) -> Array:
+        inertia = [model.body(frame).inertia for frame in FRAMES]
+        return np.concatenate([[BANDWIDTH_RAD_S], model.dof_damping, *inertia])
+
+    def currents_A(self, ctrl: Array) -> Array:
+        return np.zeros((len(ctrl), 0))
+
+    def kinematics(self, model: mujoco.MjModel, rows: Array) -> Kinematics:
+        """From the hinges' angles and rates: with yaw y, pitch p, roll r,
+
+        w = (r' - y' sin p, p' cos r + y' sin r cos p, y' cos r cos p - p' sin r)   (body frame).
+        """
+        yaw, pitch, roll = (q_from_rotation_vector(rows[:, [i]] * np.eye(3)[2 - i]) for i in range(3))
+        still = np.zeros((len(rows), 3))
+        return Kinematics(still, multiply_q(multiply_q(yaw, pitch), roll), still, _body_rate(rows), still)
+
+
+def _body_rate(rows: Array) -> Array:
+    (sp, sr), (cp, cr) = np.sin(rows[:, 1:3]).T, np.cos(rows[:, 1:3]).T
+    yaw, pitch, roll = rows[:, 3:6].T
+    return np.column_stack([roll - yaw * sp, pitch * cr + yaw * sr * cp, yaw * cr * cp - pitch * sr])
