@@ -1,1 +1,27 @@
 """Calibrators: one file each, a base class and the result type."""
+
+from __future__ import annotations
+
+from calib.base import Calibrator
+from calib.ellipsoid import EllipsoidCalibrator
+from calib.reference import Reference
+from calib.result import Calibration, Status
+from calib.serial import from_json, to_dict, to_json
+from calib.sphere import SphereCalibrator
+from calib.vector_least_squares import VectorLeastSquares
+from scenarios.errors import InputError
+
+CALIBRATORS: dict[str, type[Calibrator]] = {
+    method.name: method for method in (SphereCalibrator, EllipsoidCalibrator, VectorLeastSquares)
+}
+"""Every calibrator by name, in the order that tables show them."""
+
+
+def get(name: str) -> Calibrator:
+    """The calibrator of that name with its default settings; raises InputError listing the names there are."""
+    if name not in CALIBRATORS:
+        raise InputError(f"no calibrator is called {name!r}", do=f"choose among {', '.join(CALIBRATORS)}")
+    return CALIBRATORS[name]()
+
+
+__all__ = ["CALIBRATORS", "Calibration", "Calibrator", "Reference", "Status", "from_json", "get", "to_dict", "to_json"]

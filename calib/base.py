@@ -1,0 +1,117 @@
+"""The base of all calibrators: it owns the checks, the timing and the status; a subclass solves."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.observability import covariance_status
+from calib.reference import Reference
+from calib.result import Calibration, Status
+from sim.dataset import Recording
+
+Array = NDArray[np.float64]
+CONSTANT_FRACTION = 1e-9
+"""A field that varies by less than this fraction of the strength is constant."""
+
+NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
+    "attitude": (lambda recording, _: recording.att_q, "the attitude: record att_qw, att_qx, att_qy, att_qz"),
+    "gyro": (lambda recording, _: recording.gyro_rad_s, "the body rate: record gyro_{x,y,z}_rad_s"),
+    "accel": (lambda recording, _: recording.accel_m_s2, "the specific force: record accel_{x,y,z}_m_s2"),
+    "array": (lambda recording, _: recording.array_mag_nT, "an array of magnetometers: record mag1_x_nT ... mag4_z_nT"),
+    "field_vector": (lambda _, reference: reference.field_enu_nT,
+                     "the field vector: give it as east, north, up, or place and date of the survey"),
+}
+"""What a calibrator can need beside the field's strength: how to find it, and what to say when it is missing."""
+
+
+@dataclass(frozen=True)
+class Calibrator(ABC):
+    """A calibration method: a frozen dataclass of hyperparameters that writes `_solve`.
+
+    Class attributes: `name` (fixed by DESIGN), `summary` (one line), `needs` (keys of NEEDS), `min_samples`,
+    `sequential` (the order of the samples matters).
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    needs: ClassVar[tuple[str, ...]] = ()
+    min_samples: ClassVar[int] = 9
+    sequential: ClassVar[bool] = False
+
+    @final
+    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None) -> Calibration:
+        """Fit m = S h + b (+ B dh/dt) to a recording, which is never modified.
+
+        A recording that the method cannot use, a motion that says too little and a numerical failure are told by the
+        result's status; rng (default: seed 0) matters to stochastic methods only.
+        """
+        start = time.perf_counter()
+        status = self._usable(recording, reference)
+        if status is not None:
+            return Calibration(self.name, status)
+        result = self._guarded(_read_only(recording), reference, rng or np.random.default_rng(0))
+        return replace(result, name=self.name, wall_s=time.perf_counter() - start)
+
+    @abstractmethod
+    def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
+        """The method itself, on a recording that has all it needs."""
+
+    def _guarded(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
+        try:
+            with np.errstate(divide="raise", invalid="raise", over="raise"):
+                result = self._solve(recording, reference, rng)
+        except (ArithmeticError, np.linalg.LinAlgError) as error:
+            return Calibration(self.name, Status("not_converged", f"the computation broke down: {error}"))
+        if not _finite(result):
+            return Calibration(self.name, Status("not_converged", "the computation gave values that are not finite"))
+        worse = covariance_status(result, reference.strength_nT) if result.status.kind == "ok" else None
+        return result if worse is None else replace(result, status=worse)
+
+    def _usable(self, recording: Recording, reference: Reference) -> Status | None:
+        if len(recording) < self.min_samples:
+            return Status("not_applicable", f"{self.name} needs at least {self.min_samples} samples, "
+                          f"the recording has {len(recording)}: record longer")
+        used: dict[str, object] = {"time_s": recording.time_s, "mag_nT": recording.mag_nT}
+        for need in self.needs:
+            find, what = NEEDS[need]
+            used[need] = find(recording, reference)
+            if used[need] is None:
+                return Status("not_applicable", f"{self.name} needs {what}")
+        return _unusable_values(used) or _constant(recording, reference)
+
+
+def _unusable_values(used: dict[str, object]) -> Status | None:
+    for name, values in used.items():
+        bad = int(np.count_nonzero(~np.isfinite(np.asarray(values, dtype=float))))
+        if bad:
+            return Status("not_applicable", f"{name} has {bad} values that are not finite: leave those samples out")
+    return None
+
+
+def _constant(recording: Recording, reference: Reference) -> Status | None:
+    if np.ptp(recording.mag_nT, axis=0).max() > CONSTANT_FRACTION * reference.strength_nT:
+        return None
+    return Status("unobservable", "the measured field does not change: turn the vehicle about all its axes")
+
+
+def _read_only(recording: Recording) -> Recording:
+    """The same recording through views that cannot be written to."""
+    views: dict[str, Any] = {}
+    for item in fields(recording):
+        value = getattr(recording, item.name)
+        if isinstance(value, np.ndarray):
+            views[item.name] = value.view()
+            views[item.name].flags.writeable = False
+    return replace(recording, **views)
+
+
+def _finite(result: Calibration) -> bool:
+    arrays = (result.offset_nT, result.matrix, result.eddy_s, result.covariance, list(result.parameters.values()))
+    return all(bool(np.isfinite(a).all()) for a in arrays if a is not None)

@@ -1,0 +1,73 @@
+"""When a fit says nothing: from the covariance it claims, to a cause and a manoeuvre that would help."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.result import Calibration, Status
+
+Array = NDArray[np.float64]
+MAX_STD_FRACTION = 0.01
+"""Unobservable: a claimed offset less certain than 1 % of the field in any direction, or S than 0.01."""
+SIGNIFICANT_THICKNESS = 5.0
+"""Motion out of a plane counts when its rms is this many times the noise."""
+ROUNDING = 1e-7
+"""Thickness that rounding alone gives exactly planar measurements, as a fraction of their extent."""
+MANOEUVRES = ("yaw and pitch further, nose up and down", "yaw and roll further, on either side",
+              "roll and pitch further away from level")
+"""What varies the field along body x, y, z: turning about the two other axes."""
+
+
+def axis_text(direction: Array) -> str:
+    """A body direction (3,) in words: its main axis, and its components where it is not along the axis."""
+    unit = direction / np.linalg.norm(direction)
+    main = int(np.argmax(np.abs(unit)))
+    unit = unit * np.sign(unit[main])
+    text = f"body {'xyz'[main]}"
+    return text if unit[main] > 0.98 else f"{text} (direction {unit[0]:.2f}, {unit[1]:.2f}, {unit[2]:.2f})"
+
+
+def remedy_text(direction: Array) -> str:
+    """The manoeuvre that excites a body direction (3,)."""
+    return MANOEUVRES[int(np.argmax(np.abs(direction)))]
+
+
+def unobservable(direction: Array, why: str) -> Status:
+    """The status for an offset that cannot be told along a body direction (3,)."""
+    return Status("unobservable",
+                  f"the offset along {axis_text(direction)} cannot be told: {why}; {remedy_text(direction)}")
+
+
+def planar_status(mag_nT: Array, noise_std_nT: float) -> Status | None:
+    """Unobservable when the measurements (n, 3) leave a plane by no more than five times the noise, rms; else None."""
+    variance, axes = np.linalg.eigh(np.cov(mag_nT.T))
+    thickness = float(np.sqrt(max(variance[0], 0.0)))
+    if thickness > max(SIGNIFICANT_THICKNESS * noise_std_nT, ROUNDING * float(np.sqrt(variance[-1]))):
+        return None
+    return unobservable(axes[:, 0], f"the measurements lie in a plane to within {thickness:.3g} nT rms")
+
+
+def thinnest_direction(mag_nT: Array) -> Array:
+    """The body direction (3,) in which measurements (n, 3) extend least."""
+    return np.asarray(np.linalg.eigh(np.cov(mag_nT.T))[1][:, 0])
+
+
+def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:
+    """Unobservable when the claimed covariance exceeds MAX_STD_FRACTION; None when fine or none is claimed."""
+    offset_nT2 = fit.offset_covariance_nT2
+    if fit.covariance is None or offset_nT2 is None:
+        return None
+    variance, axes = np.linalg.eigh(offset_nT2)
+    worst = float(np.sqrt(max(variance[-1], 0.0)))
+    if worst > MAX_STD_FRACTION * strength_nT:
+        share = f"{100 * worst / strength_nT:.2g} % of the field, the limit is {100 * MAX_STD_FRACTION:g} %"
+        return unobservable(
+            axes[:, -1], f"with this motion and noise its standard deviation is {worst:.3g} nT ({share})")
+    std = np.sqrt(np.clip(np.diag(fit.covariance), 0.0, None))
+    loose = [f"{name} ({s:.2g})" for name, s in zip(fit.covariance_names, std, strict=True)
+             if name.startswith("S_") and s > MAX_STD_FRACTION]
+    if loose:
+        return Status("unobservable", f"standard deviation above {MAX_STD_FRACTION:g} of {', '.join(loose)}: "
+                      "turn about more axes, at varying rate, through larger angles")
+    return None

@@ -1,0 +1,141 @@
+"""Quadric surfaces in noisy points: design rows, their noise, fits, and the ellipsoid's centre and shape.
+
+Q(x) = theta . xi(x) = a x^2 + b y^2 + c z^2 + 2 f yz + 2 g xz + 2 h xy + 2 p x + 2 q y + 2 r z + d,
+theta = (a, b, c, f, g, h, p, q, r, d).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ROUNDING_VARIANCE = 1e-18
+"""Smallest noise variance of points of unit size: rounding, 1e-9 of their size."""
+
+
+def design(x: Array) -> Array:
+    """Rows xi(x) without the constant: (n, 9) for points (n, 3)."""
+    return np.concatenate((x * x, 2 * x[:, [1, 0, 0]] * x[:, [2, 2, 1]], 2 * x), axis=1)
+
+
+def design_gradient(x: Array) -> Array:
+    """d xi / dx: (n, 9, 3) for points (n, 3)."""
+    out = np.zeros((len(x), 9, 3))
+    for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))):
+        out[:, row, i] += 2 * x[:, j]
+        if i != j:
+            out[:, row, j] += 2 * x[:, i]
+    out[:, [6, 7, 8], [0, 1, 2]] = 2.0
+    return out
+
+
+def shape_matrix(theta: Array) -> Array:
+    """The symmetric A (3, 3) of Q = x^T A x + 2 p^T x + d."""
+    a, b, c, f, g, h = theta[:6]
+    return np.array([[a, h, g], [h, b, f], [g, f, c]])
+
+
+def fit_ellipsoid_specific(x: Array) -> Array:
+    """Algebraic fit under 4 J - I^2 = 1, whose solution is always an ellipsoid: theta (10,).
+
+    min |Q|^2 subject to v1^T C1 v1 = 1, v1 = theta[:6], I = a + b + c, J = ab + bc + ac - f^2 - g^2 - h^2.
+    A sufficient condition: it cannot return an ellipsoid whose axes differ by much more than a factor of two.
+    [LiGriffiths2004]
+    """
+    rows = np.concatenate((design(x), np.ones((len(x), 1))), axis=1)
+    scatter = rows.T @ rows / len(x)
+    s11, s12, s22 = scatter[:6, :6], scatter[:6, 6:], scatter[6:, 6:]
+    linear = -np.linalg.solve(s22, s12.T)
+    constraint = np.zeros((6, 6))
+    constraint[:3, :3] = 1.0 - 2.0 * np.eye(3)
+    constraint[3:, 3:] = -4.0 * np.eye(3)
+    values, vectors = np.linalg.eig(np.linalg.solve(constraint, s11 + s12 @ linear))
+    v1 = np.real(vectors[:, int(np.argmax(np.real(values)))])
+    theta = np.concatenate((v1, linear @ v1))
+    return np.asarray(theta * np.sign(np.trace(shape_matrix(theta))))
+
+
+@dataclass(frozen=True)
+class QuadricFit:
+    """A fitted quadric: theta (10,), its covariance (10, 10), and the noise standard deviation of the points."""
+
+    theta: Array
+    covariance: Array
+    noise_std: float
+
+
+def refit(x: Array, theta: Array) -> QuadricFit:
+    """One round of noise-adjusted, gradient-weighted least squares from a previous theta (10,).
+
+    M u = lambda N u,  M = <w xi xi^T> (centred),  N = <w G G^T>,  G = d xi / dx,  w = 1 / |G^T theta|^2
+
+    The smallest lambda is the noise variance and its vector the quadric: taking lambda N off M removes what noise alone
+    adds to M, hence the bias of the plain algebraic fit; the weights make Q a distance (Sampson). Covariance by
+    perturbation: sigma^2 / n sum_k lambda_k / (lambda_k - lambda_1)^2 u_k u_k^T. [Kanatani1994] (renormalisation).
+    """
+    gradient = design_gradient(x)
+    steepness = np.einsum("nij,i->nj", gradient, theta[:9])
+    weight = 1.0 / np.einsum("nj,nj->n", steepness, steepness)
+    weight /= weight.mean()
+    rows = design(x)
+    mean = weight @ rows / len(x)
+    centred = rows - mean
+    moment = (centred * weight[:, None]).T @ centred / len(x)
+    noise = np.tensordot(gradient * weight[:, None, None], gradient, ((0, 2), (0, 2))) / len(x)
+    values, vectors = scipy.linalg.eigh(moment, noise)
+    variance = max(float(values[0]) * len(x) / max(len(x) - 9, 1), ROUNDING_VARIANCE)
+    gap = np.maximum(values[1:] - values[0], ROUNDING_VARIANCE)
+    spread = (values[1:] + ROUNDING_VARIANCE) / gap**2 * variance / len(x)
+    full = np.vstack((vectors, -mean @ vectors))
+    full *= np.sign(np.trace(shape_matrix(full[:, 0])))
+    return QuadricFit(full[:, 0], np.asarray((full[:, 1:] * spread) @ full[:, 1:].T), float(np.sqrt(variance)))
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """(x - centre)^T T^-1 (x - centre) = 1 with T (3, 3) positive definite, and S = T^(1/2)."""
+
+    centre: Array
+    root: Array
+    shape_inverse: Array
+    level: float
+
+
+def ellipsoid_of(theta: Array) -> Ellipsoid | None:
+    """Centre and symmetric root of a quadric (10,), or None when it is no real ellipsoid.
+
+    centre = -A^-1 p,  level = p^T A^-1 p - d,  T = level A^-1,  root = T^(1/2)
+    """
+    shape = shape_matrix(theta)
+    values = np.linalg.eigvalsh(shape)
+    if values[0] <= 1e-9 * values[-1]:
+        return None
+    inverse = np.linalg.inv(shape)
+    centre = -inverse @ theta[6:9]
+    level = float(-theta[6:9] @ centre - theta[9])
+    if level <= 0:
+        return None
+    squares, axes = np.linalg.eigh(level * inverse)
+    return Ellipsoid(centre, (axes * np.sqrt(squares)) @ axes.T, np.asarray(inverse), level)
+
+
+def ellipsoid_jacobian(theta: Array, ellipsoid: Ellipsoid) -> Array:
+    """d (centre, root's six: xx, xy, xz, yy, yz, zz) / d theta: (9, 10).
+
+    d centre = -A^-1 (dp + dA centre);  dT = dlevel A^-1 - level A^-1 dA A^-1;  root droot + droot root = dT
+    """
+    squares, axes = np.linalg.eigh(ellipsoid.level * ellipsoid.shape_inverse)
+    sums = np.sqrt(squares)[:, None] + np.sqrt(squares)
+    out = np.zeros((9, 10))
+    for k, step in enumerate(np.eye(10)):
+        d_shape, inverse, centre = shape_matrix(step), ellipsoid.shape_inverse, ellipsoid.centre
+        d_level = -2 * step[6:9] @ centre - centre @ d_shape @ centre - step[9]
+        d_square = d_level * inverse - ellipsoid.level * inverse @ d_shape @ inverse
+        d_root = axes @ ((axes.T @ d_square @ axes) / sums) @ axes.T
+        out[:3, k] = -inverse @ (step[6:9] + d_shape @ centre)
+        out[3:, k] = d_root[np.triu_indices(3)]
+    return out

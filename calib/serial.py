@@ -1,0 +1,141 @@
+"""A calibration as JSON: the keys that every command and every external calibrator shares."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, NoReturn, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.result import OFFSET_NAMES, Calibration, Kind, Status
+from scenarios.errors import InputError
+
+Array = NDArray[np.float64]
+KEYS = ("name", "status", "reason", "offset_nT", "matrix", "eddy_s", "parameters", "covariance", "covariance_names",
+        "history", "wall_s")
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+
+def to_dict(calibration: Calibration) -> dict[str, Any]:
+    """The calibration as plain lists, numbers and strings, under KEYS."""
+    def listed(array: Array | None) -> Any:
+        return None if array is None else np.asarray(array).tolist()
+
+    return {
+        "name": calibration.name, "status": calibration.status.kind, "reason": calibration.status.reason,
+        "offset_nT": listed(calibration.offset_nT), "matrix": listed(calibration.matrix),
+        "eddy_s": listed(calibration.eddy_s),
+        "parameters": {name: float(value) for name, value in calibration.parameters.items()},
+        "covariance": listed(calibration.covariance), "covariance_names": list(calibration.covariance_names),
+        "history": [float(value) for value in calibration.history], "wall_s": float(calibration.wall_s),
+    }
+
+
+def to_json(calibration: Calibration) -> str:
+    """The calibration as one JSON object (floats survive the round trip exactly)."""
+    return json.dumps(to_dict(calibration), allow_nan=False)
+
+
+def from_json(text: str, *, name: str = "external", where: str = "calibration") -> Calibration:
+    """Read a calibration that a program wrote, checking every value.
+
+    `offset_nT` and `matrix` are required when the status is "ok" (which it is by default); without them another status
+    leaves the raw measurement. Raises InputError with one line for anything else than KEYS with finite values of the
+    right shape.
+    """
+    def constant(word: str) -> NoReturn:
+        raise InputError(f"{word} is not a number that JSON knows", where=where, do="write finite numbers or null")
+
+    try:
+        data = json.loads(text, parse_constant=constant)
+    except json.JSONDecodeError as error:
+        raise InputError(f"not JSON: {error}", where=where) from None
+    if not isinstance(data, dict):
+        raise InputError(f"expected a JSON object, found {type(data).__name__}", where=where)
+    unknown = sorted(set(data) - set(KEYS))
+    if unknown:
+        raise InputError(f"unknown keys {', '.join(unknown)}", where=where, do=f"known are {', '.join(KEYS)}")
+    return _Reader(data, where).calibration(name)
+
+
+class _Reader:
+    """The checked values of one JSON object."""
+
+    def __init__(self, data: dict[str, Any], where: str) -> None:
+        self.data, self.where = {key: value for key, value in data.items() if value is not None}, where
+
+    def calibration(self, name: str) -> Calibration:
+        status = Status(self.kind(), self.text("reason", ""))
+        names = self.names("covariance_names") or self.default_names()
+        offset_nT, matrix = self.array("offset_nT", (3,)), self.array("matrix", (3, 3))
+        if status.kind == "ok" and (offset_nT is None or matrix is None):
+            self.fail("offset_nT" if offset_nT is None else "matrix", "missing, and the status is ok")
+        covariance = self.covariance(len(names))
+        return Calibration(
+            self.text("name", name), status, np.zeros(3) if offset_nT is None else offset_nT,
+            np.eye(3) if matrix is None else matrix, self.array("eddy_s", (3, 3)), self.parameters(), covariance,
+            names if covariance is not None else (), self.history(),
+            self.number("wall_s", self.data.get("wall_s", 0.0)))
+
+    def fail(self, key: str, what: str) -> NoReturn:
+        raise InputError(what, where=f"{self.where}: {key}")
+
+    def kind(self) -> Kind:
+        value = self.data.get("status", "ok")
+        for kind in KINDS:
+            if value == kind:
+                return kind
+        self.fail("status", f"{value!r} is none of {', '.join(KINDS)}")
+
+    def text(self, key: str, default: str) -> str:
+        value = self.data.get(key, default)
+        return value if isinstance(value, str) else self.fail(key, f"expected text, found {value!r}")
+
+    def names(self, key: str) -> tuple[str, ...]:
+        value = self.data.get(key, [])
+        if not isinstance(value, list) or not all(isinstance(v, str) for v in value) or len(set(value)) < len(value):
+            self.fail(key, "expected a list of different names")
+        return tuple(value)
+
+    def default_names(self) -> tuple[str, ...]:
+        """A covariance of size 3 without names is the offset's."""
+        covariance = self.data.get("covariance")
+        if covariance is None:
+            return ()
+        if not isinstance(covariance, list) or len(covariance) != len(OFFSET_NAMES):
+            self.fail("covariance_names", "missing: name the covariance's parameters, or give the offset's 3 x 3")
+        return OFFSET_NAMES
+
+    def number(self, key: str, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(float(value)):
+            self.fail(key, f"expected a finite number, found {value!r}")
+        return float(value)
+
+    def array(self, key: str, shape: tuple[int, ...]) -> Array | None:
+        if key not in self.data:
+            return None
+        cells = np.array(self.data[key], dtype=object)
+        if cells.shape != shape:
+            self.fail(key, f"expected {' x '.join(map(str, shape))} numbers, found shape {cells.shape}")
+        return np.array([self.number(key, v) for v in cells.flat]).reshape(shape)
+
+    def covariance(self, size: int) -> Array | None:
+        value = self.array("covariance", (size, size)) if size else None
+        if value is None:
+            return None
+        if not np.allclose(value, value.T, rtol=1e-6) or (np.diag(value) < 0).any():
+            self.fail("covariance", "expected a symmetric matrix with a diagonal that is not negative")
+        return value
+
+    def parameters(self) -> dict[str, float]:
+        value = self.data.get("parameters", {})
+        if not isinstance(value, dict):
+            self.fail("parameters", "expected an object of named numbers")
+        return {key: self.number(f"parameters.{key}", v) for key, v in value.items()}
+
+    def history(self) -> tuple[float, ...]:
+        value = self.data.get("history", [])
+        if not isinstance(value, list):
+            self.fail("history", "expected a list of numbers")
+        return tuple(self.number("history", v) for v in value)

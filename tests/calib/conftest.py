@@ -1,0 +1,82 @@
+"""The standard case: motion, field, truth and noise, in the bench's frames (ENU world, FLU body)."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from types import ModuleType
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from calib import Reference
+from sim.dataset import Recording
+
+FIELD_NED_NT = np.array([12637.48, -11484.12, -32730.72])
+FIELD_ENU_NT = (FIELD_NED_NT[1], FIELD_NED_NT[0], -FIELD_NED_NT[2])
+FLIP = np.diag([1.0, -1.0, -1.0])
+"""Forward-right-down to forward-left-up."""
+NED_TO_ENU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+SOFT = FLIP @ np.array([[1.1198, 0.0120, -0.0154], [0.0120, 1.0097, -0.0090], [-0.0154, -0.0090, 0.9590]]) @ FLIP
+HARD_NT = FLIP @ np.array([1200.0, -800.0, 2000.0])
+NOISE_STD_NT = 10.0
+REFERENCE = Reference.of_vector(FIELD_ENU_NT)
+MOTIONS = ("full", "pitch", "auv")
+
+
+def angles_rad(motion: str, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Yaw, pitch, roll (n,) of a standard motion, body to north-east-down."""
+    if motion == "full":
+        return (0.11 * time_s, np.radians(88 * np.sin(0.053 * time_s + 1.1)),
+                np.radians(180 * np.sin(0.097 * time_s + 0.3)))
+    pitch_deg = {"pitch": 45.0, "auv": 5.0}[motion]
+    return (np.radians(6.0 * time_s), np.radians(pitch_deg * np.sin(2 * np.pi * time_s / 47)),
+            np.radians(5 * np.sin(2 * np.pi * time_s / 31)))
+
+
+def attitude(motion: str, time_s: np.ndarray) -> Rotation:
+    """R_wb, FLU body to ENU world, of a standard motion."""
+    to_ned = Rotation.from_euler("ZYX", np.column_stack(angles_rad(motion, time_s)))
+    return Rotation.from_matrix(NED_TO_ENU) * to_ned * Rotation.from_matrix(FLIP)
+
+
+def recording(motion: str, seed: int | None, *, n: int = 3600, soft: np.ndarray = SOFT,
+              eddy_s: np.ndarray | None = None, noise_std_nT: float = NOISE_STD_NT) -> Recording:
+    """A recording of a standard motion at 10 Hz; seed None leaves the noise out."""
+    time_s = np.arange(n) / 10.0
+    turn = attitude(motion, time_s)
+    field_nT = turn.inv().apply(FIELD_ENU_NT)
+    rate_rad_s = body_rate_rad_s(motion, time_s)
+    mag_nT = field_nT @ soft.T + HARD_NT
+    if eddy_s is not None:
+        mag_nT = mag_nT - np.cross(rate_rad_s, field_nT) @ eddy_s.T
+    clean = Recording(time_s, mag_nT, gyro_rad_s=rate_rad_s, att_q=turn.as_quat(scalar_first=True))
+    return clean if seed is None else noisy(clean, seed, noise_std_nT)
+
+
+def noisy(clean: Recording, seed: int, noise_std_nT: float = NOISE_STD_NT) -> Recording:
+    """A recording with white noise on top."""
+    noise_nT = np.random.default_rng(seed).normal(0.0, noise_std_nT, clean.mag_nT.shape)
+    return replace(clean, mag_nT=clean.mag_nT + noise_nT)
+
+
+def body_rate_rad_s(motion: str, time_s: np.ndarray, step_s: float = 1e-4) -> np.ndarray:
+    """Body rate (n, 3) by a central difference of the attitude."""
+    before, after = attitude(motion, time_s - step_s), attitude(motion, time_s + step_s)
+    return (before.inv() * after).as_rotvec() / (2 * step_s)
+
+
+def level_turns(n: int, seed: int | None) -> Recording:
+    """Yaw alone, exactly level: every measurement lies in a plane."""
+    time_s = np.arange(n) / 10.0
+    turn = Rotation.from_rotvec(np.outer(0.1 * time_s, [0.0, 0.0, 1.0]))
+    mag_nT = turn.inv().apply(FIELD_ENU_NT) @ SOFT.T + HARD_NT
+    clean = Recording(time_s, mag_nT, att_q=turn.as_quat(scalar_first=True))
+    return clean if seed is None else noisy(clean, seed)
+
+
+@pytest.fixture(scope="session")
+def standard() -> ModuleType:
+    """This module: the standard case for the tests."""
+    return sys.modules[__name__]

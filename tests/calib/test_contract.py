@@ -1,0 +1,172 @@
+"""What every registered calibrator must hold."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from calib import CALIBRATORS, Calibration, Reference, from_json, get, to_json
+from scenarios.errors import InputError
+
+ALL = pytest.mark.parametrize("name", list(CALIBRATORS))
+TURN = Rotation.from_euler("ZYX", [0.7, -0.4, 1.9])
+
+
+def soft_iron(name, standard):
+    """The soft iron that the method's own model can hold."""
+    return 1.07 * np.eye(3) if name == "sphere" else standard.SOFT
+
+
+def fit(name, standard, recording, reference=None, seed=0):
+    return get(name).fit(recording, reference or standard.REFERENCE, np.random.default_rng(seed))
+
+
+def no_silent_nan(result):
+    values = (result.offset_nT, result.matrix, result.eddy_s, result.covariance, list(result.parameters.values()))
+    return all(np.isfinite(v).all() for v in values if v is not None)
+
+
+@ALL
+@pytest.mark.parametrize("motion", ["full", "pitch", "auv"])
+def test_noise_free_recording_is_recovered(name, motion, standard):
+    soft = soft_iron(name, standard)
+    result = fit(name, standard, standard.recording(motion, None, soft=soft))
+    assert result.status.kind == "ok", result.status
+    np.testing.assert_allclose(result.offset_nT, standard.HARD_NT, atol=0.02)
+    np.testing.assert_allclose(result.matrix, np.linalg.inv(soft), atol=1e-6)
+
+
+@ALL
+def test_turning_the_sensor_turns_the_result(name, standard):
+    recording = standard.recording("full", 1, soft=soft_iron(name, standard))
+    attitude = Rotation.from_quat(recording.att_q, scalar_first=True) * TURN.inv()
+    turned = replace(recording, mag_nT=TURN.apply(recording.mag_nT), gyro_rad_s=TURN.apply(recording.gyro_rad_s),
+                     att_q=attitude.as_quat(scalar_first=True))
+    one, other = fit(name, standard, recording), fit(name, standard, turned)
+    q = TURN.as_matrix()
+    np.testing.assert_allclose(other.offset_nT, q @ one.offset_nT, atol=1e-3)
+    np.testing.assert_allclose(other.matrix, q @ one.matrix @ q.T, atol=1e-7)
+
+
+@ALL
+def test_unit_does_not_matter(name, standard):
+    recording = standard.recording("full", 2, soft=soft_iron(name, standard))
+    one = fit(name, standard, recording)
+    in_uT = Reference.of_vector(tuple(np.array(standard.FIELD_ENU_NT) / 1000))
+    other = fit(name, standard, replace(recording, mag_nT=recording.mag_nT / 1000), in_uT)
+    assert other.status.kind == one.status.kind
+    np.testing.assert_allclose(1000 * other.offset_nT, one.offset_nT, atol=1e-3)
+    np.testing.assert_allclose(other.matrix, one.matrix, atol=1e-7)
+
+
+@ALL
+def test_order_of_samples_does_not_matter(name, standard):
+    if CALIBRATORS[name].sequential:
+        return
+    recording = standard.recording("full", 3, soft=soft_iron(name, standard))
+    order = np.random.default_rng(0).permutation(len(recording))
+    shuffled = replace(recording, mag_nT=recording.mag_nT[order], gyro_rad_s=recording.gyro_rad_s[order],
+                       att_q=recording.att_q[order])
+    one, other = fit(name, standard, recording), fit(name, standard, shuffled)
+    np.testing.assert_allclose(other.offset_nT, one.offset_nT, atol=1e-3)
+    np.testing.assert_allclose(other.matrix, one.matrix, atol=1e-7)
+
+
+@ALL
+def test_same_seed_same_bytes(name, standard):
+    recording = standard.recording("pitch", 4)
+    one, other = (replace(fit(name, standard, recording), wall_s=0.0) for _ in range(2))
+    assert to_json(one) == to_json(other)
+
+
+@ALL
+def test_recording_is_never_modified(name, standard):
+    recording = standard.recording("full", 5)
+    before = {f.name: np.copy(v) for f in fields(recording) if isinstance(v := getattr(recording, f.name), np.ndarray)}
+    fit(name, standard, recording)
+    for key, value in before.items():
+        np.testing.assert_array_equal(getattr(recording, key), value)
+        assert getattr(recording, key).flags.writeable
+
+
+@ALL
+def test_save_and_load(name, standard):
+    result = fit(name, standard, standard.recording("full", 6))
+    assert to_json(from_json(to_json(result))) == to_json(result)
+
+
+@ALL
+def test_too_few_samples(name, standard):
+    recording = standard.recording("full", 0, n=CALIBRATORS[name].min_samples - 1)
+    status = fit(name, standard, recording).status
+    assert status.kind == "not_applicable"
+    assert "record longer" in status.reason
+
+
+@ALL
+@pytest.mark.parametrize("n", [3600, 36_000])
+@pytest.mark.parametrize("seed", [None, 7])
+def test_level_turns_say_nothing_of_the_vertical(name, seed, n, standard):
+    result = fit(name, standard, standard.level_turns(n, seed))
+    assert result.status.kind == "unobservable"
+    assert "body z" in result.status.reason
+    assert "roll and pitch" in result.status.reason
+    assert no_silent_nan(result)
+
+
+@ALL
+def test_constant_field(name, standard):
+    recording = standard.recording("full", 0)
+    still = replace(recording, mag_nT=np.tile(recording.mag_nT[:1], (len(recording), 1)))
+    status = fit(name, standard, still).status
+    assert status.kind == "unobservable"
+    assert "does not change" in status.reason
+
+
+@ALL
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_values_that_are_not_finite(name, value, standard):
+    recording = standard.recording("full", 0)
+    mag_nT = recording.mag_nT.copy()
+    mag_nT[17, 1] = value
+    result = fit(name, standard, replace(recording, mag_nT=mag_nT))
+    assert result.status.kind == "not_applicable"
+    assert "mag_nT has 1 value" in result.status.reason
+    assert no_silent_nan(result)
+
+
+@ALL
+def test_what_is_missing_is_named(name, standard):
+    bare = replace(standard.recording("full", 0), att_q=None, gyro_rad_s=None)
+    no_vector = Reference(standard.REFERENCE.strength_nT)
+    if "attitude" in CALIBRATORS[name].needs:
+        status = fit(name, standard, bare).status
+        assert (status.kind, "att_qw" in status.reason) == ("not_applicable", True)
+    if "field_vector" in CALIBRATORS[name].needs:
+        status = fit(name, standard, standard.recording("full", 0), no_vector).status
+        assert (status.kind, "field vector" in status.reason) == ("not_applicable", True)
+    if not CALIBRATORS[name].needs:
+        assert isinstance(fit(name, standard, bare, no_vector), Calibration)
+
+
+@ALL
+def test_every_claimed_deviation_has_its_parameter(name, standard):
+    result = fit(name, standard, standard.recording("full", 0))
+    assert set(result.covariance_names) <= set(result.parameters)
+    if result.covariance is not None:
+        assert result.covariance.shape == (len(result.covariance_names),) * 2
+        assert np.linalg.eigvalsh(result.covariance).min() > -1e-9 * np.trace(result.covariance)
+
+
+@ALL
+def test_name_and_summary(name):
+    assert get(name).name == name
+    assert 0 < len(get(name).summary) < 120
+
+
+def test_unknown_name_lists_the_others():
+    with pytest.raises(InputError, match="sphere, ellipsoid, vector_least_squares"):
+        get("elipsoid")
