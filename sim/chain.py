@@ -1,0 +1,74 @@
+"""The magnetometer: the field passes through the effects one after the other, each leaving its label."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from sim.effects.base import Effect, Replacement
+from sim.state import Array, State
+
+Labels = dict[str, Array]
+
+
+@dataclass
+class Link:
+    """An effect at its place in a chain, with its own random numbers and its memory of the run so far."""
+
+    effect: Effect
+    rng: np.random.Generator
+    memory: dict[str, Any] = field(default_factory=dict)
+
+    def step(self, state: State, signal_nT: Array) -> tuple[Array, Array]:
+        """The signal that leaves, and the contribution (label), both (n, 3)."""
+        if isinstance(self.effect, Replacement):
+            out = self.effect.replace(state, signal_nT, self.rng, self.memory)
+            return out, out - signal_nT
+        label = self.effect.apply(state, signal_nT, self.rng, self.memory)
+        return signal_nT + label, label
+
+
+class Chain:
+    """One magnetometer's effects through one run, block by block.
+
+    ``mag = (((field + label_1) + label_2) + ...)`` in the order of the effects, so mag = field + sum of labels to
+    the rounding of a float64 (below 1e-9 nT); electronics effects set the value itself, see `Replacement`.
+
+    Parameters
+    ----------
+    effects : in the order in which they act, see `sim.effects.build`.
+    seed, run, sensor : each effect draws from a stream of its own,
+        ``SeedSequence(seed, spawn_key=(run, sensor, crc32(name), instance))``, so that adding an effect or a sensor
+        leaves the others' noise as it is.
+    """
+
+    def __init__(self, effects: Sequence[Effect], seed: int, run: int = 0, sensor: int = 0) -> None:
+        seen: dict[str, int] = {}
+        self.links: list[Link] = []
+        for effect in effects:
+            instance = seen.get(effect.name, 0)
+            seen[effect.name] = instance + 1
+            key = (run, sensor, zlib.crc32(effect.name.encode()), instance)
+            self.links.append(Link(effect, np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))))
+
+    def apply(self, state: State) -> tuple[Array, Labels]:
+        """Measured field mag_nT (n, 3) of the run's next block, and name -> (n, 3) contributions in nT.
+
+        Several effects of one name share a label, their sum.
+        """
+        signal = np.array(state.field_nT, dtype=np.float64)
+        labels: Labels = {}
+        for link in self.links:
+            signal, label = link.step(state, signal)
+            name = link.effect.name
+            labels[name] = labels[name] + label if name in labels else label
+        return signal, labels
+
+
+def apply_deterministic(effects: Sequence[Effect], state: State) -> tuple[Array, Labels]:
+    """`Chain.apply` of a whole run with the effects that draw no random numbers: a model's prediction."""
+    return Chain([effect for effect in effects if not effect.stochastic], seed=0).apply(state)

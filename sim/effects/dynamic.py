@@ -1,0 +1,54 @@
+"""A signal that comes late: low-pass of the sensor, delay of the electronics."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sim.effects.base import Memory, Replacement, parameter
+from sim.effects.kernels import first_order_lag
+from sim.state import Array, State
+
+
+@dataclass(frozen=True)
+class Bandwidth(Replacement):
+    """First-order low-pass ``H(f) = 1 / (1 + i f / f_c)``, exact for a signal that is linear between samples.
+
+    It delays slow signals by 1 / (2 pi f_c) at any sample rate, also for f_c far above it.
+    """
+
+    name: ClassVar[str] = "bandwidth"
+    stage: ClassVar[str] = "sensor"
+
+    cutoff_hz: float = parameter(0.0, "Hz", 0.0, 1e9, "f_c, where the power is halved; 0: no low-pass")
+
+    def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        if self.cutoff_hz == 0:
+            return signal_nT
+        return first_order_lag(signal_nT, 1 / (2 * math.pi * self.cutoff_hz), state.interval_s, memory)
+
+
+@dataclass(frozen=True)
+class Latency(Replacement):
+    """Values that are old when they are stamped: ``s(t - d)``, linear between samples; the first value is held.
+
+    It comes before the rounding: interpolation after it would break the lattice of the values.
+    """
+
+    name: ClassVar[str] = "latency"
+    stage: ClassVar[str] = "electronics"
+
+    delay_s: float = parameter(0.0, "s", 0.0, 60.0, "d")
+
+    def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        whole, rest = divmod(self.delay_s / state.interval_s, 1.0)
+        past = int(whole) + 1
+        if not memory:
+            memory["past"] = np.tile(signal_nT[0], (past, 1))
+        history: Array = np.concatenate([memory["past"], signal_nT])
+        memory["past"] = history[-past:].copy()
+        n = len(signal_nT)
+        return history[1 : n + 1] + rest * (history[:n] - history[1 : n + 1])

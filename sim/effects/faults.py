@@ -1,0 +1,89 @@
+"""Rare failures of the electronics: single wrong values, and values that stand still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sim.effects.base import Effect, Memory, Replacement, parameter
+from sim.effects.kernels import kernel
+from sim.state import Array, State
+
+
+@dataclass(frozen=True)
+class Spikes(Effect):
+    """Single wrong values at Poisson moments, each on one axis drawn at random.
+
+    The size has either sign and an exponential magnitude of mean A: a Laplace distribution of standard deviation
+    ``sqrt(2) A``. A moment falls on the sample before it.
+    """
+
+    name: ClassVar[str] = "spikes"
+    stage: ClassVar[str] = "electronics"
+    stochastic: ClassVar[bool] = True
+
+    rate_hz: float = parameter(0.0, "Hz", 0.0, 1e3, "mean number a second")
+    amplitude_nT: float = parameter(0.0, "nT", 0.0, 1e7, "mean magnitude A")
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        if self.rate_hz == 0:
+            return np.zeros((len(state), 3))
+        gap = 1.0 / (self.rate_hz * state.interval_s)
+        if not memory:
+            memory["wait"] = np.array([rng.exponential(gap)])
+        return _spikes(rng, len(state), memory["wait"], gap, self.amplitude_nT)
+
+
+@dataclass(frozen=True)
+class Dropouts(Replacement):
+    """Gaps in which the electronics repeats its last value on all axes.
+
+    Times between gaps and lengths of gaps are exponential; the share of repeated samples is ``d / (d + 1 / rate)``.
+    """
+
+    name: ClassVar[str] = "dropouts"
+    stage: ClassVar[str] = "electronics"
+    stochastic: ClassVar[bool] = True
+
+    rate_hz: float = parameter(0.0, "Hz", 0.0, 1e3, "mean number in a second of work")
+    mean_duration_s: float = parameter(0.1, "s", 0.0, 1e5, "mean length d")
+
+    def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        if self.rate_hz == 0 or self.mean_duration_s == 0:
+            return signal_nT
+        means = np.array([1.0 / self.rate_hz, self.mean_duration_s]) / state.interval_s
+        if not memory:
+            memory["last"] = signal_nT[0].copy()
+            memory["clock"] = np.array([0.0, rng.exponential(means[0])])
+        return _hold(rng, signal_nT, memory["last"], memory["clock"], means)
+
+
+@kernel
+def _spikes(rng: np.random.Generator, n: int, wait: Array, gap: float, amplitude: float) -> Array:
+    out = np.zeros((n, 3))
+    for i in range(n):
+        while wait[0] < 1.0:
+            axis = int(3.0 * rng.random())
+            sign = 1.0 if rng.random() < 0.5 else -1.0
+            out[i, axis] += sign * amplitude * rng.standard_exponential()
+            wait[0] += gap * rng.standard_exponential()
+        wait[0] -= 1.0
+    return out
+
+
+@kernel
+def _hold(rng: np.random.Generator, signal: Array, last: Array, clock: Array, means: Array) -> Array:
+    """clock: 0 at work or 1 in a gap, and how many sample intervals that lasts from here."""
+    out = np.empty_like(signal)
+    for i in range(len(signal)):
+        while clock[1] <= 0.0:
+            clock[0] = 1.0 - clock[0]
+            clock[1] += means[int(clock[0])] * rng.standard_exponential()
+        for j in range(3):
+            if clock[0] == 0.0:
+                last[j] = signal[i, j]
+            out[i, j] = last[j]
+        clock[1] -= 1.0
+    return out

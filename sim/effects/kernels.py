@@ -1,0 +1,70 @@
+"""Loops over samples that several effects share; compiled, sequential, the same bits on every machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+import numpy as np
+from numba import njit
+
+from sim.state import Array
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def kernel(function: Callable[P, T]) -> Callable[P, T]:
+    """Compile a loop over samples: cached on disk, free of the interpreter's lock, numpy's division by zero."""
+    compiled: Callable[P, T] = njit(cache=True, nogil=True, error_model="numpy")(function)
+    return compiled
+
+
+@kernel
+def turn_to_body(R_wb: Array, world: Array) -> Array:
+    """R_wb^T v for each sample: R_wb (n, 3, 3), world (n, 3) or (1, 3) for a constant vector; gives (n, 3)."""
+    n = len(R_wb)
+    one = len(world) == 1
+    body = np.empty((n, 3))
+    for i in range(n):
+        k = 0 if one else i
+        for j in range(3):
+            body[i, j] = R_wb[i, 0, j] * world[k, 0] + R_wb[i, 1, j] * world[k, 1] + R_wb[i, 2, j] * world[k, 2]
+    return body
+
+
+@kernel
+def times(matrix: Array, signal: Array) -> Array:
+    """matrix @ signal for each sample: matrix (3, 3), signal (n, 3)."""
+    product = np.empty((len(signal), 3))
+    for i in range(len(signal)):
+        x, y, z = signal[i, 0], signal[i, 1], signal[i, 2]
+        for j in range(3):
+            product[i, j] = matrix[j, 0] * x + matrix[j, 1] * y + matrix[j, 2] * z
+    return product
+
+
+@kernel
+def _lag(signal: Array, before: Array, state: Array, decay: float, new: float, old: float) -> Array:
+    out = np.empty_like(signal)
+    for i in range(len(signal)):
+        for j in range(3):
+            state[j] = decay * state[j] + new * signal[i, j] + old * before[j]
+            before[j] = signal[i, j]
+            out[i, j] = state[j]
+    return out
+
+
+def first_order_lag(signal: Array, time_constant_s: float, interval_s: float, memory: dict[str, Array]) -> Array:
+    """Response y (n, 3) of tau dy/dt = x - y, exact for an x (n, 3) that is linear between its samples.
+
+    ``y_k = a y_k-1 + b x_k + c x_k-1,  a = exp(-h/tau),  b = 1 - (tau/h)(1 - a),  c = (tau/h)(1 - a) - a``.
+    A ramp comes out tau late whatever the sample interval h, also for tau << h. It starts in the steady state.
+    """
+    if not memory:
+        memory["before"], memory["state"] = signal[0].copy(), signal[0].copy()
+    ratio = interval_s / time_constant_s
+    share = -math.expm1(-ratio) / ratio
+    decay = math.exp(-ratio)
+    return _lag(signal, memory["before"], memory["state"], decay, 1.0 - share, share - decay)

@@ -1,0 +1,95 @@
+"""Noise of the sensor: white, and flicker (1/f) noise as a sum of first-order processes."""
+
+# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+from scipy.optimize import nnls
+
+from sim.effects.base import ZERO3, Effect, Memory, Vec3, array, parameter
+from sim.effects.kernels import kernel
+from sim.state import Array, State
+
+FLICKER_LOW_HZ = 1e-5
+_POLES_A_DECADE = 2
+_ZERO = 0.2
+
+
+@dataclass(frozen=True)
+class WhiteNoise(Effect):
+    """White Gaussian noise, independent on each sample and axis."""
+
+    name: ClassVar[str] = "white_noise"
+    stage: ClassVar[str] = "sensor"
+    stochastic: ClassVar[bool] = True
+
+    std_nT: Vec3 = parameter(ZERO3, "nT", 0.0, 1e5, "standard deviation a sample, axes x, y, z", per_axis=True)
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        return rng.standard_normal((len(state), 3)) * array(self.std_nT)
+
+
+@dataclass(frozen=True)
+class FlickerNoise(Effect):
+    """Flicker noise: one-sided power density ``d^2 / f`` in nT^2/Hz, from 1e-5 Hz to 0.45 of the sample rate.
+
+    A bank of first-order processes, two a decade, whose sum follows 1/f within 3 % in that band; flat below it, and
+    stationary from the first sample. Its Allan deviation is about ``sqrt(2 ln 2) d`` at every averaging time.
+    """
+
+    name: ClassVar[str] = "flicker_noise"
+    stage: ClassVar[str] = "sensor"
+    stochastic: ClassVar[bool] = True
+
+    density_nT_sqrt_hz: Vec3 = parameter(
+        ZERO3, "nT/sqrt(Hz)", 0.0, 1e5, "d: the density at 1 Hz, axes x, y, z", per_axis=True
+    )
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        decay, std = flicker_bank(state.interval_s)
+        if not memory:
+            memory["bank"] = rng.standard_normal((3, len(std))) * std
+            memory["before"] = memory["bank"].sum(axis=1)
+        kick = std * np.sqrt(1.0 - decay**2)
+        unit = _bank(rng, len(state), memory["bank"], memory["before"], decay, kick)
+        return unit * array(self.density_nT_sqrt_hz)
+
+
+@lru_cache(maxsize=32)
+def flicker_bank(interval_s: float) -> tuple[Array, Array]:
+    """Decay a sample and standard deviation of each process, for density one at 1 Hz and a sample interval.
+
+    Non-negative least squares of the density of the sum, times f, against one; the zero of the moving average
+    (x_k + 0.2 x_k-1) / 1.2 lets sampled processes fall on beyond a fifth of the sample rate.
+    """
+    rate = 1.0 / interval_s
+    low, high = min(FLICKER_LOW_HZ, 1e-3 * rate), 0.45 * rate
+    count = math.ceil(math.log10(20 * rate / low) * _POLES_A_DECADE)
+    corners = np.geomspace(low / 3, 3 * rate, count)
+    f = np.geomspace(low, high, 400)
+    decay = np.exp(-2 * np.pi * corners * interval_s)
+    turn = np.cos(2 * np.pi * f * interval_s)[:, None]
+    lorentzians = 2 * interval_s * (1 - decay**2) / (1 - 2 * decay * turn + decay**2)
+    average = (1 + _ZERO**2 + 2 * _ZERO * turn) / (1 + _ZERO) ** 2
+    variance, _ = nnls(lorentzians * average * f[:, None], np.ones(len(f)))
+    used = variance > 0
+    return decay[used], np.sqrt(variance[used])
+
+
+@kernel
+def _bank(rng: np.random.Generator, n: int, bank: Array, before: Array, decay: Array, kick: Array) -> Array:
+    out = np.empty((n, 3))
+    for i in range(n):
+        for j in range(3):
+            total = 0.0
+            for k in range(len(decay)):
+                bank[j, k] = decay[k] * bank[j, k] + kick[k] * rng.standard_normal()
+                total += bank[j, k]
+            out[i, j] = (total + _ZERO * before[j]) / (1.0 + _ZERO)
+            before[j] = total
+    return out

@@ -1,0 +1,69 @@
+"""A sensor whose answer is not a straight line: curvature, and memory of where the signal came from."""
+
+# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sim.effects.base import ZERO3, Effect, Memory, Vec3, array, parameter
+from sim.effects.kernels import kernel
+from sim.state import Array, State
+
+
+@dataclass(frozen=True)
+class Nonlinearity(Effect):
+    """Curvature of the characteristic: ``F (c2 (s/F)^2 + c3 (s/F)^3)`` on each axis, F the reference."""
+
+    name: ClassVar[str] = "nonlinearity"
+    stage: ClassVar[str] = "sensor"
+    linear: ClassVar[tuple[str, ...]] = ("second_order", "third_order")
+
+    second_order: Vec3 = parameter(ZERO3, "", -1.0, 1.0, "c2 of the axes x, y, z", per_axis=True)
+    third_order: Vec3 = parameter(ZERO3, "", -1.0, 1.0, "c3 of the axes x, y, z", per_axis=True)
+    reference_nT: float = parameter(50_000.0, "nT", 1.0, 1e7, "F, at which the error is (c2 + c3) F")
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        ratio = signal_nT / self.reference_nT
+        return signal_nT * ratio * (array(self.second_order) + array(self.third_order) * ratio)
+
+
+@dataclass(frozen=True)
+class Hysteresis(Effect):
+    """Lag of the core's magnetisation behind the signal: ``-g E_r(s)``, E_r the stop operator.
+
+    ``e_k = clip(e_k-1 + s_k - s_k-1, -r, r)``, e = 0 at the start, on each axis: what a play of half-width r leaves
+    over, never above r. Several thresholds: the mean of their operators, a Prandtl-Ishlinskii model.
+    """
+
+    name: ClassVar[str] = "hysteresis"
+    stage: ClassVar[str] = "sensor"
+    linear: ClassVar[tuple[str, ...]] = ("gain",)
+
+    gain: Vec3 = parameter(ZERO3, "", -1.0, 1.0, "g of the axes x, y, z", per_axis=True)
+    threshold_nT: float | tuple[float, ...] = parameter(
+        1000.0, "nT", 1e-3, 1e6, "half-width r of the play, or several", several=True
+    )
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        thresholds = np.atleast_1d(array(self.threshold_nT))
+        if not memory:
+            memory["before"], memory["stops"] = signal_nT[0].copy(), np.zeros((len(thresholds), 3))
+        return _stops(signal_nT, memory["before"], memory["stops"], thresholds, -array(self.gain) / len(thresholds))
+
+
+@kernel
+def _stops(signal: Array, before: Array, stops: Array, thresholds: Array, weight: Array) -> Array:
+    out = np.empty_like(signal)
+    for i in range(len(signal)):
+        for j in range(3):
+            step = signal[i, j] - before[j]
+            before[j] = signal[i, j]
+            total = 0.0
+            for k in range(len(thresholds)):
+                stops[k, j] = min(max(stops[k, j] + step, -thresholds[k]), thresholds[k])
+                total += stops[k, j]
+            out[i, j] = weight[j] * total
+    return out

@@ -1,0 +1,98 @@
+"""Magnetic bodies beside the way: wrecks and ordnance as dipoles, pipelines as long thin magnets."""
+
+# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from scenarios.errors import InputError
+from sim.effects.base import ZERO3, Effect, Memory, Vec3, array, parameter
+from sim.effects.kernels import kernel, turn_to_body
+from sim.state import Array, State
+
+MU0_4PI_nT = 100.0
+"""mu_0 / (4 pi) in nT m^3 / (A m^2)."""
+
+
+@dataclass(frozen=True)
+class LocalDipole(Effect):
+    """Field of a fixed magnetic body: a dipole, or with an extent a thin cylinder of uniform magnetisation.
+
+    ``B = mu_0/(4 pi) R_wb^T (3 (m.r) r / r^5 - m / r^3)``, r from the body to the sensor (magpylib); the cylinder
+    runs from `position` to `position + extent`, its moment m is spread evenly along it, in any direction, and B is
+    the integral of the dipole's along it in closed form.
+
+    Raises InputError where the sensor goes through the body.
+    """
+
+    name: ClassVar[str] = "local_dipole"
+    stage: ClassVar[str] = "field"
+    needs: ClassVar[tuple[str, ...]] = ("attitude", "position")
+    linear: ClassVar[tuple[str, ...]] = ("moment_A_m2",)
+
+    position_enu_m: Vec3 = parameter(ZERO3, "m", -1e7, 1e7, "where it lies, or where the cylinder begins")
+    moment_A_m2: Vec3 = parameter(ZERO3, "A m^2", -1e9, 1e9, "total moment east, north, up")
+    extent_enu_m: Vec3 = parameter(ZERO3, "m", -1e5, 1e5, "from the cylinder's begin to its end; zero: a dipole")
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        way = state.pos_enu_m - array(self.position_enu_m)
+        moment, extent = array(self.moment_A_m2), array(self.extent_enu_m)
+        world = line_field_nT(way, moment, extent) if extent.any() else dipole_field_nT(way, moment)
+        if not np.isfinite(world).all():
+            raise InputError(
+                f"the sensor goes through the source at {self.position_enu_m} m, where its field is infinite",
+                where="effects.local_dipole.position_enu_m",
+                do="move the source or the path",
+            )
+        return turn_to_body(state.R_wb, world)
+
+
+def dipole_field_nT(way_m: Array, moment_A_m2: Array) -> Array:
+    """Field (n, 3) in nT of a dipole at the origin, at way_m (n, 3)."""
+    # Imported here: magpylib takes a third of a second that scenarios without a source need not wait for.
+    from magpylib.core import dipole_Hfield
+
+    strength = dipole_Hfield(observers=way_m, moments=np.broadcast_to(moment_A_m2, way_m.shape))
+    field: Array = (4 * math.pi * MU0_4PI_nT) * strength
+    return field
+
+
+def line_field_nT(way_m: Array, moment_A_m2: Array, extent_m: Array) -> Array:
+    """Field (n, 3) in nT, at way_m (n, 3), of a moment spread evenly along the line from the origin to extent_m."""
+    length = float(np.linalg.norm(extent_m))
+    return _line_field(way_m, MU0_4PI_nT / length * moment_A_m2, extent_m / length, length)
+
+
+@kernel
+def _line_field(way: Array, density: Array, axis: Array, length: float) -> Array:
+    """Integral of 3 (d.R) R / R^5 - d / R^3 along the line, R = across + t axis, t from z - length to z.
+
+    With r_i the distance to an end and a_i = t_i / r_i: int 1/R^3 = (a_2 - a_1) / across^2 = J,
+    int t^2/R^5 = J (a_1^2 + a_1 a_2 + a_2^2) / 3, int t/R^5 = (r_1^-3 - r_2^-3) / 3.
+    """
+    field = np.empty((len(way), 3))
+    along_density = density[0] * axis[0] + density[1] * axis[1] + density[2] * axis[2]
+    for i in range(len(way)):
+        high = way[i, 0] * axis[0] + way[i, 1] * axis[1] + way[i, 2] * axis[2]
+        low = high - length
+        ax, ay, az = way[i, 0] - high * axis[0], way[i, 1] - high * axis[1], way[i, 2] - high * axis[2]
+        across2 = ax * ax + ay * ay + az * az
+        r1, r2 = math.sqrt(across2 + low * low), math.sqrt(across2 + high * high)
+        a1, a2 = low / r1, high / r2
+        # Beyond an end the difference a2 - a1 would cancel, so there it is taken in another form.
+        beyond = low * high > 0.0
+        J = (high * high - low * low) / ((high * r1 + low * r2) * r1 * r2) if beyond else (a2 - a1) / across2
+        squares = (a1 * a1 + a1 * a2 + a2 * a2) / 3.0
+        odd = (1.0 / r1**3 - 1.0 / r2**3) / 3.0
+        across_density = density[0] * ax + density[1] * ay + density[2] * az
+        round_part = across_density * J * (1.0 - squares) / across2 if across2 > 0.0 else 0.0
+        on_across = 3.0 * (round_part + along_density * odd)
+        on_axis = 3.0 * (across_density * odd + along_density * J * squares)
+        field[i, 0] = on_across * ax + on_axis * axis[0] - density[0] * J
+        field[i, 1] = on_across * ay + on_axis * axis[1] - density[1] * J
+        field[i, 2] = on_across * az + on_axis * axis[2] - density[2] * J
+    return field

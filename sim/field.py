@@ -1,0 +1,34 @@
+"""The Earth's undisturbed field at a place and date."""
+
+from __future__ import annotations
+
+import datetime
+
+import numpy as np
+
+from scenarios.errors import InputError
+from scenarios.spec import FieldSpec
+from sim.state import Array
+
+FIRST_DATE, LAST_DATE = datetime.date(1900, 1, 1), datetime.date(2030, 1, 1)
+"""What IGRF-14 covers; its last five years are a forecast."""
+
+
+def earth_field_enu_nT(field: FieldSpec) -> Array:
+    """Field vector (3,) in nT, east, north, up: the given one, or IGRF-14 at geodetic latitude, longitude, altitude.
+
+    The altitude counts from the WGS-84 ellipsoid. Raises InputError for a date that the model does not cover.
+    Source: Alken et al. 2021, Earth Planets Space 73:49, with IAGA's coefficients of 2024 (ppigrf).
+    """
+    if field.enu_nT is not None:
+        return np.array(field.enu_nT)
+    assert field.date is not None  # FieldSpec: place and date go together
+    if not FIRST_DATE <= field.date <= LAST_DATE:
+        covered = f"{FIRST_DATE} to {LAST_DATE}"
+        raise InputError(f"IGRF-14 covers {covered}, found {field.date}", where="field.date", do="or give field.enu_nT")
+    # Imported here: it loads pandas, which scenarios with a given vector need not wait for.
+    import ppigrf
+
+    midnight = datetime.datetime.combine(field.date, datetime.time())
+    parts = ppigrf.igrf(field.longitude_deg, field.latitude_deg, field.altitude_m / 1000.0, midnight)
+    return np.array([float(part.item()) for part in parts])
