@@ -1,0 +1,77 @@
+"""`simulate` against the bare physics, and its memory against the length of the run."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from itertools import count
+from pathlib import Path
+
+from benchmarks.closed_loop import bare_steps
+from benchmarks.measure import Row, paired_ratio
+from scenarios.load import load
+from scenarios.spec import Scenario
+from sim.effects import EFFECTS, table
+from sim.generate import generate
+from sim.vehicles.base import STEP_S
+
+MOST_COST = 3.0
+MOST_GROWTH_MIB = 100.0
+HOUR_S = 3600.0
+NEUTRAL = {
+    "white_noise": {"std_nT": [5.0, 5.0, 5.0]},
+    "flicker_noise": {"density_nT_sqrt_hz": [1.0, 1.0, 1.0]},
+    "offset_random_walk": {"std_nT_sqrt_s": [0.1, 0.1, 0.1]},
+    "bandwidth": {"cutoff_hz": 10.0},
+    "eddy_current": {"matrix_s": [[0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 0.01]], "time_constant_s": 0.1},
+    "hysteresis": {"gain": [0.01, 0.01, 0.01], "threshold_nT": 500.0},
+    "latency": {"delay_s": 0.03},
+    "quantisation": {"step_nT": 1.0},
+    "saturation": {"full_scale_nT": 100_000.0},
+    "spikes": {"rate_hz": 0.01, "amplitude_nT": 500.0},
+    "dropouts": {"rate_hz": 0.01, "mean_duration_s": 0.1},
+    "local_dipole": {"position_enu_m": [10.0, 5.0, -60.0], "moment_A_m2": [100.0, 0.0, 50.0]},
+    "current_ripple": {"amplitude_nT_A": [1.0, 1.0, 1.0], "frequency_hz": 3.1},
+}
+"""Parameters under which every effect really works; the others get what makes each of them act."""
+
+
+def every_effect(hours: float) -> Scenario:
+    """An AUV spiral at 50 Hz with every effect of the library."""
+    ramp = {"diurnal_drift": "amplitude_enu_nT", "hard_iron": "offset_nT", "sensor_offset": "offset_nT"}
+    effects = {cls.name: NEUTRAL.get(cls.name, {}) for cls in EFFECTS}
+    effects |= {name: {key: [20.0, -10.0, 30.0]} for name, key in ramp.items()}
+    base = load("auv-spiral", [f"phases.0.duration_s={HOUR_S * hours}", "sampling.rate_hz=50"])
+    return base.model_copy(update={"effects": effects})
+
+
+def rows() -> list[Row]:
+    """Cost of an hour with every effect, and growth of the peak memory from one hour to twenty."""
+    with tempfile.TemporaryDirectory() as folder:
+        return [_cost(Path(folder)), _growth(Path(folder))]
+
+
+def _cost(folder: Path) -> Row:
+    scenario, number = every_effect(1.0), count()
+    simulate = lambda: generate(scenario, folder / f"run{next(number)}")  # noqa: E731
+    ratio, top, bottom = paired_ratio(simulate, bare_steps(scenario, round(HOUR_S / STEP_S)), pairs=3)
+    note = f"one hour at 50 Hz, {len(table)} effects: {top:.2f} s, bare physics {bottom:.2f} s"
+    return Row("simulate and write / bare physics", ratio, MOST_COST, False, note)
+
+
+def _growth(folder: Path) -> Row:
+    one, twenty = (_peak_MiB(hours, folder) for hours in (1, 20))
+    note = f"peak of a 1 h run {one:.0f} MiB, of a 20 h run {twenty:.0f} MiB"
+    return Row("growth of peak memory, MiB", twenty - one, MOST_GROWTH_MIB, False, note)
+
+
+def _peak_MiB(hours: int, folder: Path) -> float:  # noqa: N802 - the unit's own spelling
+    code = (
+        "import resource, sys; from pathlib import Path\n"
+        "from benchmarks.dataset import every_effect; from sim.generate import generate\n"
+        f"generate(every_effect({hours}), Path(sys.argv[1]))\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)"
+    )
+    command = [sys.executable, "-c", code, str(folder / f"peak{hours}")]
+    return float(subprocess.run(command, capture_output=True, text=True, check=True).stdout)

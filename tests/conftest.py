@@ -1,0 +1,43 @@
+"""Shared fixtures."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def realdata() -> Path:
+    """Folder of measured recordings, named by MAGBENCH_REALDATA; tests that need it skip where it is not set."""
+    folder = os.environ.get("MAGBENCH_REALDATA")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("MAGBENCH_REALDATA does not name a folder of measured recordings")
+    return Path(folder)
+
+
+@pytest.fixture(scope="session")
+def run_python() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Run code in a fresh interpreter."""
+
+    def run(code: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def cli() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Run the installed command line as a user does."""
+
+    def run(*arguments: str, **keywords: object) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "magbench", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, timeout=300, **keywords)  # type: ignore[call-overload, no-any-return]
+
+    return run
