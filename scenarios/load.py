@@ -1,0 +1,141 @@
+"""Read scenarios: by name from the catalogue, or from a TOML file; strictly, with overrides."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from scenarios.errors import InputError
+from scenarios.overrides import Override, parse, put
+from scenarios.paths.excited import Excited
+from scenarios.problems import closest, first_problem, told
+from scenarios.spec import ModelSpec, Scenario
+from scenarios.toml import as_dict, digest, to_toml
+from scenarios.vary import apply_vary, check_vary
+
+CATALOGUE = Path(__file__).parent / "catalogue"
+Spec = TypeVar("Spec", bound=BaseModel)
+
+
+def load(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+    """The scenario of that name in the catalogue, or of that TOML file, with `key=value` overrides.
+
+    Raises InputError (one line: file or override, key, what is wrong, what to do) for a file that cannot be read or is
+    not TOML, an unknown key, a wrong type, a value out of range, and a phase that the vehicle cannot do.
+    """
+    path = find(name_or_path)
+    changes = [parse(text) for text in overrides]
+    scenario = _validate(Scenario, _changed(_read(path), changes), str(path), changes)
+    _check_phases(scenario, str(path), changes)
+    _check_effects(scenario, str(path), changes)
+    check_vary(scenario, str(path))
+    return scenario
+
+
+def load_model(name_or_path: str | Path, overrides: Sequence[str] = ()) -> ModelSpec:
+    """What the diagnosis takes as a model: the field and effects of a scenario, or a file with just these tables."""
+    path = find(name_or_path)
+    data = _read(path)
+    if "phases" in data or "vehicle" in data:
+        scenario = load(path, overrides)
+        shared = {key: getattr(scenario, key) for key in ModelSpec.model_fields}
+        return ModelSpec(**shared)
+    changes = [parse(text) for text in overrides]
+    model = _validate(ModelSpec, _changed(data, changes), str(path), changes)
+    _check_effects(model, str(path), changes)
+    return model
+
+
+def catalogue() -> dict[str, str]:
+    """Name and summary of every scenario in the catalogue."""
+    tables = {path.stem: _read(path) for path in sorted(CATALOGUE.glob("*.toml"))}
+    return {name: str(table["summary"]) for name, table in tables.items()}
+
+
+def find(name_or_path: str | Path) -> Path:
+    """The file of a catalogue name or path; raises InputError that lists the names."""
+    named = CATALOGUE / f"{name_or_path}.toml"
+    if "/" not in str(name_or_path) and named.is_file():
+        return named
+    if Path(name_or_path).exists():
+        return Path(name_or_path)
+    names = [path.stem for path in CATALOGUE.glob("*.toml")]
+    do = "give a TOML file or a name of the catalogue; " + closest(str(name_or_path), names, most=len(names))
+    raise InputError("no such file, and no scenario of this name", where=str(name_or_path), do=do)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        reason = error.strerror or "not readable"
+        raise InputError(f"cannot be read: {reason}", where=str(path), do="give a readable TOML file") from None
+    except UnicodeDecodeError:
+        raise InputError("not UTF-8 text", where=str(path), do="save the file as UTF-8 TOML") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"not TOML: {error}", where=str(path), do="mend the file there") from None
+
+
+def _changed(data: dict[str, Any], changes: Sequence[Override]) -> dict[str, Any]:
+    for change in changes:
+        put(data, change)
+    return data
+
+
+def _validate(model: type[Spec], data: dict[str, Any], where: str, changes: Sequence[Override]) -> Spec:
+    """Strictly: as JSON, so that arrays and dates are accepted, but no text for a number."""
+    try:
+        return model.model_validate_json(json.dumps(data, default=str), strict=True)
+    except ValidationError as error:
+        path, what, do = first_problem(error, model)
+        raise told(_blame(path, where, changes), path, what, do) from None
+
+
+def _blame(path: tuple[str | int, ...], where: str, changes: Sequence[Override]) -> str:
+    """The last override that reaches the path, otherwise the file."""
+    return next((change.where for change in reversed(changes) if change.touches(path)), where)
+
+
+def _check_phases(scenario: Scenario, where: str, changes: Sequence[Override]) -> None:
+    vehicle = scenario.vehicle.kind
+    for index, phase in enumerate(scenario.phases):
+        if vehicle not in phase.vehicles:
+            what = f'the {vehicle} cannot do a "{phase.kind}" phase'
+            at: tuple[str | int, ...] = ("phases", index, "kind")
+            raise told(_blame(at, where, changes), at, what, "vehicles that can: " + ", ".join(phase.vehicles))
+        if vehicle == "quadrotor" and isinstance(phase, Excited) and phase.excited:
+            what = "the quadrotor cannot roll or pitch without moving away"
+            at = ("phases", index)
+            raise told(_blame(at, where, changes), at, what, 'leave the amplitudes out, or add a "rotate" phase')
+
+
+def _check_effects(spec: Scenario | ModelSpec, where: str, changes: Sequence[Override]) -> None:
+    """Effects are tables or arrays of tables; their names and parameters are sim.effects' to check."""
+    tables: list[tuple[tuple[str | int, ...], dict[str, Any]]] = [(("effects",), spec.effects)]
+    if isinstance(spec, Scenario):
+        tables += [(("sensors", i, "effects"), sensor.effects) for i, sensor in enumerate(spec.sensors)]
+    for path, table in tables:
+        for name, value in table.items():
+            many = value if isinstance(value, list) and value else [value]
+            if not all(isinstance(item, dict) for item in many):
+                at = (*path, name)
+                do = f"write [{'.'.join(map(str, at))}] and its parameters below"
+                raise told(_blame(at, where, changes), at, "an effect is a table of parameters", do)
+
+
+__all__ = [
+    "CATALOGUE",
+    "apply_vary",
+    "as_dict",
+    "catalogue",
+    "digest",
+    "find",
+    "load",
+    "load_model",
+    "to_toml",
+]

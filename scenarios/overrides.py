@@ -1,0 +1,106 @@
+"""`--set key=value`: one value of a scenario replaced by a dotted key."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+from scenarios.errors import InputError
+
+_BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_.:/-]*")
+
+
+@dataclass(frozen=True)
+class Override:
+    """One override: its text, the path in the scenario, and the new value (None removes the key)."""
+
+    text: str
+    path: tuple[str | int, ...]
+    value: Any
+
+    @property
+    def where(self) -> str:
+        return f"--set {self.text}"
+
+    def touches(self, path: tuple[str | int, ...]) -> bool:
+        """Whether an error at this path can come from this override."""
+        shared = min(len(path), len(self.path))
+        return shared > 0 and path[:shared] == self.path[:shared]
+
+
+def parse(text: str) -> Override:
+    """Read `key=value`: the value as TOML, a bare word as a string; an empty value removes the key.
+
+    Raises InputError where the text has no key, or the value is neither.
+    """
+    key, equals, value = (part.strip() for part in text.partition("="))
+    text = " ".join(text.split())  # messages stay on one line
+    path = _parse_key(key)
+    if not equals or not path:
+        raise InputError("not a dotted key and a value", where=f"--set {text}", do="write --set phases.0.radius_m=20")
+    return Override(text, path, _parse_value(value, text) if value else None)
+
+
+def _parse_key(key: str) -> tuple[str | int, ...]:
+    """The parts of a dotted TOML key (a part may be quoted), numbers as indices; () where it is no key."""
+    try:
+        table: Any = tomllib.loads(f"{key} = 0")
+    except tomllib.TOMLDecodeError:
+        return ()
+    parts: list[str | int] = []
+    while isinstance(table, dict):
+        ((part, table),) = table.items()
+        parts.append(int(part) if part.isdecimal() else part)
+    return tuple(parts)
+
+
+def _parse_value(value: str, text: str) -> Any:
+    try:
+        table = tomllib.loads(f"value = {value}")
+    except tomllib.TOMLDecodeError as error:
+        if _BARE_WORD.fullmatch(value):
+            return value
+        advice = 'numbers, true, "text", [1, 2, 3]'
+        raise InputError(f"the value is not TOML: {error}".split(" (at")[0], where=f"--set {text}", do=advice) from None
+    if len(table) != 1:
+        raise InputError("more than one value", where=f"--set {text}", do="give one --set for each key")
+    return table["value"]
+
+
+def put(data: dict[str, Any], override: Override) -> None:
+    """Set the value in plain data, making tables on the way.
+
+    Raises InputError where the path leads through a value or beyond an array.
+    """
+    node: Any = data
+    for depth, part in enumerate(override.path):
+        done = ".".join(map(str, override.path[:depth]))
+        _check_step(node, part, done, override)
+        if depth == len(override.path) - 1:
+            _store(node, part, override)
+        elif isinstance(node, dict):
+            node = node.setdefault(str(part), {})
+        else:
+            node = node[part]
+
+
+def _check_step(node: Any, part: str | int, done: str, override: Override) -> None:
+    if isinstance(node, list):
+        if not isinstance(part, int) or part >= len(node):
+            do = f"its entries are 0 to {len(node) - 1}" if node else "it is empty"
+            raise InputError(f"{done} is an array and has no entry {part}", where=override.where, do=do)
+    elif not isinstance(node, dict):
+        raise InputError(f"{done} is a value and has no key {part}", where=override.where, do=f"set {done} itself")
+
+
+def _store(node: Any, part: str | int, override: Override) -> None:
+    key = part if isinstance(node, list) else str(part)
+    if override.value is not None:
+        node[key] = override.value
+    elif isinstance(node, dict) and key in node:
+        del node[key]
+    else:
+        do = "an empty value removes a key of a table; give a value"
+        raise InputError("there is nothing to remove", where=override.where, do=do)
