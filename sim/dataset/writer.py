@@ -68,8 +68,8 @@ class RunWriter:
         with ExitStack() as stack:
             part = stack.enter_context(beside(self._path))
             with told(self._path):
-                self._sink = pa.OSFile(str(part), "wb")
-            self._parquet = self._open(self._sink)
+                self._sink: pa.OSFile = stack.enter_context(pa.OSFile(str(part), "wb"))
+                self._parquet = self._open(self._sink)
             stack.push(self._close)
             self._stack = stack.pop_all()
         return self

@@ -1,0 +1,163 @@
+"""What was written is read back as Recording and Truth, and the truth never reaches a recording."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios.errors import InputError
+from sim.dataset import (
+    Recording,
+    finish_dataset,
+    iter_blocks,
+    open_dataset_for_writing,
+    read_recording,
+    read_run,
+    run_path,
+    write_recording,
+    writer,
+)
+
+ARRAYS = [f.name for f in fields(Recording) if f.name != "channels"]
+
+
+def assert_same(one: Recording, other: Recording) -> None:
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+    assert one.channels.keys() == other.channels.keys()
+    for name, values in one.channels.items():
+        np.testing.assert_array_equal(values, other.channels[name], err_msg=name)
+
+
+def stacked(run: Any, *names: str) -> np.ndarray:
+    return np.stack([run.block[name] for name in names], axis=1)
+
+
+def test_recording_of_a_run(tmp_path: Path, run: Any) -> None:
+    run.write(tmp_path / "r.parquet")
+    recording = read_recording(tmp_path / "r.parquet")
+    np.testing.assert_array_equal(recording.time_s, run.block["time_s"])
+    np.testing.assert_array_equal(recording.mag_nT, stacked(run, "mag_x_nT", "mag_y_nT", "mag_z_nT"))
+    np.testing.assert_array_equal(recording.att_q, stacked(run, "att_qw", "att_qx", "att_qy", "att_qz"))
+    np.testing.assert_array_equal(recording.current_A, stacked(run, "current_1_A", "current_2_A"))
+    assert recording.phase.tolist() == run.block["phase"].tolist()
+    assert recording.array_mag_nT is None
+    assert recording.channels == {}
+
+
+@pytest.mark.parametrize("sensors", [1, 4])
+def test_labels_are_whole(tmp_path: Path, make_run: Any, sensors: int) -> None:
+    make_run(sensors=sensors).write(tmp_path / "r.parquet")
+    recording, truth = read_run(tmp_path / "r.parquet")
+    assert tuple(truth.effects) == ("soft_iron", "hard_iron", "white_noise")
+    measured = recording.mag_nT if sensors == 1 else recording.array_mag_nT
+    assert np.abs(truth.field_nT + sum(truth.effects.values()) - measured).max() < 1e-6
+    assert truth.q.shape == (400, 4)
+    assert truth.pos_enu_m.shape == (400, 3)
+    assert truth.parameters == {"hard_iron": {"x_nT": 300.0}}
+
+
+def test_array_of_sensors(tmp_path: Path, make_run: Any) -> None:
+    run = make_run(sensors=4, motors=0)
+    run.write(tmp_path / "r.parquet")
+    recording = read_recording(tmp_path / "r.parquet")
+    assert recording.array_mag_nT.shape == (4, 400, 3)
+    np.testing.assert_array_equal(recording.array_mag_nT[2], stacked(run, "mag3_x_nT", "mag3_y_nT", "mag3_z_nT"))
+    np.testing.assert_array_equal(recording.mag_nT, recording.array_mag_nT[0])
+    assert recording.current_A is None
+
+
+def test_only_what_is_needed(tmp_path: Path, run: Any) -> None:
+    run.write(tmp_path / "r.parquet")
+    recording = read_recording(tmp_path / "r.parquet", groups=("gyro",))
+    filled = {name for name in ARRAYS if getattr(recording, name) is not None}
+    assert filled == {"time_s", "mag_nT", "gyro_rad_s"}
+    with pytest.raises(ValueError, match="no such column groups.*truth"):
+        read_recording(tmp_path / "r.parquet", groups=("truth",))
+
+
+@pytest.mark.parametrize("rows", [1, 64, 100, 1000])
+def test_blocks_join_to_the_whole(tmp_path: Path, run: Any, monkeypatch: pytest.MonkeyPatch, rows: int) -> None:
+    monkeypatch.setattr(writer, "ROWS_PER_GROUP", 128)
+    run.write(tmp_path / "r.parquet")
+    blocks = list(iter_blocks(tmp_path / "r.parquet", rows=rows))
+    whole = read_recording(tmp_path / "r.parquet")
+    assert max(len(block) for block in blocks) <= rows
+    for name in ("time_s", "mag_nT", "att_q", "phase"):
+        np.testing.assert_array_equal(np.concatenate([getattr(b, name) for b in blocks]), getattr(whole, name))
+
+
+def test_dataset_directory_by_run_number(tmp_path: Path, make_run: Any, scenario: dict[str, Any]) -> None:
+    runs = [make_run(seed=i) for i in range(2)]
+    open_dataset_for_writing(tmp_path, scenario, 7, 2, runs[0].table)
+    runs[0].write(run_path(tmp_path, 0), run=0)
+    with pytest.raises(InputError, match="run 1 is not there yet"):
+        read_recording(tmp_path, run=1)
+    runs[1].write(run_path(tmp_path, 1), run=1)
+    finish_dataset(tmp_path)
+    np.testing.assert_array_equal(read_recording(tmp_path, run=1).time_s, runs[1].block["time_s"])
+    recording, truth = read_run(tmp_path, run=1)
+    np.testing.assert_array_equal(recording.mag_nT[:, 0], runs[1].block["mag_x_nT"])
+    np.testing.assert_array_equal(truth.field_nT[:, 2], runs[1].block["true_field_z_nT"])
+    with pytest.raises(InputError, match=r"no run 2 \(it has runs 0 to 1\)"):
+        read_recording(tmp_path, run=2)
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".csv"])
+@pytest.mark.parametrize("sensors", [1, 2])
+def test_recording_written_for_others_holds_no_truth(
+    tmp_path: Path, make_run: Any, suffix: str, sensors: int
+) -> None:
+    run = make_run(sensors=sensors)
+    q = stacked(run, "att_qw", "att_qx", "att_qy", "att_qz")
+    for i, name in enumerate(("att_qw", "att_qx", "att_qy", "att_qz")):
+        run.block[name] = (q / np.linalg.norm(q, axis=1, keepdims=True))[:, i]
+    run.write(tmp_path / "r.parquet")
+    recording = replace(read_recording(tmp_path / "r.parquet"), channels={"rod_A_m2": np.linspace(0, 1, 400)})
+    out = tmp_path / f"recording{suffix}"
+    write_recording(recording, out)
+    assert b"true_" not in out.read_bytes()
+    assert b"effect_" not in out.read_bytes()
+    assert_same(read_recording(out), recording)
+    with pytest.raises(InputError, match="holds no truth"):
+        read_run(out)
+
+
+def test_recording_with_only_the_field(tmp_path: Path) -> None:
+    recording = Recording(time_s=np.arange(3.0), mag_nT=np.arange(9.0).reshape(3, 3))
+    write_recording(recording, tmp_path / "r.parquet")
+    assert_same(read_recording(tmp_path / "r.parquet"), recording)
+    write_recording(recording, tmp_path / "r.csv")
+    lines = (tmp_path / "r.csv").read_text().splitlines()
+    assert lines[:2] == ["time_s,mag_x_nT,mag_y_nT,mag_z_nT", "0,0,1,2"]
+
+
+def test_recording_written_under_a_strange_suffix(tmp_path: Path) -> None:
+    recording = Recording(time_s=np.arange(3.0), mag_nT=np.zeros((3, 3)))
+    with pytest.raises(InputError, match=r"use \.parquet or \.csv"):
+        write_recording(recording, tmp_path / "r.mat")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_cut_off_run(tmp_path: Path, run: Any) -> None:
+    path = tmp_path / "r.parquet"
+    run.write(path)
+    path.write_bytes(path.read_bytes()[:-100])
+    for read in (read_recording, read_run, lambda p: list(iter_blocks(p))):
+        with pytest.raises(InputError, match=r"r\.parquet: is cut off or damaged"):
+            read(path)
+
+
+def test_blocks_of_a_measured_log_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("time_s,mag_x_nT\n1,2\n")
+    with pytest.raises(InputError, match="is not a run of a dataset"):
+        list(iter_blocks(tmp_path / "log.csv"))
+
+
+def test_directory_that_is_no_dataset(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"dataset\.json: no such file"):
+        read_recording(tmp_path)
