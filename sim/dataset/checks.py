@@ -141,7 +141,7 @@ def _check_finite(path: Path, name: str, values: Array) -> None:
     wrong = ~np.isfinite(values)
     if wrong.any():
         count, row = int(np.count_nonzero(wrong)), int(np.argmax(wrong)) + 1
-        kind = "infinite" if np.isinf(values[row - 1]) else "missing (NaN or empty)"
+        kind = "infinite" if np.isinf(values[row - 1]) else "missing"
         what = f"{count} of {len(values)} values are missing or infinite, the first in row {row} is {kind}"
         raise InputError(what, where=f"{path}: {name}", do="remove these rows")
 

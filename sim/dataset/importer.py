@@ -116,7 +116,7 @@ def _not_numbers(column: pa.ChunkedArray) -> tuple[str, str]:
     """What a column holds instead of numbers, and what to do; it begins with "row" where other rows are numbers."""
     if pa.types.is_nested(column.type):
         return f"holds {column.type}, not one number a row", "split it into one column a component"
-    cells = [None if cell is None else str(cell) for cell in column.to_pylist()]
+    cells = [None if cell is None else str(cell)[:40] for cell in column.to_pylist()]
     wrong = next((row for row, cell in enumerate(cells) if cell is not None and not _is_number(cell)), None)
     if wrong is None:
         return "row 1 onward holds numbers stored as text", "store them as numbers"

@@ -97,7 +97,8 @@ def _parse(text: str) -> ColumnMap:
     if not (target and equals and source):
         raise InputError("is not of the form TARGET=SOURCE", where=where, do=_SYNTAX)
     if group_of(target) in ("channel", "truth", "effect"):
-        near = difflib.get_close_matches(target, TARGETS, n=2) or TARGETS
+        spelt = {name.lower(): name for name in TARGETS}
+        near = [spelt[word] for word in difflib.get_close_matches(target.lower(), spelt)] or TARGETS
         raise InputError(f"a recording has no column {target!r}", where=where, do=f"use {', '.join(near)}")
     return _with_options(ColumnMap(target, source), options, where)
 

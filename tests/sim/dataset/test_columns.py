@@ -48,6 +48,6 @@ def test_schema_has_unit_and_meaning_in_every_field() -> None:
         assert field.type == (pa.dictionary(pa.int32(), pa.string()) if column.name == "phase" else pa.float64())
 
 
-@pytest.mark.parametrize("name", ["effective_power_W", "wheel_0_rad_s", "truename", "mag_heading", "mag_x_uT", "current"])
+@pytest.mark.parametrize("name", ["effective_power_W", "wheel_0_rad_s", "truename", "mag_heading", "mag_x_uT"])
 def test_names_that_only_resemble_are_channels(name: str) -> None:
     assert group_of(name) == "channel"

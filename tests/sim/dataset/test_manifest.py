@@ -123,7 +123,7 @@ def test_other_scenario_is_refused_and_nothing_touched(out: Path, make_run: Any,
 def test_key_that_only_one_scenario_has_is_named(out: Path, scenario: dict[str, Any]) -> None:
     open_dataset_for_writing(out, scenario, 7, 1, TABLE)
     other = {**scenario, **{f"extra_{i}": "x" * 99 for i in range(9)}}
-    with pytest.raises(InputError, match="scenario.extra_0 is missing there and .*; …") as caught:
+    with pytest.raises(InputError, match=r"scenario\.extra_0 is missing there and .*; …") as caught:
         open_dataset_for_writing(out, other, 7, 1, TABLE)
     assert len(str(caught.value)) < 600
 

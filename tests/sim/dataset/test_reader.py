@@ -76,7 +76,7 @@ def test_only_what_is_needed(tmp_path: Path, run: Any) -> None:
     recording = read_recording(tmp_path / "r.parquet", groups=("gyro",))
     filled = {name for name in ARRAYS if getattr(recording, name) is not None}
     assert filled == {"time_s", "mag_nT", "gyro_rad_s"}
-    with pytest.raises(ValueError, match="no such column groups.*truth"):
+    with pytest.raises(ValueError, match=r"no such column groups.*truth"):
         read_recording(tmp_path / "r.parquet", groups=("truth",))
 
 
@@ -109,9 +109,7 @@ def test_dataset_directory_by_run_number(tmp_path: Path, make_run: Any, scenario
 
 @pytest.mark.parametrize("suffix", [".parquet", ".csv"])
 @pytest.mark.parametrize("sensors", [1, 2])
-def test_recording_written_for_others_holds_no_truth(
-    tmp_path: Path, make_run: Any, suffix: str, sensors: int
-) -> None:
+def test_recording_written_for_others_holds_no_truth(tmp_path: Path, make_run: Any, suffix: str, sensors: int) -> None:
     run = make_run(sensors=sensors)
     q = stacked(run, "att_qw", "att_qx", "att_qy", "att_qz")
     for i, name in enumerate(("att_qw", "att_qx", "att_qy", "att_qz")):
