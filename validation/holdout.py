@@ -1,0 +1,170 @@
+"""Hold-out motions that no calibrator has seen, through the static part of the true magnetometer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from sim.chain import Link
+from sim.dataset import Recording
+from sim.effects.base import Effect
+from sim.effects.sources import dipole_field_nT
+from sim.state import State
+
+Array = NDArray[np.float64]
+
+STATIC = ("soft_iron", "hard_iron", "hard_iron_drift", "motor_current", "misalignment", "non_orthogonality", "scale",
+          "nonlinearity", "temperature_scale", "temperature_offset", "sensor_offset", "offset_jump")
+"""Effects that field, temperature, current and time at one instant decide: what a calibration can take out."""
+NOT_STATIC = {
+    "diurnal_drift": "a change of the field, not of the instrument", "field_gradient": "part of the field",
+    "local_dipole": "part of the field", "attitude_misalignment": "navigation's error, not the magnetometer's",
+    "eddy_current": "needs a rate; the hold-out stands still", "current_ripple": "an alternating field of zero mean",
+    "hysteresis": "depends on the past", "bandwidth": "depends on the past", "latency": "depends on the past",
+    "offset_random_walk": "random", "flicker_noise": "random", "white_noise": "random", "spikes": "random",
+    "dropouts": "random", "saturation": "electronics", "quantisation": "electronics",
+}
+"""Effects that the hold-out leaves out, and why."""
+
+SPHERE_ATTITUDES = 2000
+LEVEL_ATTITUDES = 720
+LEVEL_TILT_RAD = float(np.radians(3.0))
+LINE_HALF_LENGTH_M, LINE_SPACING_M = 60.0, 0.5
+DIPOLE_ENU_M = np.array([5.0, 8.0, -20.0])
+DIPOLE_PEAK_NT = 100.0
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The run's mean surroundings: field_enu_nT (3,), middle of the run, mean temperature and currents (m,)."""
+
+    field_enu_nT: Array
+    time_s: float = 0.0
+    temperature_degC: float = 20.0
+    current_A: Array | None = None
+
+    @classmethod
+    def of(cls, recording: Recording, field_enu_nT: Sequence[float] | Array) -> Surroundings:
+        """Surroundings of a recording, in the middle of it; what it does not hold keeps its default."""
+        temperature, current = recording.temperature_degC, recording.current_A
+        return cls(
+            np.asarray(field_enu_nT, dtype=float), float(recording.time_s[0] + recording.time_s[-1]) / 2,
+            cls.temperature_degC if temperature is None else float(np.nanmean(temperature)),
+            None if current is None else np.asarray(np.nanmean(current, axis=0)))
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Attitudes R_wb (n, 3, 3), true field (n, 3) and what the instrument would show (n, 3), body frame, nT."""
+
+    R_wb: Array
+    true_nT: Array
+    measured_nT: Array
+
+    def recording(self) -> Recording:
+        """The measurement as a recording at rest, for `Calibration.apply`."""
+        n = len(self.measured_nT)
+        return Recording(np.arange(n, dtype=float), self.measured_nT, gyro_rad_s=np.zeros((n, 3)))
+
+
+@dataclass(frozen=True)
+class HoldOut:
+    """The static truth m = S h + b (matrix (3, 3), offset_nT (3,)) and three motions, all without noise.
+
+    `sphere`: attitudes uniform over all rotations; `level`: headings all round, roll and pitch within three degrees;
+    `line`: a survey line there and back over a seabed dipole whose peak is 100 nT, wobbling likewise.
+    """
+
+    matrix: Array
+    offset_nT: Array
+    sphere: Pairs
+    level: Pairs
+    line: Pairs
+    line_anomaly_nT: Array
+
+
+def hold_out(effects: Sequence[Effect], surroundings: Surroundings) -> HoldOut:
+    """The hold-out of one magnetometer with these effects (in the chain's order) in these surroundings."""
+    sphere = pairs(effects, surroundings, uniform_attitudes(SPHERE_ATTITUDES))
+    matrix, offset_nT = _linear(sphere)
+    pos_m, attitudes = survey_line()
+    anomaly_enu_nT = dipole_enu_nT(pos_m, surroundings.field_enu_nT)
+    line = pairs(effects, surroundings, attitudes, anomaly_enu_nT)
+    strength_nT = float(np.linalg.norm(surroundings.field_enu_nT))
+    total_nT = np.linalg.norm(surroundings.field_enu_nT + anomaly_enu_nT, axis=1)
+    level = pairs(effects, surroundings, level_attitudes(LEVEL_ATTITUDES))
+    return HoldOut(matrix, offset_nT, sphere, level, line, np.asarray(total_nT - strength_nT))
+
+
+def static_truth(effects: Sequence[Effect], surroundings: Surroundings) -> tuple[Array, Array]:
+    """S (3, 3) and b (3,) of the best linear fit m = S h + b to the static chain over all attitudes.
+
+    Exact where the chain is linear, which all static effects but `nonlinearity` are.
+    """
+    return _linear(pairs(effects, surroundings, uniform_attitudes(SPHERE_ATTITUDES)))
+
+
+def pairs(effects: Sequence[Effect], surroundings: Surroundings, attitudes: Rotation,
+          extra_enu_nT: Array | None = None) -> Pairs:
+    """True field, Earth's and extra_enu_nT (n, 3), and the measurement of it through the static effects."""
+    n = len(attitudes)
+    world_nT = np.tile(surroundings.field_enu_nT, (n, 1)) + (0.0 if extra_enu_nT is None else extra_enu_nT)
+    true_nT = np.asarray(attitudes.inv().apply(world_nT))
+    state = _at_rest(surroundings, attitudes)
+    signal_nT = true_nT.copy()
+    for effect in effects:
+        if effect.name in STATIC:
+            signal_nT, _ = Link(effect, np.random.default_rng(0)).step(state, signal_nT)
+    return Pairs(state.R_wb, true_nT, signal_nT)
+
+
+def _at_rest(surroundings: Surroundings, attitudes: Rotation) -> State:
+    """n attitudes at one instant, standing still, at the origin."""
+    n, none = len(attitudes), np.zeros((len(attitudes), 3))
+    current_A = np.zeros(0) if surroundings.current_A is None else surroundings.current_A
+    return State(
+        time_s=np.full(n, surroundings.time_s), interval_s=1.0, pos_enu_m=none, R_wb=np.asarray(attitudes.as_matrix()),
+        rate_rad_s=none, field_enu_nT=surroundings.field_enu_nT,
+        field_nT=np.asarray(attitudes.inv().apply(surroundings.field_enu_nT)), field_rate_nT_s=none,
+        temperature_degC=np.full(n, surroundings.temperature_degC), current_A=np.tile(current_A, (n, 1)))
+
+
+def _linear(data: Pairs) -> tuple[Array, Array]:
+    scale_nT = float(np.linalg.norm(data.true_nT, axis=1).max())
+    rows = np.column_stack((data.true_nT / scale_nT, np.ones(len(data.true_nT))))
+    solution = np.linalg.lstsq(rows, data.measured_nT, rcond=None)[0]
+    return np.asarray(solution[:3].T / scale_nT), np.asarray(solution[3])
+
+
+def uniform_attitudes(n: int) -> Rotation:
+    """The same n rotations always, uniform over all."""
+    return Rotation.random(n, rng=np.random.default_rng(0))
+
+
+def level_attitudes(n: int) -> Rotation:
+    """Headings evenly all round, roll and pitch swinging within LEVEL_TILT_RAD at rates that do not repeat."""
+    yaw = 2 * np.pi * np.arange(n) / n
+    return _wobbling(yaw, 7 * yaw, 11 * yaw + 1)
+
+
+def _wobbling(yaw: Array, pitch_phase: Array, roll_phase: Array) -> Rotation:
+    pitch, roll = LEVEL_TILT_RAD * np.sin(pitch_phase), LEVEL_TILT_RAD * np.sin(roll_phase)
+    return Rotation.from_euler("ZYX", np.column_stack((yaw, pitch, roll)))
+
+
+def survey_line() -> tuple[Array, Rotation]:
+    """Positions (n, 3) and attitudes of a line to the east and back, a sample each half metre."""
+    along = np.arange(-LINE_HALF_LENGTH_M, LINE_HALF_LENGTH_M + LINE_SPACING_M / 2, LINE_SPACING_M)
+    x = np.concatenate((along, along[::-1]))
+    yaw = np.repeat([0.0, np.pi], len(along))
+    return np.column_stack((x, 0 * x, 0 * x)), _wobbling(yaw, x / 3.0, x / 2.2 + 1)
+
+
+def dipole_enu_nT(pos_m: Array, field_enu_nT: Array) -> Array:
+    """Field (n, 3) of a body at DIPOLE_ENU_M magnetised along the Earth's field, scaled to a peak of DIPOLE_PEAK_NT."""
+    unit_nT = dipole_field_nT(pos_m - DIPOLE_ENU_M, field_enu_nT / np.linalg.norm(field_enu_nT))
+    return unit_nT * (DIPOLE_PEAK_NT / float(np.linalg.norm(unit_nT, axis=1).max()))
