@@ -43,7 +43,7 @@ def first_problem(error: ValidationError, model: type[BaseModel]) -> tuple[Path,
     problem = min(problems, key=lambda p: p["type"] != "extra_forbidden")
     path = _without_tags(problem["loc"])
     what, do = _words(problem, model, path)
-    more = f"; {len(problems) - 1} more" if len(problems) > 1 else ""
+    more = f"; and {len(problems) - 1} more" if len(problems) > 1 else ""
     return path, what + more, do
 
 
@@ -75,9 +75,9 @@ def _words(problem: Any, model: type[BaseModel], path: Path) -> tuple[str, str]:
             return "kind is missing", "one of " + ", ".join(kinds)
         return f'unknown kind "{tag}"', closest(str(tag), kinds, most=len(kinds))
     what = str(problem["msg"]).removeprefix("Value error, ").replace("\n", " ")
-    what = what[:1].lower() + what[1:]
+    what = (what[:1].lower() + what[1:]).replace("input should be", "must be")
     if isinstance(given, dict) or kind == "value_error":
-        return what, ""
+        return what, "an override with an empty value, --set KEY=, removes a key" if "either" in what else ""
     return f"{what}; found {_short(given)}", ""
 
 

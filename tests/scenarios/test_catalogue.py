@@ -8,6 +8,7 @@ import pytest
 
 from scenarios.errors import InputError
 from scenarios.load import CATALOGUE, apply_vary, as_dict, catalogue, load, to_toml
+from scenarios.paths import Start
 from scenarios.paths.excited import Excited
 from scenarios.schema import json_schema
 from scenarios.spec import Scenario
@@ -103,6 +104,41 @@ def test_three_turns_have_longs_axes() -> None:
 )
 def test_field_strengths(name: str, strength_nT: float) -> None:
     assert np.linalg.norm(load(name).field.enu_nT) == pytest.approx(strength_nT, abs=0.02)
+
+
+def _turned(vector: Any, angle: Any, axis: int) -> Any:
+    """Vectors (n, 3) seen from axes that are turned by the angle about an axis."""
+    out, (i, j) = np.array(vector, dtype=float), ((axis + 1) % 3, (axis + 2) % 3)
+    out[:, i] = np.cos(angle) * vector[:, i] + np.sin(angle) * vector[:, j]
+    out[:, j] = np.cos(angle) * vector[:, j] - np.sin(angle) * vector[:, i]
+    return out
+
+
+def _body_field(field: Any, yaw: Any, pitch: Any, roll: Any) -> Any:
+    return _turned(_turned(_turned(np.tile(field, (len(yaw), 1)), yaw, 2), pitch, 1), roll, 0)
+
+
+STANDARD = {
+    "full": ((np.pi, 0.097, 0.3), (np.radians(88), 0.053, 1.1), 0.11),
+    "pitch": ((np.radians(5), 2 * np.pi / 31, 0), (np.radians(45), 2 * np.pi / 47, 0), np.radians(6)),
+    "auv": ((np.radians(5), 2 * np.pi / 31, 0), (np.radians(5), 2 * np.pi / 47, 0), np.radians(6)),
+}
+
+
+@pytest.mark.parametrize("name", STANDARD)
+def test_standard_case_is_the_same_in_the_benchs_frames(name: str) -> None:
+    """Stated in forward, right, down and north, east, down; m = S h + b."""
+    t = np.arange(3600) / 10
+    (roll, roll_rate, roll_phase), (pitch, pitch_rate, pitch_phase), yaw_rate = STANDARD[name]
+    angles = yaw_rate * t, pitch * np.sin(pitch_rate * t + pitch_phase), roll * np.sin(roll_rate * t + roll_phase)
+    h = _body_field([12637.48, -11484.12, -32730.72], *angles)
+    S = np.array([[1.1198, 0.0120, -0.0154], [0.0120, 1.0097, -0.0090], [-0.0154, -0.0090, 0.9590]])
+    expected = (h @ S.T + [1200, -800, 2000]) * [1, -1, -1]
+    scenario = load(f"standard-{name}")
+    reference = scenario.phases[0].reference(Start((0, 0, 0), 0), t + 10)
+    ours = _body_field(scenario.field.enu_nT, *reference[:, 9:12].T)
+    soft, hard = scenario.effects["soft_iron"]["matrix"], scenario.effects["hard_iron"]["offset_nT"]
+    np.testing.assert_allclose(ours + ours @ np.transpose(soft) + hard, expected, atol=0.1)
 
 
 def test_excited_circles_differ_from_the_level_ones_in_the_excitation_alone() -> None:
