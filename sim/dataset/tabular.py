@@ -70,7 +70,7 @@ def _load_csv(path: Path) -> pa.Table:
     try:
         table = pyarrow.csv.read_csv(
             path,
-            read_options=pyarrow.csv.ReadOptions(use_threads=False, block_size=_block_bytes(path)),
+            read_options=pyarrow.csv.ReadOptions(use_threads=False),
             parse_options=pyarrow.csv.ParseOptions(
                 delimiter=_delimiter(header), invalid_row_handler=keep_first, ignore_empty_lines=True
             ),
@@ -78,11 +78,6 @@ def _load_csv(path: Path) -> pa.Table:
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise _csv_error(path, ragged, error) from error
     return _renamed(path, table)
-
-
-def _block_bytes(path: Path) -> int:
-    """The whole file as one block where it fits: Arrow guesses a column's type from the first block alone."""
-    return min(max(path.stat().st_size + 1, 1 << 20), 1 << 30)
 
 
 def _header(path: Path) -> str:
