@@ -22,13 +22,13 @@ _ZERO = 0.2
 
 @dataclass(frozen=True)
 class WhiteNoise(Effect):
-    """White Gaussian noise, independent on each sample and axis."""
+    """White Gaussian noise, independent on each sample and axis: ``n ~ N(0, sigma^2)``."""
 
     name: ClassVar[str] = "white_noise"
     stage: ClassVar[str] = "sensor"
     stochastic: ClassVar[bool] = True
 
-    std_nT: Vec3 = parameter(ZERO3, "nT", 0.0, 1e5, "standard deviation a sample, axes x, y, z", per_axis=True)
+    std_nT: Vec3 = parameter(ZERO3, "nT", 0.0, 1e5, "sigma of a sample, axes x, y, z", per_axis=True)
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return rng.standard_normal((len(state), 3)) * array(self.std_nT)

@@ -1,0 +1,143 @@
+"""Effects of the sensor that draw no random numbers: geometry, curvature, memory, temperature, bandwidth, offset."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.effects.drift import OffsetJump
+from sim.effects.dynamic import Bandwidth
+from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
+from sim.effects.nonlinear import Hysteresis, Nonlinearity
+from sim.effects.rotation import axes_and_turn, rotation, rotation_angles_deg, triangular_angles_deg
+from sim.effects.temperature import TemperatureOffset, TemperatureScale
+
+
+def label_of(effect, state, signal=None):
+    signal = state.field_nT if signal is None else signal
+    return effect.apply(state, signal, np.random.default_rng(0), {})
+
+
+def test_misalignment_keeps_the_norm_and_turns_by_its_angles(states):
+    state = states(100)
+    out = state.field_nT + label_of(Misalignment((1, -2, 3)), state)
+    np.testing.assert_allclose(np.linalg.norm(out, axis=1), np.linalg.norm(state.field_nT, axis=1))
+    quarter = Misalignment((0, 0, 90)).matrix() @ [1, 0, 0]
+    np.testing.assert_allclose(quarter, [0, 1, 0], atol=1e-15)
+
+
+def test_zhangs_matrix_is_symmetric_and_a_rotation_only_in_neither_case(states):
+    M = Misalignment((1.2, -1.4, 0.3), form="zhang2018").matrix()
+    assert (M == M.T).all()
+    assert np.abs(M @ M.T - np.eye(3)).max() > 1e-3
+
+
+def test_leaning_axes_have_length_one_and_lean_by_their_angles():
+    N = NonOrthogonality((2.0, 3.0, -1.0)).matrix()
+    np.testing.assert_allclose(np.linalg.norm(N, axis=1), 1.0)
+    assert np.degrees(np.arcsin(N[0, 1])) == pytest.approx(2.0)
+    assert np.degrees(np.arcsin(N[1, 2])) == pytest.approx(-1.0)
+    np.testing.assert_allclose(triangular_angles_deg(N), (2.0, 3.0, -1.0))
+
+
+def test_any_matrix_is_leaning_axes_after_a_turn():
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        A = rng.normal(size=(3, 3))
+        A[0] *= np.sign(np.linalg.det(A))
+        N, Q = axes_and_turn(A)
+        np.testing.assert_allclose(N @ Q, A, atol=1e-13)
+        assert (np.diag(N) > 0).all()
+        assert np.linalg.det(Q) == pytest.approx(1.0)
+        np.testing.assert_allclose(rotation(rotation_angles_deg(Q)), Q, atol=1e-13)
+
+
+@pytest.mark.parametrize("pitch", [90.0, -90.0])
+def test_angles_come_back_at_the_poles(pitch):
+    R = rotation((30.0, pitch, 50.0))
+    np.testing.assert_allclose(rotation(rotation_angles_deg(R)), R, atol=1e-12)
+
+
+def test_scale_is_a_factor_on_each_axis(states):
+    state = states(50)
+    out = state.field_nT + label_of(Scale((0.1, 0.0, -0.2)), state)
+    np.testing.assert_allclose(out, state.field_nT * [1.1, 1.0, 0.8])
+
+
+def test_nonlinearity_has_its_size_at_the_reference_and_its_symmetry(states):
+    state = states(2)
+    signal = np.array([[50_000.0] * 3, [-50_000.0] * 3])
+    label = label_of(Nonlinearity((1e-3, 0, 1e-3), (0, 2e-3, 2e-3)), state, signal)
+    np.testing.assert_allclose(label, [[50, 100, 150], [50, -100, -50]])
+
+
+def test_temperature_acts_on_offset_and_on_sensitivity(states):
+    state = states(200)
+    warm = state.temperature_degC - 15
+    np.testing.assert_allclose(label_of(TemperatureOffset((1, 0, 2), 15), state)[:, 2], 2 * warm)
+    scaled = label_of(TemperatureScale((1e-4, 0, 0), 15), state)
+    np.testing.assert_allclose(scaled[:, 0], 1e-4 * warm * state.field_nT[:, 0])
+
+
+def loop(effect, states, cycles, amplitude=20_000.0):
+    n = 2000 * cycles
+    signal = np.zeros((n, 3))
+    signal[:, 0] = amplitude * np.sin(2 * np.pi * np.arange(n) / 2000)
+    return signal[:, 0], label_of(effect, states(n), signal)[:, 0]
+
+
+@pytest.mark.parametrize("threshold", [500.0, (200.0, 500.0, 3000.0)])
+def test_hysteresis_closes_its_loop_and_stays_within_its_bound(states, threshold):
+    signal, label = loop(Hysteresis(0.1, threshold), states, 4)
+    assert np.abs(label).max() <= 0.1 * np.mean(threshold) + 1e-9
+    np.testing.assert_allclose(label[4000:6000], label[6000:], atol=1e-9)
+    rising, falling = label[6000 + 1999], label[6000 + 1000]
+    assert abs(signal[6000 + 1000]) < 1e-6
+    assert rising == pytest.approx(-0.1 * np.mean(threshold), rel=1e-6)
+    assert falling == pytest.approx(0.1 * np.mean(threshold), rel=1e-6)
+
+
+def test_the_area_of_a_hysteresis_loop_is_the_plays(states):
+    """Once round, a play of half-width r on a swing A encloses 2 r (2 A - 2 r)."""
+    r, A = 500.0, 20_000.0
+    signal, label = loop(Hysteresis(1.0, r), states, 3)
+    x, y = signal[2000:4001], label[2000:4001]
+    area = abs(np.sum((y[1:] + y[:-1]) / 2 * np.diff(x)))
+    assert area == pytest.approx(2 * r * (2 * A - 2 * r), rel=0.01)
+
+
+def test_a_swing_within_the_play_leaves_no_loop(states):
+    signal, label = loop(Hysteresis(0.1, 500.0), states, 2, amplitude=200.0)
+    np.testing.assert_allclose(label, -0.1 * signal, atol=1e-9)
+
+
+@pytest.mark.parametrize("cutoff", [0.5, 2.0, 20.0])
+def test_bandwidth_attenuates_and_delays_a_tone(states, cutoff):
+    f, h = 1.3, 0.002
+    state = states(20_000, h)
+    signal = np.repeat(np.sin(2 * np.pi * f * state.time_s)[:, None], 3, axis=1)
+    out = signal + label_of(Bandwidth(cutoff), state, signal)
+    expected = np.sin(2 * np.pi * f * state.time_s - np.arctan(f / cutoff)) / np.hypot(1, f / cutoff)
+    np.testing.assert_allclose(out[10_000:], np.repeat(expected[10_000:, None], 3, axis=1), atol=5e-5)
+
+
+@pytest.mark.parametrize("cutoff", [1e-2, 1.0, 1e2, 1e4, 1e6])
+def test_bandwidth_delays_a_ramp_by_its_time_constant_at_any_sample_rate(states, cutoff):
+    delay = 1 / (2 * np.pi * cutoff)
+    n = 5000 if cutoff >= 1 else 20_000
+    state = states(n, 0.02)
+    label = label_of(Bandwidth(cutoff), state, np.repeat(state.time_s[:, None], 3, axis=1))
+    np.testing.assert_allclose(label[-1], -delay, rtol=1e-6, atol=1e-13)
+
+
+def test_a_constant_passes_the_low_pass_from_the_first_sample(states):
+    signal = np.tile([1e4, -2e4, 3e4], (100, 1))
+    assert np.abs(label_of(Bandwidth(0.1), states(100), signal)).max() < 1e-9
+
+
+def test_offset_jumps_at_its_time(states):
+    label = label_of(OffsetJump(1.0, (5, 0, -3)), replace(states(100), time_s=np.arange(100) * 0.02))
+    assert not label[:50].any()
+    assert (label[50:] == [5, 0, -3]).all()

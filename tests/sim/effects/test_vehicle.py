@@ -1,0 +1,73 @@
+"""Effects of the vehicle: iron, eddy currents, supply currents."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenarios.errors import InputError
+from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
+from sim.effects.iron import HardIron, HardIronDrift, SoftIron
+
+B = ((0.1, 0.02, 0.03), (0.04, 0.05, 0.06), (0.07, 0.08, 0.09))
+
+
+def label_of(effect, state):
+    return effect.apply(state, state.field_nT, np.random.default_rng(0), {})
+
+
+def test_soft_iron_follows_the_signal_and_hard_iron_does_not(states):
+    state = states(200)
+    np.testing.assert_allclose(label_of(SoftIron(B), state), state.field_nT @ np.array(B).T, rtol=1e-12)
+    assert (label_of(HardIron((1, 2, 3)), state) == [1, 2, 3]).all()
+
+
+def test_drift_is_linear_or_settles(states):
+    state = states(3600, 1.0)
+    linear = label_of(HardIronDrift((3600, 0, -7200)), state)
+    np.testing.assert_allclose(linear[:, 0], state.time_s)
+    np.testing.assert_allclose(linear[:, 2], -2 * state.time_s)
+    settling = label_of(HardIronDrift((3600, 0, 0), time_constant_s=200), state)[:, 0]
+    np.testing.assert_allclose(settling[-1], 200, rtol=1e-6)
+    np.testing.assert_allclose(np.gradient(settling, 1.0)[1], np.exp(-1 / 200), rtol=1e-4)
+
+
+def test_eddy_current_is_the_matrix_times_the_fields_rate(states):
+    state = states(500, 0.01)
+    rate = np.gradient(state.field_nT, 0.01, axis=0)[2:-2]
+    np.testing.assert_allclose(label_of(EddyCurrent(B), state)[2:-2], rate @ np.array(B).T, rtol=1e-3, atol=0.5)
+
+
+def test_eddy_current_with_inductance_lags_as_a_first_order_system(states):
+    tau, w, h = 0.4, 3.0, 0.002
+    state = states(20_000, h)
+    rate = np.zeros((20_000, 3))
+    rate[:, 0] = np.sin(w * state.time_s)
+    label = label_of(EddyCurrent(B, tau), replace(state, field_rate_nT_s=rate))[:, 0]
+    expected = 0.1 / np.hypot(1, w * tau) * np.sin(w * state.time_s - np.arctan(w * tau))
+    np.testing.assert_allclose(label[5000:], expected[5000:], atol=1e-6)
+
+
+def test_motor_current_takes_one_motor_or_all(states):
+    state = states(100)
+    one = label_of(MotorCurrent((1, 0, -2), motor=2), state)
+    np.testing.assert_allclose(one[:, 0], state.current_A[:, 1])
+    np.testing.assert_allclose(one[:, 2], -2 * state.current_A[:, 1])
+    np.testing.assert_allclose(label_of(MotorCurrent((1, 0, 0)), state)[:, 0], state.current_A.sum(axis=1))
+
+
+def test_a_vehicle_without_motors_has_no_motor_field_and_a_motor_that_is_not_there_is_refused(states):
+    assert not label_of(MotorCurrent((1, 1, 1)), states(10, motors=0)).any()
+    with pytest.raises(InputError, match="motor 4 asked for, the vehicle has 3"):
+        label_of(MotorCurrent((1, 1, 1), motor=4), states(10))
+
+
+def test_ripple_is_a_tone_on_the_current(states):
+    state = replace(states(5000, 0.01), current_A=np.full((5000, 1), 4.0))
+    label = label_of(CurrentRipple((2, 0, 0), frequency_hz=10, phase_deg=90), state)[:, 0]
+    spectrum = np.abs(np.fft.rfft(label)) / 2500
+    assert np.fft.rfftfreq(5000, 0.01)[spectrum.argmax()] == pytest.approx(10)
+    assert spectrum.max() == pytest.approx(8.0)
+    assert label[0] == pytest.approx(8.0)
