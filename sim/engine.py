@@ -125,17 +125,18 @@ def advance(control, model, data, dt, buffers, added, share, reference, flow, ga
     """Run the loop over the rows of `reference`; log a row [qpos, qvel, ctrl, dqvel/dt] at each `every`-th step.
 
     The control acts once a step (zero-order hold); flow (n, 3) is the wind or current of each step, m/s, ENU.
-    stop = (z_m, sign): ends where sign (qpos[2] - z_m) > 0; sign 0: never. `added` empty: mj_step itself.
+    stop = (z_m, sign): ends where sign (qpos[2] - z_m) > 0, before a row of the log, so that samples stay evenly
+    spaced; sign 0: never. `added` empty: mj_step itself.
     Returns the number of steps taken.
     """
     qpos, qvel, ctrl, wind = buffers[0], buffers[1], buffers[3], buffers[9]
     nq, nv, nu = qpos.size, qvel.size, ctrl.size
     for i in range(reference.shape[0]):
-        if stop[1] * (qpos[2] - stop[0]) > 0.0:
+        logged = i % every == 0
+        if logged and stop[1] * (qpos[2] - stop[0]) > 0.0:
             return i
         wind[:] = flow[i]
         control(qpos, qvel, reference[i], gains, memory, ctrl)
-        logged = i % every == 0
         if logged:
             row = log[i // every]
             row[:nq] = qpos
@@ -158,3 +159,12 @@ def buffers_of(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[A
         *(data.qfrc_passive, data.qfrc_bias, data.qfrc_actuator, data.qfrc_applied, model.opt.wind),
         np.zeros(49),
     )
+
+
+def mass_matrix(model: mujoco.MjModel) -> Array:
+    """The bodies' own M (nv, nv) in the first pose; of a free joint there: about the body's origin, in its frame."""
+    probe = mujoco.MjData(model)
+    mujoco.mj_forward(model, probe)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, probe, mass)
+    return mass

@@ -12,7 +12,7 @@ import numpy as np
 from scenarios.errors import InputError
 from scenarios.paths.base import PhaseBase, Start
 from scenarios.spec import Scenario
-from sim.engine import advance, buffers_of
+from sim.engine import advance, buffers_of, mass_matrix
 from sim.rotation import matrix_from_q
 from sim.state import Array
 from sim.vehicles import vehicle_for
@@ -64,11 +64,7 @@ class _Loop:
         """(M + M_A)^-1 in the body frame, from the engine's own mass matrix at the identity attitude."""
         if not self.added.size:
             return self.added
-        probe = mujoco.MjData(self.model)
-        mujoco.mj_forward(self.model, probe)
-        mass = np.zeros((self.model.nv, self.model.nv))
-        mujoco.mj_fullM(self.model, mass, probe.qM)
-        return np.linalg.inv(mass + self.added)
+        return np.asarray(np.linalg.inv(mass_matrix(self.model) + self.added), dtype=np.float64)
 
     def start(self) -> Start:
         """The state that the next phase begins from."""
