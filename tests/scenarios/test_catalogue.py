@@ -167,10 +167,11 @@ def test_vary_is_reproducible_and_in_range() -> None:
 
 
 def test_vary_draws_in_sorted_order_of_keys() -> None:
-    scenario = load("tumble", ['vary."effects.white_noise.std_nT".normal=[30, 1]'])
+    scenario = load("tumble", ['vary."effects.flicker_noise.density_nT_sqrt_hz".normal=[30, 1]'])
+    assert list(scenario.vary) != sorted(scenario.vary)
     drawn, rng = apply_vary(scenario, np.random.default_rng(7)), np.random.default_rng(7)
+    np.testing.assert_allclose(drawn.effects["flicker_noise"]["density_nT_sqrt_hz"], rng.normal(30, 1, 3), rtol=1e-15)
     np.testing.assert_array_equal(drawn.effects["hard_iron"]["offset_nT"], rng.uniform(-4000, 4000, 3))
-    np.testing.assert_allclose(drawn.effects["white_noise"]["std_nT"], rng.normal(30, 1, 3), rtol=1e-15)
 
 
 def test_schema_knows_the_files_keys() -> None:
