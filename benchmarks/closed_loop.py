@@ -25,7 +25,9 @@ def rows() -> list[Row]:
 def _row(name: str) -> Row:
     scenario = load(name)
     steps = _steps(scenario)
-    ratio, bare, loop = paired_ratio(bare_steps(scenario, steps), lambda: sum(len(m.time_s) for m in drive_all(scenario)))
+    ratio, bare, loop = paired_ratio(
+        bare_steps(scenario, steps), lambda: sum(len(m.time_s) for m in drive_all(scenario))
+    )
     note = f"{steps} steps: bare {1e6 * bare / steps:.2f} us, loop {1e6 * loop / steps:.2f} us a step"
     return Row(f"closed loop / bare step limit, {name}", ratio, LEAST_RATIO, True, note)
 

@@ -21,13 +21,13 @@ _PUBLIC = {
     "Reference": "calib",
     "Scenario": "scenarios.spec",
     "Truth": "sim.dataset",
-    "bench": "validation.bench",
     "calibrator": "calib",
     "catalogue": "scenarios.load",
     "generate": "sim.generate",
     "load": "scenarios.load",
     "read_recording": "sim.dataset",
     "read_run": "sim.dataset",
+    "run_scenario": "validation.pipeline",
 }
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605 - the table above is the one list
 

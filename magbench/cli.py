@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Sequence
 
-import click
 import typer
 
 from magbench.commands import calibrate, listing, run, schema, show, simulate
@@ -35,9 +34,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status = app(args=arguments, prog_name="magbench", standalone_mode=False)
         sys.stdout.flush()
-    except (InputError, click.UsageError) as error:
-        return _refuse(error.format_message() if isinstance(error, click.UsageError) else str(error))
-    except (click.Abort, KeyboardInterrupt):
+    except (InputError, typer.TyperException) as error:
+        return _refuse(error.format_message() if isinstance(error, typer.TyperException) else str(error))
+    except (typer.Abort, KeyboardInterrupt):
         return _refuse("interrupted; the same command resumes", 130)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

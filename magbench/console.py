@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from sim.generate import Progress as Report
-
+Report = Callable[[int, int], object]
+"""Told (pieces done, pieces in all)."""
 PLAIN_LINES = 10
 """Progress lines for a whole piece of work where there is no terminal."""
 messages = Console(stderr=True, soft_wrap=True, highlight=False)
@@ -31,11 +31,11 @@ def emit(result: Mapping[str, Any]) -> None:
     sys.stdout.write("\n")
 
 
-def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: bool = True) -> None:
     """A table on standard output: the first column to the left, numbers to the right."""
-    table = Table(title=title, title_justify="left")
+    table = Table(title=title or None, title_justify="left")
     for index, column in enumerate(columns):
-        table.add_column(column, justify="left" if index == 0 else "right", overflow="fold")
+        table.add_column(column, justify="right" if numbers and index else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
     Console(soft_wrap=not sys.stdout.isatty(), highlight=False, markup=False).print(table)

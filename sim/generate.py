@@ -14,7 +14,7 @@ from sim.dataset.writer import RunFile, RunWriter, run_file
 from sim.pool import each
 from sim.simulate import blocks, plan
 
-Progress = Callable[[int, int], None]
+Progress = Callable[[int, int], object]
 """Called with (runs done, runs in all)."""
 
 

@@ -9,11 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.load import apply_vary, as_dict, value_at
+from scenarios.load import apply_vary, as_dict
 from scenarios.spec import Scenario, SensorSpec
+from scenarios.vary import values_at
 from sim import effects as effect_table
 from sim.chain import Chain
-from sim.dataset import columns as names
+from sim.dataset.columns import (
+    ACCEL,
+    ATTITUDE,
+    GYRO,
+    POSITION,
+    TRUE_ATTITUDE,
+    TRUE_FIELD,
+    TRUE_POSITION,
+    Column,
+    columns,
+    effect_names,
+    mag_names,
+)
 from sim.dataset.manifest import run_metadata
 from sim.effects.base import Effect
 from sim.effects.earth import AttitudeMisalignment
@@ -46,24 +59,25 @@ class Plan:
     effects: tuple[tuple[Effect, ...], ...]
 
     @property
-    def effect_names(self) -> tuple[str, ...]:
+    def effects_named(self) -> tuple[str, ...]:
         """Names of all effects of all sensors, each once, in chain order."""
         return tuple(dict.fromkeys(effect.name for sensor in self.effects for effect in sensor))
 
     @property
-    def columns(self) -> tuple[names.Column, ...]:
+    def columns(self) -> tuple[Column, ...]:
         """The columns of the run's file."""
         motors = VEHICLES[self.scenario.vehicle.kind].motors
-        return names.columns(sensors=len(self.effects), motors=motors, effects=self.effect_names)
+        return columns(sensors=len(self.effects), motors=motors, effects=self.effects_named)
 
     @property
     def metadata(self) -> dict[str, Any]:
         """What the run's file says of itself: the scenario, and the true parameters of field and effects."""
-        drawn = as_dict(self.drawn)
         parameters = {
             "field_enu_nT": self.field_enu_nT.tolist(),
-            "effects": [effect_table.as_tables(sensor) for sensor in self.effects],
-            "drawn": {key: value_at(drawn, key) for key in self.scenario.vary},
+            "effects": [effect_table.as_tables(sensor)[0] for sensor in self.effects],
+            "effect_order": self.effects_named,
+            "navigation": self.drawn.navigation.model_dump(),
+            "drawn": values_at(self.drawn, self.scenario.vary),
         }
         return run_metadata(as_dict(self.scenario), self.seed, self.run, parameters)
 
@@ -77,8 +91,8 @@ def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> Plan:
 
 
 def _effects(scenario: Scenario, sensor: SensorSpec, index: int) -> tuple[Effect, ...]:
-    """The effects of one sensor: its own tables replace the scenario's of the same name."""
-    tables = {**scenario.effects, **sensor.effects}
+    """The effects of one sensor: the scenario's, then its own."""
+    tables = effect_table.merged(scenario.effects, sensor.effects)
     where = f"scenario {scenario.name}" if not sensor.effects else f"scenario {scenario.name}, sensors.{index}"
     return effect_table.build(tables, scenario.effect_order, where)
 
@@ -99,13 +113,13 @@ def blocks(plan: Plan) -> Iterator[Block]:
             state = _state(plan, motion, sensor, temperature, interval_s)
             mag, labels = chain.apply(state)
             number = k + 1 if len(chains) > 1 else None
-            block |= _columns(names.mag_names(number), mag)
-            for name in plan.effect_names:
+            block |= _columns(mag_names(number), mag)
+            for name in plan.effects_named:
                 label = labels.get(name)
-                block |= _columns(names.effect_names(name, number), np.zeros_like(mag) if label is None else label)
-        block |= _columns(names.TRUE_FIELD, state.field_nT)
-        block |= _columns(names.TRUE_ATTITUDE, motion.kinematics.q)
-        block |= _columns(names.TRUE_POSITION, motion.kinematics.pos_enu_m)
+                block |= _columns(effect_names(name, number), np.zeros_like(mag) if label is None else label)
+        block |= _columns(TRUE_FIELD, state.field_nT)
+        block |= _columns(TRUE_ATTITUDE, motion.kinematics.q)
+        block |= _columns(TRUE_POSITION, motion.kinematics.pos_enu_m)
         yield block
 
 
@@ -139,8 +153,8 @@ def _alignment_q(effects: tuple[Effect, ...]) -> Array:
 def _measured(values: dict[str, Array]) -> Block:
     block: Block = {"temperature_degC": values["temperature_degC"]}
     for key, group in (
-        *(("gyro_rad_s", names.GYRO), ("accel_m_s2", names.ACCEL)),
-        *(("att_q", names.ATTITUDE), ("pos_enu_m", names.POSITION)),
+        *(("gyro_rad_s", GYRO), ("accel_m_s2", ACCEL)),
+        *(("att_q", ATTITUDE), ("pos_enu_m", POSITION)),
     ):
         block |= _columns(group, values[key])
     return block | {f"current_{i + 1}_A": c for i, c in enumerate(values["current_A"].T)}

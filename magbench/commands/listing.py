@@ -30,7 +30,7 @@ def listing(kind: Annotated[Kind, typer.Argument(help="What to list.")], json: J
     if json:
         emit({"items": [{"name": name, "summary": summary} for name, summary in items.items()]})
     else:
-        show_table("", (kind.value[:-1], "summary"), list(items.items()))
+        show_table("", (kind.value[:-1], "summary"), list(items.items()), numbers=False)
 
 
 def _items(kind: Kind) -> dict[str, str]:
@@ -46,6 +46,6 @@ def _items(kind: Kind) -> dict[str, str]:
         from sim.vehicles import VEHICLES
 
         return {name: cls.summary for name, cls in VEHICLES.items()}
-    from sim.effects import EFFECTS, describe
+    from sim.effects import EFFECTS, summary
 
-    return {cls.name: describe(cls.name) for cls in EFFECTS}
+    return {cls.name: summary(cls.name) for cls in EFFECTS}

@@ -15,12 +15,12 @@ def run(scenario: ScenarioName, out: Out = None, seed: Seed = None, set_: Overri
     from magbench.console import emit, progress, say
     from magbench.tables import show_scores
     from scenarios.load import load
-    from validation.bench import bench, summary
+    from validation.pipeline import run_scenario, summary
 
     spec = load(scenario, set_ or ())
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
-        outcome = bench(spec, place, seed=seed, progress=report)
+        outcome = run_scenario(spec, place, seed=seed, progress=report)
     if json:
         emit(summary(outcome) | {"out": str(place)})
     else:
