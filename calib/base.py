@@ -71,7 +71,9 @@ class Calibrator(ABC):
             return Calibration(self.name, Status("not_converged", f"the computation broke down: {error}"))
         if not _finite(result):
             return Calibration(self.name, Status("not_converged", "the computation gave values that are not finite"))
-        worse = covariance_status(result, reference.strength_nT) if result.status.kind == "ok" else None
+        if result.status.kind not in ("ok", "not_converged"):
+            return result
+        worse = covariance_status(result, reference.strength_nT)
         return result if worse is None else replace(result, status=worse)
 
     def _usable(self, recording: Recording, reference: Reference) -> Status | None:
