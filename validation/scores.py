@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,7 +84,7 @@ def unobservable_rotation(total: Array) -> Array:
 def _offset_scores(calibration: Calibration, truth: HoldOut) -> list[Score]:
     error_nT = calibration.offset_nT - truth.offset_nT
     length_nT = float(np.linalg.norm(error_nT))
-    scores = [Score("offset_error", length_nT, "nT"), Score("offset_error_axis_rms", length_nT / np.sqrt(3.0), "nT")]
+    scores = [Score("offset_error", length_nT, "nT"), Score("offset_error_axis_rms", length_nT / math.sqrt(3.0), "nT")]
     covariance_nT2 = calibration.offset_covariance_nT2
     if covariance_nT2 is not None:
         distance = float(error_nT @ np.linalg.pinv(covariance_nT2, hermitian=True) @ error_nT)
