@@ -24,7 +24,7 @@ _PUBLIC = {
     "calibrator": "calib",
     "catalogue": "scenarios.load",
     "generate": "sim.generate",
-    "load": "scenarios.load",
+    "load_checked": "sim.scenario",
     "read_recording": "sim.dataset",
     "read_run": "sim.dataset",
     "run_scenario": "validation.pipeline",

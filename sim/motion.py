@@ -106,7 +106,7 @@ def _phase(loop: _Loop, phase: PhaseBase, index: int) -> Iterator[Motion]:
     block = BLOCK_STEPS // loop.every * loop.every
     first = 0
     while first < total:
-        t_s = STEP_S * np.arange(first, min(first + block, total))
+        t_s: Array = STEP_S * np.arange(first, min(first + block, total), dtype=np.float64)
         reference = np.ascontiguousarray(phase.reference(start, t_s))
         begin = loop.steps
         rows, done = loop.run(reference, gains, stop)
@@ -136,7 +136,7 @@ def _motion(loop: _Loop, rows: Array, reference: Array, begin: int, phase: int, 
     if not np.isfinite(rows[-1]).all():
         raise InputError("the simulated vehicle left its envelope (state is not finite)", where=f"phases.{phase}")
     n, model = len(rows), loop.model
-    time_s = STEP_S * (begin + loop.every * np.arange(n))
+    time_s: Array = STEP_S * (begin + loop.every * np.arange(n, dtype=np.float64))
     kinematics = loop.vehicle.kinematics(model, rows)
     ctrl = rows[:, model.nq + model.nv : model.nq + model.nv + model.nu]
     currents = loop.vehicle.currents_A(ctrl)

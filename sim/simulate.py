@@ -34,6 +34,7 @@ from sim.field import earth_field_enu_nT
 from sim.instruments import Instruments
 from sim.motion import Motion, drive
 from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body
+from sim.scenario import effects_of
 from sim.state import Array, State
 from sim.streams import stream
 from sim.thermal import Thermometer
@@ -86,15 +87,8 @@ def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> Plan:
     """Draw the values that vary from run to run, and build the effects; raises InputError for a bad effect table."""
     seed = scenario.seed if seed is None else seed
     drawn = apply_vary(scenario, stream(seed, run, "vary"))
-    effects = tuple(_effects(drawn, sensor, index) for index, sensor in enumerate(drawn.sensors))
+    effects = tuple(effects_of(drawn, index) for index in range(len(drawn.sensors)))
     return Plan(scenario, drawn, run, seed, earth_field_enu_nT(drawn.field), effects)
-
-
-def _effects(scenario: Scenario, sensor: SensorSpec, index: int) -> tuple[Effect, ...]:
-    """The effects of one sensor: the scenario's, then its own."""
-    tables = effect_table.merged(scenario.effects, sensor.effects)
-    where = f"scenario {scenario.name}" if not sensor.effects else f"scenario {scenario.name}, sensors.{index}"
-    return effect_table.build(tables, scenario.effect_order, where)
 
 
 def blocks(plan: Plan) -> Iterator[Block]:

@@ -14,10 +14,10 @@ def run(scenario: ScenarioName, out: Out = None, seed: Seed = None, set_: Overri
     """
     from magbench.console import emit, progress, say
     from magbench.tables import show_scores
-    from scenarios.load import load
+    from sim.scenario import load_checked
     from validation.pipeline import run_scenario, summary
 
-    spec = load(scenario, set_ or ())
+    spec = load_checked(scenario, set_ or ())
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
         outcome = run_scenario(spec, place, seed=seed, progress=report)

@@ -24,11 +24,11 @@ def simulate(
     Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
     """
     from magbench.console import emit, progress, say
-    from scenarios.load import load
+    from sim.scenario import load_checked
     from sim.dataset import read_manifest
     from sim.generate import generate
 
-    spec = load(scenario, set_ or ())
+    spec = load_checked(scenario, set_ or ())
     place = out or Path("out") / spec.name
     with progress(f"simulating {spec.name}") as report:
         generate(spec, place, runs=runs, seed=seed, jobs=jobs, progress=report)

@@ -107,10 +107,8 @@ def as_tables(effects: Sequence[Effect]) -> tuple[dict[str, Any], tuple[str, ...
 
 def merged(tables: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
     """A scenario's tables with a sensor's own beside them: both apply, the scenario's first."""
-    both = {name: _listed(table) for name, table in tables.items()}
-    for name, more in own.items():
-        both[name] = both.get(name, []) + _listed(more)
-    return both
+    shared = {name: [*_listed(tables[name]), *_listed(own[name])] for name in own if name in tables}
+    return {**tables, **own, **shared}
 
 
 def summary(name: str) -> str:

@@ -1,0 +1,194 @@
+"""Bad input at the command line: exit status 2, one line that names the place, nothing half-written."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from magbench.cli import main
+
+SCENARIO = """
+name = "mine"
+summary = "a short spiral"
+[field]
+enu_nT = [0.0, 20000.0, -40000.0]
+[vehicle]
+kind = "auv"
+[[phases]]
+kind = "spiral"
+radius_m = 20.0
+turn_rate_deg_s = 1.0
+duration_s = 60.0
+[effects.white_noise]
+std_nT = [1.0, 1.0, 1.0]
+"""
+
+BAD_SCENARIOS = {  # what to replace, by what, what the line must name
+    "not TOML": ("[field]", "[field", "line"),
+    "unknown key": ("radius_m", "radius", "phases.0.radius"),
+    "unknown table": ("[vehicle]", "[weather]\nrain = true\n[vehicle]", "weather"),
+    "out of range": ("turn_rate_deg_s = 1.0", "turn_rate_deg_s = 1e9", "phases.0.turn_rate_deg_s"),
+    "negative radius": ("radius_m = 20.0", "radius_m = -20.0", "phases.0.radius_m"),
+    "text for a number": ("radius_m = 20.0", 'radius_m = "wide"', "phases.0.radius_m"),
+    "not a number": ("radius_m = 20.0", "radius_m = nan", "phases.0.radius_m"),
+    "wrong shape": ("[0.0, 20000.0, -40000.0]", "[0.0, 20000.0]", "field.enu_nT"),
+    "two fields": ("enu_nT", "latitude_deg = 10.0\nenu_nT", "field"),
+    "no field": ("enu_nT = [0.0, 20000.0, -40000.0]", "", "field"),
+    "unknown vehicle": ('kind = "auv"', 'kind = "submarine"', "vehicle"),
+    "unknown phase": ('kind = "spiral"', 'kind = "loop"', "phases.0"),
+    "phase that the vehicle cannot do": ('kind = "auv"', 'kind = "turntable"', "phases.0"),
+    "bad name": ('name = "mine"', 'name = "My Scenario!"', "name"),
+    "unknown effect": ("effects.white_noise", "effects.whitenoise", "white_noise"),
+    "unknown parameter of an effect": ("std_nT", "std_uT", "std_nT"),
+    "wrong shape in an effect": ("[1.0, 1.0, 1.0]", "[1.0, 1.0]", "effects.white_noise.std_nT"),
+    "negative noise": ("[1.0, 1.0, 1.0]", "[1.0, 1.0, -1.0]", "effects.white_noise.std_nT"),
+    "text in an effect": ("[1.0, 1.0, 1.0]", '"loud"', "effects.white_noise.std_nT"),
+    "an effect that is no table": ("[effects.white_noise]\nstd_nT", "[effects]\nwhite_noise", "effects.white_noise"),
+    "incomplete order": ('name = "mine"', 'name = "mine"\neffect_order = ["hard_iron"]', "effect_order"),
+    "unknown calibrator": ('name = "mine"', 'name = "mine"\ncalibrators = ["magic"]', "magic"),
+    "sample rate that is no whole step": ("[vehicle]", "[sampling]\nrate_hz = 13.0\n[vehicle]", "rate_hz"),
+    "vary names nothing": ("[vehicle]", "[vary]\n'effects.x.y'.uniform = [0.0, 1.0]\n[vehicle]", "effects.x.y"),
+    "depth that is never reached": (
+        'kind = "spiral"\nradius_m = 20.0\nturn_rate_deg_s = 1.0\nduration_s = 60.0',
+        'kind = "descent"\nto_depth_m = 3000.0\nmax_duration_s = 30.0',
+        "max_duration_s",
+    ),
+}
+
+BAD_OVERRIDES = {
+    "radius_m": "radius_m",
+    "phases.0.nothing=1": "phases.0.nothing",
+    "phases.7.radius_m=1": "phases.7.radius_m",
+    "phases.0.radius_m=[": "phases.0.radius_m",
+    "phases.0.radius_m=-1": "phases.0.radius_m",
+    "effects.white_noise.std_nT=loud": "effects.white_noise.std_nT",
+    "seed=-1": "seed",
+}
+
+BAD_COMMANDS = {
+    "no command": ("calibrat",),
+    "no scenario": ("run",),
+    "no such scenario": ("run", "auv-dve"),
+    "no such option": ("run", "tumble", "--fast"),
+    "no runs": ("simulate", "tumble", "--runs", "0"),
+    "negative seed": ("simulate", "tumble", "--seed", "-1"),
+    "jobs in words": ("simulate", "tumble", "--jobs", "many"),
+    "nothing of that kind to list": ("list", "sensors"),
+    "no such log": ("calibrate", "nowhere.csv"),
+    "no recording": ("show", "nowhere"),
+}
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line that the command line answers with."""
+    status = main(list(arguments))
+    out, err = capsys.readouterr()
+    lines = [line for line in err.splitlines() if not line.startswith(("simulating", "running"))]
+    assert status == 2, err
+    assert out == ""
+    assert len(lines) == 1, err
+    assert lines[0].startswith("magbench: ")
+    assert "Traceback" not in err
+    return lines[0]
+
+
+@pytest.mark.parametrize("kind", BAD_SCENARIOS)
+@pytest.mark.parametrize("command", ["run", "simulate"])
+def test_bad_scenario(kind: str, command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    old, new, named = BAD_SCENARIOS[kind]
+    if command == "simulate" and kind == "unknown calibrator":
+        pytest.skip("simulate needs no calibrator")
+    assert old in SCENARIO
+    file = tmp_path / "mine.toml"
+    file.write_text(SCENARIO.replace(old, new, 1))
+    line = refused(capsys, command, str(file), "-o", str(tmp_path / "out"))
+    assert named in line
+    assert not list(tmp_path.glob("out/run-*"))
+    assert not list(tmp_path.glob("out/*.part"))
+
+
+@pytest.mark.parametrize("override", BAD_OVERRIDES)
+def test_bad_override(override: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(SCENARIO)
+    line = refused(capsys, "simulate", str(file), "-o", str(tmp_path / "out"), "--set", override)
+    assert BAD_OVERRIDES[override] in line
+    assert not list(tmp_path.glob("out/*.parquet"))
+
+
+@pytest.mark.parametrize("kind", BAD_COMMANDS)
+def test_bad_command(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refused(capsys, *BAD_COMMANDS[kind])
+    assert not list(tmp_path.iterdir())
+
+
+def log(path: Path, **columns: object) -> str:
+    """A good measured log with changed columns."""
+    angle = np.linspace(0.0, 12.0, 200)
+    x, y, z = 3e4 * np.cos(angle), 3e4 * np.sin(angle), 1e4 + 2e4 * np.sin(angle / 3)
+    good: dict[str, object] = {"time_s": 0.1 * np.arange(200), "mag_x_nT": x, "mag_y_nT": y, "mag_z_nT": z}
+    table = {**good, **columns}
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(table)
+        writer.writerows(zip(*table.values(), strict=True))  # type: ignore[call-overload]
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "named"),
+    [
+        ({}, (), "--field-strength-nT"),
+        ({}, ("--field-strength-nT", "-5"), "strength"),
+        ({}, ("--field-enu-nT", "1,2"), "--field-enu-nT"),
+        ({}, ("--field-strength-nT", "4e4", "--with", "elipsoid"), "ellipsoid"),
+        ({}, ("--field-strength-nT", "4e4", "--map", "mag_x_nT=bx"), "bx"),
+        ({}, ("--field-strength-nT", "4e4", "--map", "mag_x_nT=mag_x_nT,unit=furlong"), "furlong"),
+        ({"mag_x_nT": np.zeros(200)}, ("--field-strength-nT", "4e4"), "mag_x_nT"),
+        ({"mag_x_nT": ["?"] * 200}, ("--field-strength-nT", "4e4"), "mag_x_nT"),
+        ({"mag_y_nT": [float("nan")] * 200}, ("--field-strength-nT", "4e4"), "mag_y_nT"),
+        ({"time_s": np.arange(200)[::-1]}, ("--field-strength-nT", "4e4"), "time_s"),
+        ({f"mag_{a}_nT": 30 * np.sin(np.arange(200) + k) for k, a in enumerate("xyz")}, ("--field-strength-nT", "4e4"), "uT"),
+    ],
+)
+def test_bad_log(
+    columns: dict[str, object],
+    options: tuple[str, ...],
+    named: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    line = refused(capsys, "calibrate", log(tmp_path / "log.csv", **columns), *options, "-o", str(tmp_path / "out"))
+    assert named in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_output_that_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "taken").write_text("mine")
+    assert "taken" in refused(capsys, "simulate", "tumble", "-o", str(tmp_path / "taken"))
+    assert (tmp_path / "taken").read_text() == "mine"
+
+
+def test_output_that_holds_another_dataset(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "turntable-twelve-stops", "-o", str(tmp_path / "out")]) == 0
+    capsys.readouterr()
+    before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    assert "seed" in refused(capsys, "simulate", "turntable-twelve-stops", "--seed", "5", "-o", str(tmp_path / "out"))
+    assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+
+
+def test_full_disk(tmp_path: Path, cli) -> None:  # type: ignore[no-untyped-def]
+    import resource
+
+    small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))  # noqa: E731
+    done = cli("simulate", "tumble", "-o", str(tmp_path / "out"), preexec_fn=small)
+    assert done.returncode == 2
+    assert len([line for line in done.stderr.splitlines() if line.startswith("magbench: ")]) == 1
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["dataset.json"]
