@@ -17,7 +17,7 @@ def show(
     Example: magbench show out/auv-dive
     """
     from scenarios.errors import InputError
-    from validation.recording import view
+    from magbench.viewer import view
 
     file = path / "recording.rrd" if path.is_dir() else path
     if not file.is_file():

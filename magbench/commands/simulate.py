@@ -23,6 +23,8 @@ def simulate(
 
     Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
     """
+    from dataclasses import asdict
+
     from magbench.console import emit, progress, say
     from sim.scenario import load_checked
     from sim.dataset import read_manifest
@@ -36,4 +38,4 @@ def simulate(
     rows = sum(file.rows for file in manifest.files)
     say(f"{place}: {runs} runs, {rows} samples, {len(manifest.columns)} columns")
     if json:
-        emit({"out": str(place), "runs": runs, "seed": manifest.seed, "samples": rows, "files": manifest.files})
+        emit({"out": str(place), "runs": runs, "seed": manifest.seed, "samples": rows, "files": [asdict(file) for file in manifest.files]})

@@ -1,0 +1,135 @@
+"""The command line as users and scripts meet it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from magbench.cli import main
+from scenarios.load import catalogue
+from sim.dataset import read_run
+from tests.short import cuts
+from validation.recording import read_series, verify
+
+COMMANDS = ("run", "simulate", "calibrate", "show", "list", "schema")
+
+
+def run_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
+    assert main([*arguments, "--json"]) == 0
+    return dict(json.loads(capsys.readouterr().out))
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "--help"]) == 0
+    assert f"magbench {command}" in capsys.readouterr().out.split("Example:")[1]
+
+
+@pytest.mark.parametrize(
+    ("kind", "some"),
+    [
+        ("scenarios", {"auv-dive", "quad-comb", "gradiometer-turntable", "tumble"}),
+        ("effects", {"hard_iron", "eddy_current", "attitude_misalignment", "dropouts"}),
+        ("calibrators", {"sphere", "ellipsoid", "vector_least_squares"}),
+        ("vehicles", {"auv", "quadrotor", "turntable"}),
+    ],
+)
+def test_list(kind: str, some: set[str], capsys: pytest.CaptureFixture[str]) -> None:
+    items = run_json(capsys, "list", kind)["items"]
+    assert isinstance(items, list)
+    assert some <= {item["name"] for item in items}
+    assert all(item["summary"] and "\n" not in item["summary"] for item in items)
+
+
+def test_every_effect_that_the_design_names(capsys: pytest.CaptureFixture[str]) -> None:
+    named = """hard_iron soft_iron eddy_current motor_current current_ripple scale non_orthogonality misalignment
+        sensor_offset nonlinearity temperature_offset temperature_scale hysteresis bandwidth latency offset_jump
+        hard_iron_drift offset_random_walk flicker_noise white_noise saturation quantisation spikes dropouts
+        local_dipole field_gradient diurnal_drift attitude_misalignment"""
+    items = run_json(capsys, "list", "effects")["items"]
+    assert isinstance(items, list)
+    assert {item["name"] for item in items} == set(named.split())
+
+
+def test_schema_knows_every_effect_and_phase(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    assert {"white_noise", "local_dipole"} <= set(schema["$defs"]["Effects"]["properties"])
+    assert schema["additionalProperties"] is False
+
+
+@pytest.fixture(scope="module", params=["auv-dive", "quad-comb", "gradiometer-turntable"])
+def place(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp(request.param)
+    options = [text for cut in cuts(request.param) for text in ("--set", cut)]
+    assert main(["run", request.param, "-o", str(out), *options]) == 0
+    return out
+
+
+def test_run_writes_all_of_it(place: Path) -> None:
+    names = {path.name for path in place.iterdir()}
+    assert names == {"dataset.json", "run-00000.parquet", "scores.json", "report.html", "recording.rrd"}
+
+
+def test_the_recording_is_sound_and_holds_the_datasets_arrays(place: Path) -> None:
+    file = place / "recording.rrd"
+    verify(file)
+    recording, truth = read_run(place)
+    first = {name: label if label.ndim == 2 else label[0] for name, label in truth.effects.items()}
+    for entity, expected in {
+        "mag": recording.mag_nT,
+        "true_field": truth.field_nT,
+        **{f"effects/{name}": label for name, label in first.items()},
+    }.items():
+        time_s, values = read_series(file, entity)
+        np.testing.assert_allclose(time_s, recording.time_s, rtol=0, atol=1e-9)
+        np.testing.assert_array_equal(values, expected)
+
+
+def test_scores_are_per_calibrator_and_mark_what_is_in_sample(place: Path) -> None:
+    told = json.loads((place / "scores.json").read_text())
+    assert set(told["scores"]) == set(told["calibrations"]) == set(told["ranking"])
+    for scores in told["scores"].values():
+        assert {s["score"] for s in scores if s["in_sample"]} <= {"in_sample_norm_rms"}
+
+
+def test_calibrate_a_simulated_run(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = run_json(capsys, "calibrate", str(place), "--with", "sphere,vector_least_squares")["calibrations"]
+    assert isinstance(result, dict)
+    keys = {"status", "reason", "offset_nT", "matrix", "eddy_s", "parameters", "covariance", "wall_s"}
+    assert all(keys <= set(c) for c in result.values())
+
+
+def test_calibrate_a_measured_log_in_other_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rng = np.random.default_rng(0)
+    direction = rng.standard_normal((500, 3))
+    field = 48.0 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    mag = field * [1.1, 0.9, 1.0] + [3.0, -2.0, 5.0] + 0.01 * rng.standard_normal((500, 3))
+    lines = [",".join(f"{v:.6f}" for v in (0.1 * k, *row)) for k, row in enumerate(mag)]
+    (tmp_path / "log.csv").write_text("\n".join(["t,bx,by,bz", *lines]) + "\n")
+    maps = [f"--map=mag_{a}_nT=b{a},unit=uT" for a in "xyz"]
+    result = run_json(
+        capsys,
+        *("calibrate", str(tmp_path / "log.csv"), "--map=time_s=t", *maps),
+        *("--with", "ellipsoid", "--field-strength-nT", "48000", "-o", str(tmp_path / "out")),
+    )["calibrations"]
+    assert isinstance(result, dict)
+    np.testing.assert_allclose(result["ellipsoid"]["offset_nT"], [3000, -2000, 5000], atol=5)
+    np.testing.assert_allclose(result["ellipsoid"]["matrix"], np.diag(1 / np.array([1.1, 0.9, 1.0])), atol=2e-4)
+    assert json.loads((tmp_path / "out" / "calibration.json").read_text())["ellipsoid"]["status"] == "ok"
+
+
+def test_every_scenario_is_listed_with_its_summary(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "scenarios"]) == 0
+    told = capsys.readouterr().out
+    assert all(name in told for name in catalogue())
+
+
+def test_json_alone_is_on_standard_output(tmp_path: Path, cli) -> None:  # type: ignore[no-untyped-def]
+    done = cli("simulate", "turntable-twelve-stops", "-o", str(tmp_path / "out"), "--json")
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["runs"] == 1
+    assert "simulating" in done.stderr

@@ -1,0 +1,54 @@
+"""Datasets survive being killed: the same command ends with the same hashes, and nothing is left over."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sim.dataset import read_manifest
+from sim.generate import generate
+from tests.short import cuts, short
+
+
+def command(out: Path, runs: int) -> list[str]:
+    options = [text for cut in cuts("tumble") for text in ("--set", cut)]
+    return [sys.executable, "-m", "magbench", "simulate", "tumble", "-o", str(out), "--runs", str(runs), *options]
+
+
+@pytest.mark.parametrize(("runs", "kills"), [(12, 2), pytest.param(40, 10, marks=pytest.mark.slow)])
+def test_killed_and_restarted_ends_as_if_undisturbed(runs: int, kills: int, tmp_path: Path) -> None:
+    generate(short("tumble"), tmp_path / "calm", runs=runs)
+    rng = np.random.default_rng()
+    for _ in range(kills):
+        process = subprocess.Popen(command(tmp_path / "killed", runs), stderr=subprocess.DEVNULL)
+        _wait_for_work(tmp_path / "killed", process)
+        time.sleep(rng.uniform(0.0, 0.15))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    subprocess.run(command(tmp_path / "killed", runs), check=True, stderr=subprocess.DEVNULL)
+    calm, killed = (read_manifest(tmp_path / name) for name in ("calm", "killed"))
+    assert killed.complete
+    assert [file.sha256 for file in killed.files] == [file.sha256 for file in calm.files]
+    names = {path.name for path in (tmp_path / "killed").iterdir()}
+    assert names == {"dataset.json", *(file.path for file in calm.files)}
+
+
+def _wait_for_work(out: Path, process: subprocess.Popen[bytes]) -> None:
+    """Until the command has begun a run that was not there before, or has ended."""
+    before = len(list(out.glob("run-*.parquet"))) if out.exists() else 0
+    while process.poll() is None and len(list(out.glob("run-*"))) <= before:
+        time.sleep(0.005)
+
+
+def test_more_runs_keep_those_that_are_there(tmp_path: Path) -> None:
+    generate(short("tumble"), tmp_path, runs=2)
+    stamp = (tmp_path / "run-00001.parquet").stat().st_mtime_ns
+    generate(short("tumble"), tmp_path, runs=3)
+    assert (tmp_path / "run-00001.parquet").stat().st_mtime_ns == stamp
+    assert len(read_manifest(tmp_path).files) == 3
