@@ -1,0 +1,99 @@
+"""What one scenario gave in the end: handed to the report and to the rerun recording."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.result import Calibration
+from scenarios.spec import Scenario
+from sim.dataset.recording import Recording, Truth
+from validation.scores import Score
+
+Array = NDArray[np.float64]
+RANKED_BY = "holdout_sphere_component_rms"
+"""The score that orders calibrators: the whole field vector, on a motion the fit has not seen."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One simulated run with every calibrator's answer.
+
+    calibrations, scores: by calibrator, in the scenario's order; `corrected`: the corrected field (n, 3) in nT, body
+    frame, by calibrator, for those that gave one. Of an array of sensors the pictures show sensor 1.
+    """
+
+    scenario: Scenario
+    recording: Recording
+    truth: Truth
+    calibrations: dict[str, Calibration]
+    scores: dict[str, list[Score]]
+    corrected: dict[str, Array]
+
+    @property
+    def sensors(self) -> int:
+        """Number of magnetometers in the recording."""
+        array = self.recording.array_mag_nT
+        return 1 if array is None else len(array)
+
+    @property
+    def effects(self) -> dict[str, Array]:
+        """Contribution (n, 3) of each effect to sensor 1, in nT, in the order of the chain."""
+        return {name: value if value.ndim == 2 else value[0] for name, value in self.truth.effects.items()}
+
+    @property
+    def field_strength_nT(self) -> float:
+        """Strength of the undisturbed field: the radius of the reference sphere."""
+        return float(np.nanmedian(np.linalg.norm(self.truth.field_nT, axis=1)))
+
+    def ranking(self) -> tuple[list[str], str]:
+        """Calibrators from best to worst, and the score that ordered them ("" when there is none).
+
+        Those with status "ok" first, lowest score first. The score is RANKED_BY, or else the first in nT that is not
+        in-sample.
+        """
+        fair = [s.name for scores in self.scores.values() for s in scores if not s.in_sample and s.unit == "nT"]
+        by = RANKED_BY if RANKED_BY in fair else (fair or [""])[0]
+        found = {
+            c: [s.value for s in scores if s.name == by and np.isfinite(s.value)] for c, scores in self.scores.items()
+        }
+        value = {name: (found.get(name) or [np.inf])[0] for name in self.calibrations}
+        return sorted(value, key=lambda name: (self.calibrations[name].status.kind != "ok", value[name])), by
+
+    def shown(self) -> list[str]:
+        """Calibrators that gave an estimate, best first: those that pictures show."""
+        return [
+            c for c in self.ranking()[0] if c in self.corrected and self.calibrations[c].status.kind != "not_applicable"
+        ]
+
+    def phases(self) -> list[tuple[str, int, int]]:
+        """Consecutive stretches (label, first sample, one past the last) of the motion."""
+        phase = self.recording.phase
+        if phase is None:
+            return [("motion", 0, len(self.recording))]
+        cuts = [0, *(np.flatnonzero(phase[1:] != phase[:-1]) + 1).tolist(), len(phase)]
+        return [(str(phase[a]), a, b) for a, b in itertools.pairwise(cuts) if b > a]
+
+
+def envelope(time_s: Array, values: Array, buckets: int = 700) -> tuple[Array, Array]:
+    """Thin a record (n,) or (n, k) for drawing: least and greatest value of each bucket of consecutive samples.
+
+    A spike of one sample stays in sight. Returns times (m,) and values (m,) or (m, k), m <= 2 buckets; a record that is
+    short enough comes back as it is. NaN (a gap) stays where a whole bucket is NaN.
+    """
+    n = len(time_s)
+    if n <= 2 * buckets:
+        return time_s, values
+    starts = np.arange(0, n, -(-n // buckets))
+    middle = (starts + np.append(starts[1:], n)) // 2
+    low, high = np.fmin.reduceat(values, starts, axis=0), np.fmax.reduceat(values, starts, axis=0)
+    times = np.stack([time_s[starts], time_s[middle]], axis=1).ravel()
+    return times, np.stack([low, high], axis=1).reshape(len(times), *values.shape[1:])
+
+
+def every_nth(n: int, most: int) -> slice:
+    """A stride through n samples that keeps at most `most` of them."""
+    return slice(None, None, max(1, -(-n // most)))
