@@ -66,7 +66,7 @@ class Quadrotor(Vehicle):
         g_k = a g_(k-1) + s sqrt(1 - a^2) n_k, a = exp(-dt / T): the Dryden form along the wind. The gust before the
         first step is drawn from the stationary distribution, so blocks of any length give the same series.
         """
-        wind = np.tile(self.spec.wind_enu_m_s, (n, 1)).astype(np.float64)
+        wind: Array = np.tile(np.array(self.spec.wind_enu_m_s, dtype=np.float64), (n, 1))
         std = self.spec.gust_std_m_s
         if std == 0:
             return wind
@@ -75,11 +75,12 @@ class Quadrotor(Vehicle):
         decay = np.exp(-STEP_S / GUST_CORRELATION_S)
         noise = std * np.sqrt(1.0 - decay**2) * rng.standard_normal((n, 3))
         _gauss_markov(noise, decay, memory["gust"])
-        return wind + noise
+        wind += noise
+        return wind
 
     def currents_A(self, ctrl: Array) -> Array:
-        """I = k T^1.5 a motor (momentum theory), T its thrust."""
-        return np.asarray(AMPERE_PER_N32 * ctrl**1.5)
+        """I = k T^1.5 a motor (momentum theory), T its thrust; a stopped rotor may be a rounding below zero."""
+        return np.asarray(AMPERE_PER_N32 * np.maximum(ctrl, 0.0) ** 1.5)
 
     def kinematics(self, model: mujoco.MjModel, rows: Array) -> Kinematics:
         return free_body_kinematics(rows, model.nu)

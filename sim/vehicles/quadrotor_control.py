@@ -18,10 +18,10 @@ MASS, GRAVITY, JX, JY, JZ, ARM, TORQUE_M, MAX_THRUST, DRAG = range(len(CONSTANTS
 INTEGRAL, AHEAD, SLOPE, FORCE, TURN, SIZE = 0, 3, 6, 9, 12, 15
 """Memory: integral of the position error (m/s^2), last feed-forward force, its slope, force, last commanded rate."""
 
-K_POSITION, K_VELOCITY, K_INTEGRAL = 9.0, 6.0, 4.5
-"""Position loop, 1/s^2, 1/s, 1/s^3: a double pole at 3 rad/s with integral action below it."""
+K_POSITION, K_VELOCITY, K_INTEGRAL = 6.25, 5.0, 2.5
+"""Position loop, 1/s^2, 1/s, 1/s^3: a double pole at 2.5 rad/s with integral action below it."""
 K_ATTITUDE, K_RATE = 225.0, 30.0
-"""Attitude loop, 1/s^2 and 1/s: a double pole at 15 rad/s, five times the position loop's."""
+"""Attitude loop, 1/s^2 and 1/s: a double pole at 15 rad/s, six times the position loop's."""
 MAX_CORRECTION_M_S2, MAX_SLOPE_M_S3, MAX_TURN_RAD_S2 = 6.0, 40.0, 60.0
 """Feedback acceleration; slopes beyond the others are jumps of the reference, between phases, and not fed forward."""
 TAN_TILT, LEAST_LIFT, YAW_SHARE = 1.7320508, 0.3, 0.15
@@ -116,50 +116,57 @@ def mix(thrust, x, y, z, k, ctrl):  # type: ignore[no-untyped-def]
     ctrl[3] = lift - roll - pitch - yaw
 
 
-@njit(control_signature, cache=True, error_model="numpy")
-def control(qpos, qvel, reference, gains, memory, ctrl):  # type: ignore[no-untyped-def]
-    """Rotor thrusts (front left, rear left, rear right, front right; N); [Lee2010] eqs. 15, 16.
+@njit(cache=True)
+def _in_body(m, v):  # type: ignore[no-untyped-def]
+    """R^T R_d v, m = R_d^T R by rows."""
+    return (
+        m[0][0] * v[0] + m[1][0] * v[1] + m[2][0] * v[2],
+        m[0][1] * v[0] + m[1][1] * v[1] + m[2][1] * v[2],
+        m[0][2] * v[0] + m[1][2] * v[1] + m[2][2] * v[2],
+    )
 
-    f = F . R e3,  M = J (-k_R e_R - k_O e_O + R^T R_d alpha_d - O x R^T R_d O_d) + O x J O,
-    e_R = 1/2 vee(R_d^T R - R^T R_d),  e_O = O - R^T R_d O_d. The reference's pitch and roll are not used: a quadrotor's
-    follow from its acceleration.
+
+@njit(cache=True)
+def _torque(rate, m, turn, bend, k):  # type: ignore[no-untyped-def]
+    """M = J (-k_R e_R - k_O e_O + R^T R_d alpha_d - O x R^T R_d O_d) + O x J O, [Lee2010] eq. 16."""
+    error = m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]
+    wanted, bend = _in_body(m, turn), _in_body(m, bend)
+    carried = _cross(rate, wanted)
+    gyroscopic = _cross(rate, (k[JX] * rate[0], k[JY] * rate[1], k[JZ] * rate[2]))
+    x = bend[0] - carried[0] - 0.5 * K_ATTITUDE * error[0] - K_RATE * (rate[0] - wanted[0])
+    y = bend[1] - carried[1] - 0.5 * K_ATTITUDE * error[1] - K_RATE * (rate[1] - wanted[1])
+    z = bend[2] - carried[2] - 0.5 * K_ATTITUDE * error[2] - K_RATE * (rate[2] - wanted[2])
+    return k[JX] * x + gyroscopic[0], k[JY] * y + gyroscopic[1], k[JZ] * z + gyroscopic[2]
+
+
+@njit(cache=True)
+def _difference(turn, memory):  # type: ignore[no-untyped-def]
+    """Angular acceleration of the commanded attitude by a backward difference, limited; keeps the rate."""
+    x = _clip((turn[0] - memory[TURN]) / STEP_S, MAX_TURN_RAD_S2)
+    y = _clip((turn[1] - memory[TURN + 1]) / STEP_S, MAX_TURN_RAD_S2)
+    z = _clip((turn[2] - memory[TURN + 2]) / STEP_S, MAX_TURN_RAD_S2)
+    memory[TURN], memory[TURN + 1], memory[TURN + 2] = turn
+    return x, y, z
+
+
+@njit(control_signature, cache=True)
+def control(qpos, qvel, reference, gains, memory, ctrl):  # type: ignore[no-untyped-def]
+    """Rotor thrusts (front left, rear left, rear right, front right; N) that follow position and yaw.
+
+    f = F . R e3 [Lee2010] eq. 15, M by eq. 16 with e_R = 1/2 vee(R_d^T R - R^T R_d), e_O = O - R^T R_d O_d. The
+    reference's pitch and roll are not used: a quadrotor's follow from its acceleration.
     """
     _force(qpos, qvel, reference, gains, memory)
     force = memory[FORCE], memory[FORCE + 1], memory[FORCE + 2]
     slope = memory[SLOPE], memory[SLOPE + 1], memory[SLOPE + 2]
     b1, b2, b3 = attitude_for(force, reference[9])
     turn = _turn(b1, b2, b3, force, slope, reference[12])
-    bend0 = _clip((turn[0] - memory[TURN]) / STEP_S, MAX_TURN_RAD_S2)
-    bend1 = _clip((turn[1] - memory[TURN + 1]) / STEP_S, MAX_TURN_RAD_S2)
-    bend2 = _clip((turn[2] - memory[TURN + 2]) / STEP_S, MAX_TURN_RAD_S2)
-    memory[TURN], memory[TURN + 1], memory[TURN + 2] = turn
+    bend = _difference(turn, memory)
     r1, r2, r3 = _columns(qpos[3:7])
-    m1 = _dot(b1, r1), _dot(b1, r2), _dot(b1, r3)
-    m2 = _dot(b2, r1), _dot(b2, r2), _dot(b2, r3)
-    m3 = _dot(b3, r1), _dot(b3, r2), _dot(b3, r3)
-    rate = qvel[3], qvel[4], qvel[5]
-    error = m3[1] - m2[2], m1[2] - m3[0], m2[0] - m1[1]
-    wanted = (
-        m1[0] * turn[0] + m2[0] * turn[1] + m3[0] * turn[2],
-        m1[1] * turn[0] + m2[1] * turn[1] + m3[1] * turn[2],
-        m1[2] * turn[0] + m2[2] * turn[1] + m3[2] * turn[2],
+    m = (
+        (_dot(b1, r1), _dot(b1, r2), _dot(b1, r3)),
+        (_dot(b2, r1), _dot(b2, r2), _dot(b2, r3)),
+        (_dot(b3, r1), _dot(b3, r2), _dot(b3, r3)),
     )
-    bend = (
-        m1[0] * bend0 + m2[0] * bend1 + m3[0] * bend2,
-        m1[1] * bend0 + m2[1] * bend1 + m3[1] * bend2,
-        m1[2] * bend0 + m2[2] * bend1 + m3[2] * bend2,
-    )
-    carried = _cross(rate, wanted)
-    momentum = gains[JX] * rate[0], gains[JY] * rate[1], gains[JZ] * rate[2]
-    gyroscopic = _cross(rate, momentum)
-    x = bend[0] - carried[0] - 0.5 * K_ATTITUDE * error[0] - K_RATE * (rate[0] - wanted[0])
-    y = bend[1] - carried[1] - 0.5 * K_ATTITUDE * error[1] - K_RATE * (rate[1] - wanted[1])
-    z = bend[2] - carried[2] - 0.5 * K_ATTITUDE * error[2] - K_RATE * (rate[2] - wanted[2])
-    mix(
-        _dot(force, r3),
-        gains[JX] * x + gyroscopic[0],
-        gains[JY] * y + gyroscopic[1],
-        gains[JZ] * z + gyroscopic[2],
-        gains,
-        ctrl,
-    )
+    x, y, z = _torque((qvel[3], qvel[4], qvel[5]), m, turn, bend, gains)
+    mix(_dot(force, r3), x, y, z, gains, ctrl)
