@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -12,14 +12,13 @@ from typing import Any
 
 import jinja2
 import numpy as np
-from matplotlib.figure import Figure
 
 from sim.dataset.files import write_text
 from validation.outcome import Outcome
 from validation.plots.effects import draw_effect_sizes, draw_effects
 from validation.plots.field import MOST_LINES, draw_norm, draw_residuals, draw_sphere
 from validation.plots.motion import draw_path, draw_vehicle
-from validation.plots.style import picture
+from validation.plots.style import Draw, picture
 from validation.wording import ALIGNED, digits, duration_s, plainly, score_table, what_was_simulated, words
 
 PACKAGES = ("magbench", "numpy", "scipy", "mujoco", "numba", "filterpy", "magpylib", "ppigrf", "rerun-sdk")
@@ -32,7 +31,7 @@ class Section:
     key: str
     title: str
     caption: str
-    draw: Callable[[Outcome], Figure]
+    draw: Draw
 
 
 SECTIONS = (

@@ -10,7 +10,6 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from validation.outcome import Array, Outcome, envelope
 from validation.palette import INK, SOFT, phase_colours
@@ -19,6 +18,7 @@ from validation.wording import digits
 WIDTH_IN = 11.0
 SVG_POINTS = 10_000
 DPI, TALL_DPI, TALL_IN = 140, 100, 12.0
+Draw = Callable[[Outcome], Figure]
 STYLE: dict[str, Any] = {
     "font.size": 9,
     "axes.titlesize": 9.5,
@@ -46,11 +46,11 @@ STYLE: dict[str, Any] = {
 }
 
 
-def picture(draw: Callable[[Outcome], Figure], outcome: Outcome) -> str:
+def picture(draw: Draw, outcome: Outcome) -> str:
     """A figure as a data address: SVG while its lines have few points, else PNG."""
     with matplotlib.rc_context(STYLE):
         figure = draw(outcome)
-        points = sum(len(line.get_xydata()) for line in figure.findobj(Line2D) if isinstance(line, Line2D))
+        points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
         kind, mime = ("svg", "svg+xml") if points <= SVG_POINTS else ("png", "png")
         file = io.BytesIO()
         dpi = DPI if figure.get_figheight() < TALL_IN else TALL_DPI
