@@ -27,5 +27,5 @@ def effects_of(scenario: Scenario, index: int = 0, where: str = "") -> tuple[Eff
     """The effects of one sensor in the chain's order: the scenario's, then its own."""
     sensor: SensorSpec = scenario.sensors[index]
     tables = effect_table.merged(scenario.effects, sensor.effects)
-    place = where or f"scenario {scenario.name}"
-    return effect_table.build(tables, scenario.effect_order, place if not sensor.effects else f"{place}: sensors.{index}")
+    place = (where or f"scenario {scenario.name}") + (f": sensors.{index}" if sensor.effects else "")
+    return effect_table.build(tables, scenario.effect_order, place)

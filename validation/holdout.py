@@ -17,19 +17,6 @@ from sim.state import State
 
 Array = NDArray[np.float64]
 
-STATIC = ("soft_iron", "hard_iron", "hard_iron_drift", "motor_current", "misalignment", "non_orthogonality", "scale",
-          "nonlinearity", "temperature_scale", "temperature_offset", "sensor_offset", "offset_jump")
-"""Effects that field, temperature, current and time at one instant decide: what a calibration can take out."""
-NOT_STATIC = {
-    "diurnal_drift": "a change of the field, not of the instrument", "field_gradient": "part of the field",
-    "local_dipole": "part of the field", "attitude_misalignment": "navigation's error, not the magnetometer's",
-    "eddy_current": "needs a rate; the hold-out stands still", "current_ripple": "an alternating field of zero mean",
-    "hysteresis": "depends on the past", "bandwidth": "depends on the past", "latency": "depends on the past",
-    "offset_random_walk": "random", "flicker_noise": "random", "white_noise": "random", "spikes": "random",
-    "dropouts": "random", "saturation": "electronics", "quantisation": "electronics",
-}
-"""Effects that the hold-out leaves out, and why."""
-
 SPHERE_ATTITUDES = 2000
 LEVEL_ATTITUDES = 720
 LEVEL_TILT_RAD = float(np.radians(3.0))
@@ -117,7 +104,7 @@ def pairs(effects: Sequence[Effect], surroundings: Surroundings, attitudes: Rota
     state = _at_rest(surroundings, attitudes)
     signal_nT = true_nT.copy()
     for effect in effects:
-        if effect.name in STATIC:
+        if effect.static:
             signal_nT, _ = Link(effect, np.random.default_rng(0)).step(state, signal_nT)
     return Pairs(state.R_wb, true_nT, signal_nT)
 

@@ -51,8 +51,10 @@ class Effect(ABC):
     Class attributes: `name` (fixed by DESIGN), `stage` ("field", "vehicle", "sensor", "electronics"), `needs`
     (columns of State that must be measured for the diagnosis to propose it: "attitude", "rate", "position",
     "current", "temperature"), `linear` (the parameters in which the contribution is linear, zero when they are zero:
-    they give `basis` for free), `stochastic` (draws from rng), `units` (the unit values of a linear parameter whose
-    components are not free, such as a symmetric matrix; otherwise each component is one).
+    they give `basis` for free), `stochastic` (draws from rng), `static` (decided by field, temperature, current and
+    time at one instant: what a calibration of the instrument can take out, and the hold-out keeps), `units` (the unit
+    values of a linear parameter whose components are not free, such as a symmetric matrix; otherwise each component
+    is one).
 
     Values are checked and brought to tuples of floats when an effect is made; `InputError` names the wrong one.
     """
@@ -62,6 +64,7 @@ class Effect(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     linear: ClassVar[tuple[str, ...]] = ()
     stochastic: ClassVar[bool] = False
+    static: ClassVar[bool] = False
     units: ClassVar[dict[str, tuple[Any, ...]]] = {}
 
     def __post_init__(self) -> None:

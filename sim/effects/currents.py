@@ -1,6 +1,5 @@
 """Fields of currents in the vehicle: eddy currents in its skin, supply currents of its motors."""
 
-# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
 from __future__ import annotations
 
 import math
@@ -44,6 +43,7 @@ class MotorCurrent(Effect):
 
     name: ClassVar[str] = "motor_current"
     stage: ClassVar[str] = "vehicle"
+    static: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("current",)
     linear: ClassVar[tuple[str, ...]] = ("gain_nT_A",)
 

@@ -1,6 +1,5 @@
 """The sensor's own offset: constant, jumping, wandering."""
 
-# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
 from __future__ import annotations
 
 import math
@@ -19,6 +18,7 @@ class SensorOffset(Effect):
 
     name: ClassVar[str] = "sensor_offset"
     stage: ClassVar[str] = "sensor"
+    static: ClassVar[bool] = True
     linear: ClassVar[tuple[str, ...]] = ("offset_nT",)
 
     offset_nT: Vec3 = parameter(ZERO3, "nT", -1e6, 1e6, "b of the axes x, y, z")
@@ -33,6 +33,7 @@ class OffsetJump(Effect):
 
     name: ClassVar[str] = "offset_jump"
     stage: ClassVar[str] = "sensor"
+    static: ClassVar[bool] = True
     linear: ClassVar[tuple[str, ...]] = ("step_nT",)
 
     time_s: float = parameter(0.0, "s", 0.0, 1e7, "t_0 since the start of the run")

@@ -1,6 +1,5 @@
 """The Earth's field as it is not: changing in the day, uneven in space, seen through a turned navigation frame."""
 
-# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
 from __future__ import annotations
 
 import math

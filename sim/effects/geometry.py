@@ -1,6 +1,5 @@
 """Axes and sensitivities of the sensor: turned, not square to each other, not equal."""
 
-# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ class Misalignment(Effect):
 
     name: ClassVar[str] = "misalignment"
     stage: ClassVar[str] = "sensor"
+    static: ClassVar[bool] = True
 
     angles_deg: Vec3 = parameter(ZERO3, "deg", -180.0, 180.0, "about forward, left, up")
     form: str = choice("rotation", ("rotation", "zhang2018"), "rotation, or the matrix of Zhang2018 eq. 2")
@@ -45,6 +45,7 @@ class NonOrthogonality(Effect):
 
     name: ClassVar[str] = "non_orthogonality"
     stage: ClassVar[str] = "sensor"
+    static: ClassVar[bool] = True
 
     angles_deg: Vec3 = parameter(ZERO3, "deg", -60.0, 60.0, "xy, xz, yz: how far an axis leans to another")
 
@@ -62,6 +63,7 @@ class Scale(Effect):
 
     name: ClassVar[str] = "scale"
     stage: ClassVar[str] = "sensor"
+    static: ClassVar[bool] = True
     linear: ClassVar[tuple[str, ...]] = ("error",)
 
     error: Vec3 = parameter(ZERO3, "", -0.99, 10.0, "e of the axes x, y, z", per_axis=True)

@@ -1,6 +1,5 @@
 """The vehicle's iron: induced and permanent magnetism, and permanent magnetism that changes."""
 
-# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ class SoftIron(Effect):
 
     name: ClassVar[str] = "soft_iron"
     stage: ClassVar[str] = "vehicle"
+    static: ClassVar[bool] = True
     linear: ClassVar[tuple[str, ...]] = ("matrix",)
 
     matrix: Mat3 = parameter(ZERO33, "", -5.0, 5.0, "A, added to the identity")
@@ -33,6 +33,7 @@ class HardIron(Effect):
 
     name: ClassVar[str] = "hard_iron"
     stage: ClassVar[str] = "vehicle"
+    static: ClassVar[bool] = True
     linear: ClassVar[tuple[str, ...]] = ("offset_nT",)
 
     offset_nT: Vec3 = parameter(ZERO3, "nT", -1e6, 1e6, "h forward, left, up")
@@ -50,6 +51,7 @@ class HardIronDrift(Effect):
 
     name: ClassVar[str] = "hard_iron_drift"
     stage: ClassVar[str] = "vehicle"
+    static: ClassVar[bool] = True
     linear: ClassVar[tuple[str, ...]] = ("rate_nT_h",)
 
     rate_nT_h: Vec3 = parameter(ZERO3, "nT/h", -1e6, 1e6, "r at the start, forward, left, up")

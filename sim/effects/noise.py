@@ -1,6 +1,5 @@
 """Noise of the sensor: white, and flicker (1/f) noise as a sum of first-order processes."""
 
-# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
 from __future__ import annotations
 
 import math

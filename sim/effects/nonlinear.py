@@ -1,6 +1,5 @@
 """A sensor whose answer is not a straight line: curvature, and memory of where the signal came from."""
 
-# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ class Nonlinearity(Effect):
 
     name: ClassVar[str] = "nonlinearity"
     stage: ClassVar[str] = "sensor"
+    static: ClassVar[bool] = True
     linear: ClassVar[tuple[str, ...]] = ("second_order", "third_order")
 
     second_order: Vec3 = parameter(ZERO3, "", -1.0, 1.0, "c2 of the axes x, y, z", per_axis=True)

@@ -1,6 +1,5 @@
 """Magnetic bodies beside the way: wrecks and ordnance as dipoles, pipelines as long thin magnets."""
 
-# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
 from __future__ import annotations
 
 import math

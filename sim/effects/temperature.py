@@ -1,6 +1,5 @@
 """What the sensor's temperature changes: sensitivity and offset."""
 
-# ruff: noqa: RUF009 - `parameter` returns dataclasses.field
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ class TemperatureScale(Effect):
 
     name: ClassVar[str] = "temperature_scale"
     stage: ClassVar[str] = "sensor"
+    static: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("temperature",)
     linear: ClassVar[tuple[str, ...]] = ("slope_1_K",)
 
@@ -35,6 +35,7 @@ class TemperatureOffset(Effect):
 
     name: ClassVar[str] = "temperature_offset"
     stage: ClassVar[str] = "sensor"
+    static: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("temperature",)
     linear: ClassVar[tuple[str, ...]] = ("slope_nT_K",)
 

@@ -21,7 +21,7 @@ STEP_S = 0.02
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Motion of the body frame: pos (n, 3), q (n, 4), velocity and acceleration (n, 3) in ENU, rate (n, 3) in the body."""
+    """Motion of the body frame: pos, velocity and acceleration (n, 3) in ENU, q (n, 4), rate (n, 3) in the body."""
 
     pos_enu_m: Array
     q: Array

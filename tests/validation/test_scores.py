@@ -13,8 +13,6 @@ from sim.dataset import Recording
 from sim.effects import EFFECTS, build
 from validation.holdout import (
     DIPOLE_PEAK_NT,
-    NOT_STATIC,
-    STATIC,
     Surroundings,
     hold_out,
     static_truth,
@@ -52,11 +50,9 @@ def values(calibration, recording, truth, **options):
     return {s.name: s.value for s in score(calibration, recording, truth, **options)}
 
 
-def test_every_effect_is_sorted():
-    assert {e.name for e in EFFECTS} == {*STATIC, *NOT_STATIC}
-    assert not {*STATIC} & {*NOT_STATIC}
+def test_static_effects_depend_on_one_instant_alone():
     for effect in EFFECTS:
-        if effect.name in STATIC:
+        if effect.static:
             assert (effect.stage in ("vehicle", "sensor"), effect.stochastic) == (True, False)
 
 
