@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
-DENSITY, VISCOSITY, GRAVITY = 1025.0, 0.00131, 9.81
+DENSITY, GRAVITY = 1025.0, 9.81
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -34,7 +34,7 @@ def tuckerman(size: Array) -> tuple[Array, Array]:
     return volume * k / (2 - k), inertia
 
 
-def drag_and_lift(v: Array, w: Array, size: Array, coefficients: Array) -> tuple[Array, Array]:
+def drag_and_lift(v: Array, w: Array, size: Array, coefficients: Array, viscosity: float) -> tuple[Array, Array]:
     """Force and torque on an ellipsoid, by the formulas of the engine's manual (its projected area included)."""
     blunt, slender, angular, kutta, magnus = coefficients
     speed, (rx, ry, rz), order = np.linalg.norm(v), size, np.sort(size)
@@ -51,7 +51,7 @@ def drag_and_lift(v: Array, w: Array, size: Array, coefficients: Array) -> tuple
     swept = 8 * np.pi / 15 * np.array([size[i] * max(size[i - 1], size[i - 2]) ** 4 for i in range(3)])
     torque = -DENSITY * np.linalg.norm((angular * swept + slender * (swept.max() - swept)) * w) * w
     mean = np.mean(size)
-    return force - 6 * np.pi * mean * VISCOSITY * v, torque - 8 * np.pi * mean**3 * VISCOSITY * w
+    return force - 6 * np.pi * mean * viscosity * v, torque - 8 * np.pi * mean**3 * viscosity * w
 
 
 @dataclass
@@ -102,7 +102,8 @@ class Fossen:
     def viscous(self, nu_r: Array) -> Array:
         total = np.zeros(6)
         for where, size, coefficients, _ in self.parts:
-            force, torque = drag_and_lift(nu_r[:3] + np.cross(nu_r[3:], where), nu_r[3:], size, coefficients)
+            flow, viscosity = nu_r[:3] + np.cross(nu_r[3:], where), self.model.opt.viscosity
+            force, torque = drag_and_lift(flow, nu_r[3:], size, coefficients, viscosity)
             total += np.concatenate([force, torque + np.cross(where, force)])
         return total
 
