@@ -1,0 +1,1 @@
+"""Reproductions: each paper's figures beside ours, one file a paper."""
