@@ -24,6 +24,8 @@ NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
     "attitude": (lambda recording, _: recording.att_q, "the attitude: record att_qw, att_qx, att_qy, att_qz"),
     "gyro": (lambda recording, _: recording.gyro_rad_s, "the body rate: record gyro_{x,y,z}_rad_s"),
     "accel": (lambda recording, _: recording.accel_m_s2, "the specific force: record accel_{x,y,z}_m_s2"),
+    "scalar": (lambda recording, _: recording.channels.get("scalar_nT"),
+               "a scalar magnetometer beside the vector one: record its field strength as scalar_nT"),
     "array": (lambda recording, _: recording.array_mag_nT, "an array of magnetometers: record mag1_x_nT ... mag4_z_nT"),
     "field_vector": (lambda _, reference: reference.field_enu_nT,
                      "the field vector: give it as east, north, up, or place and date of the survey"),
@@ -36,7 +38,9 @@ class Calibrator(ABC):
     """A calibration method: a frozen dataclass of hyperparameters that writes `_solve`.
 
     Class attributes: `name` (fixed by DESIGN), `summary` (one line), `needs` (keys of NEEDS), `min_samples`,
-    `sequential` (the order of the samples matters).
+    `sequential` (the order of the samples matters), `recovers` (the standard motions whose noise-free recording it must
+    give back), `tolerance_nT` and `tolerance_matrix` (how closely; a twentieth and a tenth of them is what a turn of the
+    frame or another unit may change), `unit_free` (no setting in nT: data in another unit give the same result).
     """
 
     name: ClassVar[str]
@@ -44,6 +48,10 @@ class Calibrator(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     min_samples: ClassVar[int] = 9
     sequential: ClassVar[bool] = False
+    recovers: ClassVar[tuple[str, ...]] = ("full", "pitch", "auv")
+    tolerance_nT: ClassVar[float] = 0.02
+    tolerance_matrix: ClassVar[float] = 1e-6
+    unit_free: ClassVar[bool] = True
 
     @final
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None) -> Calibration:
