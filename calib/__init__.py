@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from calib.base import Calibrator
 from calib.ellipsoid import EllipsoidCalibrator
+from calib.kalman import KalmanCalibrator
+from calib.kalman_fuzzy import KalmanFuzzyCalibrator
+from calib.kalman_rescaled import KalmanRescaledCalibrator
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.serial import from_json, to_dict, to_json
@@ -12,7 +15,15 @@ from calib.vector_least_squares import VectorLeastSquares
 from scenarios.errors import InputError
 
 CALIBRATORS: dict[str, type[Calibrator]] = {
-    method.name: method for method in (SphereCalibrator, EllipsoidCalibrator, VectorLeastSquares)
+    method.name: method
+    for method in (
+        SphereCalibrator,
+        EllipsoidCalibrator,
+        VectorLeastSquares,
+        KalmanCalibrator,
+        KalmanFuzzyCalibrator,
+        KalmanRescaledCalibrator,
+    )
 }
 """Every calibrator by name, in the order that tables show them."""
 

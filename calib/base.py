@@ -38,9 +38,11 @@ class Calibrator(ABC):
     """A calibration method: a frozen dataclass of hyperparameters that writes `_solve`.
 
     Class attributes: `name` (fixed by DESIGN), `summary` (one line), `needs` (keys of NEEDS), `min_samples`,
-    `sequential` (the order of the samples matters), `recovers` (the standard motions whose noise-free recording it must
-    give back), `tolerance_nT` and `tolerance_matrix` (how closely; a twentieth and a tenth of them is what a turn of the
-    frame or another unit may change), `unit_free` (no setting in nT: data in another unit give the same result).
+    `sequential` (the order of the samples matters), `recovers` (the standard motions whose noise-free recording it
+    must give back), `tolerance_nT` and `tolerance_matrix` (how closely; a turned frame or another unit may change a
+    twentieth and a tenth of that), `unit_free` (no setting is in nT: data in another unit give the same result),
+    `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the sensor's own frame,
+    z kept, for want of attitude).
     """
 
     name: ClassVar[str]
@@ -52,6 +54,8 @@ class Calibrator(ABC):
     tolerance_nT: ClassVar[float] = 0.02
     tolerance_matrix: ClassVar[float] = 1e-6
     unit_free: ClassVar[bool] = True
+    whole_array: ClassVar[bool] = False
+    triangular: ClassVar[bool] = False
 
     @final
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None) -> Calibration:

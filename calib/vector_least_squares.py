@@ -45,7 +45,7 @@ class VectorLeastSquares(Calibrator):
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
         assert recording.att_q is not None
         h_nT = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
-        flat = self._motion_status(h_nT, reference.strength_nT)
+        flat = motion_status(h_nT, reference.strength_nT, self.attitude_std_rad)
         if flat is not None:
             return Calibration(self.name, flat)
         columns, scale = self._columns(recording, h_nT, reference.strength_nT)
@@ -57,13 +57,6 @@ class VectorLeastSquares(Calibrator):
         residual = recording.mag_nT - columns @ (solution * scale[:, None])
         variance_nT2 = float((residual**2).sum()) / (3 * (len(h_nT) - len(solution)))
         return self._calibration(solution, variance_nT2 * inverse @ inverse.T, variance_nT2, singular[0] / singular[-1])
-
-    def _motion_status(self, h_nT: Array, strength_nT: float) -> Status | None:
-        variance, axes = np.linalg.eigh(np.cov(h_nT.T))
-        angle_rad = np.sqrt(max(variance[0], 0.0)) / strength_nT
-        if angle_rad > max(SIGNIFICANT_ANGLE * self.attitude_std_rad, 1e-9):
-            return None
-        return unobservable(axes[:, 0], f"the field along it varies by only {np.degrees(angle_rad):.2g} degrees rms")
 
     def _columns(self, recording: Recording, h_nT: Array, strength_nT: float) -> tuple[Array, Array]:
         """Scaled columns (n, p), and the scale (p,) that each was divided by: h, 1 and with eddy dh/dt."""
@@ -96,3 +89,12 @@ class VectorLeastSquares(Calibrator):
         return Calibration(self.name, Status("ok"), solution[3].copy(),
                            np.asarray(np.linalg.inv(solution[:3].T)),
                            solution[4:7].T.copy() if self.eddy else None, parameters, covariance, names)
+
+
+def motion_status(h_nT: Array, strength_nT: float, attitude_std_rad: float) -> Status | None:
+    """Unobservable when the known field h (n, 3) moves along some body direction by less than the attitude's errors."""
+    variance, axes = np.linalg.eigh(np.cov(h_nT.T))
+    angle_rad = np.sqrt(max(variance[0], 0.0)) / strength_nT
+    if angle_rad > max(SIGNIFICANT_ANGLE * attitude_std_rad, 1e-9):
+        return None
+    return unobservable(axes[:, 0], f"the field along it varies by only {np.degrees(angle_rad):.2g} degrees rms")

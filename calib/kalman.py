@@ -1,0 +1,168 @@
+"""Kalman filter of the 21 parameters of the vector model, in the paper's own scaling."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.base import Calibrator
+from calib.reference import Reference
+from calib.result import Calibration, Status
+from calib.vector_least_squares import motion_status
+from calib.vector_model import NAMES, VectorData, calibration
+from sim.dataset import Recording
+
+Array = NDArray[np.float64]
+Adapt = Callable[[Any], None]
+"""Called with the filter after each update; may change its R."""
+MAX_PRIOR_SHARE = 0.01
+"""Converged: the prior weighs less than this in every direction of the state."""
+MAX_HISTORY = 200
+
+
+@dataclass(frozen=True)
+class KalmanSettings:
+    """The filter of a constant state: x0 = (0 x3, a x9, b x9), P0 = p I, Q = q I, R = r I. Defaults: [Li2017] table 1.
+
+    offset_unit_nT: unit of T_p in the state; q a sample; r in nT^2.
+    """
+
+    offset_unit_nT: float = 1.0
+    start_induced: float = 0.01
+    start_eddy_s: float = 0.02
+    prior_variance: float = 100.0
+    state_variance: float = 1e-5
+    noise_variance_nT2: float = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """The filter along the samples: state (n, 21) and its variance (n, 21), scaled to nT, 1 and s; covariance (21, 21)
+    of the last; squared normalised innovation nis (n,), three degrees of freedom; noise_variance_nT2 R (n,); ratio ROR
+    (n,), tr of the innovations' mean square in a window over tr of the predicted, NaN before the window is full.
+    """
+
+    state: Array
+    variance: Array
+    covariance: Array
+    nis: Array
+    noise_variance_nT2: Array
+    ratio: Array
+
+    @property
+    def variance_factor(self) -> float:
+        """Mean NIS over its expectation: the common scale of P0, Q and R that the innovations show.
+
+        The gain depends on the ratios of P0, Q and R alone, so this scale changes no estimate, only what it claims.
+        """
+        return float(self.nis.mean()) / 3.0
+
+
+def track(data: VectorData, settings: KalmanSettings, window: int = 50, adapt: Adapt | None = None) -> Track:
+    """Run filterpy's filter over the data.
+
+    K = P H^T (H P H^T + R)^-1,  x += K (y - H x),  P = (I - K H) P (I - K H)^T + K R K^T,  P += Q  ([Li2017] 2.1)
+
+    P is made symmetric after each step: with P0 H H^T / R near 1e14 rounding otherwise makes it indefinite.
+    """
+    # Imported here: filterpy takes more than a second that other methods need not wait for.
+    from filterpy.kalman import KalmanFilter
+
+    filter_ = KalmanFilter(dim_x=21, dim_z=3)
+    filter_.x = np.concatenate((np.zeros(3), np.full(9, settings.start_induced), np.full(9, settings.start_eddy_s)))
+    filter_.P, filter_.Q = np.eye(21) * settings.prior_variance, np.eye(21) * settings.state_variance
+    filter_.R = np.eye(3) * settings.noise_variance_nT2
+    n = len(data.field_nT)
+    state, variance, innovation, predicted, inverse = (
+        np.empty((n, *shape)) for shape in ((21,), (21,), (3,), (3, 3), (3, 3)))
+    noise = np.empty(n)
+    for k, (H, y) in enumerate(zip(data.observation(settings.offset_unit_nT), data.difference_nT, strict=True)):
+        filter_.predict()
+        filter_.update(y, H=H)
+        filter_.P = 0.5 * (filter_.P + filter_.P.T)
+        state[k], variance[k] = filter_.x, filter_.P.diagonal()
+        innovation[k], predicted[k], inverse[k], noise[k] = filter_.y, filter_.S, filter_.SI, filter_.R[0, 0]
+        if adapt is not None:
+            adapt(filter_)
+    unit = np.ones(21)
+    unit[:3] = settings.offset_unit_nT
+    return Track(state * unit, variance * unit**2, filter_.P * np.outer(unit, unit),
+                 np.einsum("ni,nij,nj->n", innovation, inverse, innovation), noise,
+                 innovation_ratio(innovation, predicted, window))
+
+
+def innovation_ratio(innovation: Array, predicted: Array, window: int) -> Array:
+    """ROR (n,) = tr(C_r) / tr(P_r), C_r the mean of r r^T over the last `window` innovations ([Li2017] eq. 11-15)."""
+    total = np.cumsum((innovation**2).sum(axis=1))
+    total[window:] -= total[:-window].copy()
+    ratio = total / window / np.trace(predicted, axis1=1, axis2=2)
+    ratio[: window - 1] = np.nan
+    return np.asarray(ratio)
+
+
+@dataclass(frozen=True)
+class KalmanCalibrator(Calibrator):
+    """T_p, A and B by a Kalman filter of a constant state, sample by sample.
+
+    T_m - T = H x + v,  H = [I3 | T_3x9 | dT_3x9],  x = (T_p, A, B),  x_k = x_k-1 + w  ([Li2017] eq. 1 to 9, table 1)
+
+    T_p in nT has a prior standard deviation of 10 nT beside columns of 10^4: it practically stays where it began, as
+    the paper finds; the status says so. The claimed covariance is the filter's times `Track.variance_factor`.
+    """
+
+    name: ClassVar[str] = "kalman"
+    summary: ClassVar[str] = "Kalman filter of 21 parameters, T_p in nT: the paper's baseline, whose T_p hardly moves"
+    needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
+    min_samples: ClassVar[int] = 21
+    sequential: ClassVar[bool] = True
+    recovers: ClassVar[tuple[str, ...]] = ()
+    unit_free: ClassVar[bool] = False
+    settings: KalmanSettings = KalmanSettings()
+    attitude_std_rad: float = 3.5e-4
+
+    def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
+        return solve(self.name, recording, reference, self.settings, self.attitude_std_rad)
+
+
+def solve(name: str, recording: Recording, reference: Reference, settings: KalmanSettings, attitude_std_rad: float,
+          window: int = 50, adapt: Adapt | None = None) -> Calibration:
+    """Run the filter on a recording and judge whether its covariance has come down."""
+    data = VectorData.of(recording, reference)
+    flat = motion_status(data.field_nT, reference.strength_nT, attitude_std_rad)
+    if flat is not None:
+        return Calibration(name, flat)
+    steps = track(data, settings, window, adapt)
+    extra = {"nis_mean": float(steps.nis.mean()), "noise_variance_nT2": float(steps.noise_variance_nT2[-1])}
+    return calibration(name, _status(steps, settings), steps.state[-1], steps.variance_factor * steps.covariance, extra,
+                       _history(steps, settings))
+
+
+def _scaled(settings: KalmanSettings) -> Array:
+    """Prior variance (21,) in nT^2, 1 and s^2."""
+    unit = np.ones(21)
+    unit[:3] = settings.offset_unit_nT
+    return settings.prior_variance * unit**2
+
+
+def _status(steps: Track, settings: KalmanSettings) -> Status:
+    root = np.sqrt(_scaled(settings))
+    values, vectors = np.linalg.eigh(steps.covariance / np.outer(root, root))
+    if values[0] < 0 or steps.nis.min() < 0:
+        return Status("not_converged", "the covariance is no longer positive definite: raise noise_variance_nT2")
+    if values[-1] <= MAX_PRIOR_SHARE:
+        return Status("ok")
+    worst = NAMES[int(np.argmax(np.abs(vectors[:, -1])))]
+    return Status("not_converged", f"the covariance has not come down: the start value still weighs {values[-1]:.2g} "
+                  f"(limit {MAX_PRIOR_SHARE:g}), most in {worst}; record longer, turn about more axes, lower "
+                  "state_variance, or use kalman_rescaled where T_p is what stays behind")
+
+
+def _history(steps: Track, settings: KalmanSettings) -> tuple[float, ...]:
+    """Largest variance over its start, at no more than MAX_HISTORY samples, the last among them."""
+    share = (steps.variance / _scaled(settings)).max(axis=1)
+    picked = np.unique(np.linspace(0, len(share) - 1, min(MAX_HISTORY, len(share))).round().astype(int))
+    return tuple(share[picked].tolist())

@@ -1,0 +1,68 @@
+"""Kalman filter of the 21 parameters whose measurement noise adapts by fuzzy rules."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from calib.base import Calibrator
+from calib.fuzzy import GRID, RULES, MamdaniRatio
+from calib.kalman import Adapt, KalmanSettings, solve
+from calib.kalman_rescaled import MICROTESLA
+from calib.reference import Reference
+from calib.result import Calibration
+from sim.dataset import Recording
+
+
+@dataclass(frozen=True)
+class KalmanFuzzyCalibrator(Calibrator):
+    """The filter of `kalman_rescaled` with R adapted to the innovations.
+
+    R_k = max(s_k^b R_k-1, floor),  s_k = rules(ROR),  ROR = tr(C_r) / tr(P_r)  ([Li2017] eq. 11 to 16)
+    P_r = H (P + Q) H^T + R,  C_r = mean of r r^T over the last n innovations
+
+    n (`window`), b (`exponent`) and the fuzzy sets are not printed. R_k acts from the next sample on. Where H Q H^T
+    rules P_r, as with the paper's Q = 1e-5, ROR stays far below one and R would be driven to zero: the floor is ours.
+    Where Q is below about 1e-10, R falls and rises again while the start value still rules P_r, and the filter breaks
+    down, which the status tells. Between these, R follows noise that changes.
+    """
+
+    name: ClassVar[str] = "kalman_fuzzy"
+    summary: ClassVar[str] = "kalman_rescaled with measurement noise adapted by Mamdani rules"
+    needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
+    min_samples: ClassVar[int] = 21
+    sequential: ClassVar[bool] = True
+    recovers: ClassVar[tuple[str, ...]] = ("full", "pitch")
+    tolerance_nT: ClassVar[float] = 5.0
+    tolerance_matrix: ClassVar[float] = 2e-4
+    unit_free: ClassVar[bool] = False
+    settings: KalmanSettings = MICROTESLA
+    window: int = 50
+    exponent: float = 1.0
+    floor_nT2: float = 1.0
+    rules: MamdaniRatio = RULES
+    attitude_std_rad: float = 3.5e-4
+
+    def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
+        return solve(self.name, recording, reference, self.settings, self.attitude_std_rad, self.window, self.adapt())
+
+    def adapt(self) -> Adapt:
+        """What changes the filter's R after each update; it remembers the window, so make one for each run."""
+        squares: deque[float] = deque(maxlen=self.window)
+        factors = [s**self.exponent for s in self.rules.table()]
+        low, step = 1.0 - self.rules.width, (GRID - 1) / (2.0 * self.rules.width)
+
+        def adapted(filter_: Any) -> None:
+            x, y, z = filter_.y.tolist()
+            squares.append(x * x + y * y + z * z)
+            if len(squares) < self.window:
+                return
+            S = filter_.S
+            ratio = sum(squares) / self.window / float(S[0, 0] + S[1, 1] + S[2, 2])
+            place = min(max(round((ratio - low) * step), 0), GRID - 1)
+            filter_.R = np.maximum(filter_.R * factors[place], np.eye(3) * self.floor_nT2)
+
+        return adapted
