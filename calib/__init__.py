@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from calib.base import Calibrator
+from calib.de_turntable import DeTurntable
 from calib.ellipsoid import EllipsoidCalibrator
+from calib.ga import Ga
 from calib.kalman import KalmanCalibrator
 from calib.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.kalman_rescaled import KalmanRescaledCalibrator
+from calib.pso import Pso
+from calib.psoga import PsoGa
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.serial import from_json, to_dict, to_json
@@ -20,9 +24,13 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
         SphereCalibrator,
         EllipsoidCalibrator,
         VectorLeastSquares,
+        Pso,
+        Ga,
+        PsoGa,
+        DeTurntable,
         KalmanCalibrator,
-        KalmanFuzzyCalibrator,
         KalmanRescaledCalibrator,
+        KalmanFuzzyCalibrator,
     )
 }
 """Every calibrator by name, in the order that tables show them."""
