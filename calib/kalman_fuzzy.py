@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -50,19 +50,22 @@ class KalmanFuzzyCalibrator(Calibrator):
         return solve(self.name, recording, reference, self.settings, self.attitude_std_rad, self.window, self.adapt())
 
     def adapt(self) -> Adapt:
-        """What changes the filter's R after each update; it remembers the window, so make one for each run."""
-        squares: deque[float] = deque(maxlen=self.window)
+        """What gives the next sample's R; it remembers the window, so make one for each run."""
+        squares = deque([0.0] * self.window, maxlen=self.window)
         factors = [s**self.exponent for s in self.rules.table()]
         low, step = 1.0 - self.rules.width, (GRID - 1) / (2.0 * self.rules.width)
+        seen, total = 0, 0.0
 
-        def adapted(filter_: Any) -> None:
-            x, y, z = filter_.y.tolist()
-            squares.append(x * x + y * y + z * z)
-            if len(squares) < self.window:
-                return
-            S = filter_.S
-            ratio = sum(squares) / self.window / float(S[0, 0] + S[1, 1] + S[2, 2])
-            place = min(max(round((ratio - low) * step), 0), GRID - 1)
-            filter_.R = np.maximum(filter_.R * factors[place], np.eye(3) * self.floor_nT2)
+        def adapted(innovation: list[float], predicted_nT2: float, noise_nT2: float) -> float:
+            nonlocal seen, total
+            x, y, z = innovation
+            square = x * x + y * y + z * z
+            seen, total = seen + 1, total + square - squares[0]
+            squares.append(square)
+            if seen < self.window:
+                return noise_nT2
+            place = round((total / self.window / predicted_nT2 - low) * step)
+            adapted_nT2: float = max(noise_nT2 * factors[min(max(place, 0), GRID - 1)], self.floor_nT2)
+            return adapted_nT2
 
         return adapted

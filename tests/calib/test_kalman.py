@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from calib.fuzzy import GRID, RULES, MamdaniRatio
-from calib.kalman import KalmanCalibrator, KalmanSettings, innovation_ratio, track
+from calib.kalman import KalmanCalibrator, KalmanSettings, innovation_ratio, inverse_3x3, track
 from calib.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.kalman_rescaled import MICROTESLA, KalmanRescaledCalibrator
 from calib.vector_least_squares import VectorLeastSquares
@@ -128,7 +128,7 @@ def test_rules_by_hand():
 
 def test_ratio_is_one_where_the_prediction_holds():
     rng = np.random.default_rng(0)
-    ratio = innovation_ratio(rng.normal(0, 3.0, (5000, 3)), np.tile(9.0 * np.eye(3), (5000, 1, 1)), 50)
+    ratio = innovation_ratio(rng.normal(0, 3.0, (5000, 3)), np.full(5000, 27.0), 50)
     assert np.isnan(ratio[:49]).all()
     assert np.mean(ratio[49:]) == pytest.approx(1.0, abs=0.03)
 
@@ -166,3 +166,10 @@ def test_adaptation_follows_noise_that_grows(standard):
     steps = track(data, settings, adapt=KalmanFuzzyCalibrator(settings).adapt())
     assert np.median(steps.noise_variance_nT2[900:1800]) == pytest.approx(9.0, rel=0.5)
     assert np.median(steps.noise_variance_nT2[2700:]) == pytest.approx(3600.0, rel=0.5)
+
+
+def test_inverse_is_numpys():
+    matrix = np.random.default_rng(0).normal(size=(3, 3))
+    np.testing.assert_allclose(inverse_3x3(matrix), np.linalg.inv(matrix), rtol=1e-14)
+    with pytest.raises(np.linalg.LinAlgError):
+        inverse_3x3(np.zeros((3, 3)))
