@@ -9,12 +9,14 @@ from calib.ga import Ga
 from calib.kalman import KalmanCalibrator
 from calib.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.kalman_rescaled import KalmanRescaledCalibrator
+from calib.ml_newton import MaximumLikelihoodNewton
 from calib.pso import Pso
 from calib.psoga import PsoGa
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.serial import from_json, to_dict, to_json
 from calib.sphere import SphereCalibrator
+from calib.twostep import TwoStep
 from calib.vector_least_squares import VectorLeastSquares
 from scenarios.errors import InputError
 
@@ -24,6 +26,8 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
         SphereCalibrator,
         EllipsoidCalibrator,
         VectorLeastSquares,
+        TwoStep,
+        MaximumLikelihoodNewton,
         Pso,
         Ga,
         PsoGa,

@@ -1,0 +1,92 @@
+"""TWOSTEP: the standard case, its claimed error, and the pieces it is made of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from calib import Reference
+from calib.norm import Standardised
+from calib.quadric import design, shape_matrix
+from calib.twostep import Centred, TwoStep, centre_gradient, centre_of, first_step
+from sim.dataset import read_recording
+
+SEEDS = range(40)
+
+
+def fits(standard, motion):
+    clean = standard.recording(motion, None)
+    return [TwoStep().fit(standard.noisy(clean, seed), standard.REFERENCE) for seed in SEEDS]
+
+
+def worst_sigma(result, truth_nT):
+    variance, axes = np.linalg.eigh(result.offset_covariance_nT2)
+    return np.abs(axes.T @ (result.offset_nT - truth_nT) / np.sqrt(variance)).max()
+
+
+@pytest.mark.parametrize(("motion", "limit_nT", "bound_nT"), [("full", 0.62, 0.5592), ("pitch", 9.5, 7.589)])
+def test_hard_iron_is_near_the_bound_and_claimed_so(motion, limit_nT, bound_nT, standard):
+    results = fits(standard, motion)
+    assert {r.status.kind for r in results} == {"ok"}
+    errors = [np.linalg.norm(r.offset_nT - standard.HARD_NT) for r in results]
+    assert np.sqrt(np.mean(np.square(errors))) <= limit_nT
+    claimed_nT = np.sqrt(np.mean([np.trace(r.offset_covariance_nT2) for r in results]))
+    assert 0.97 * bound_nT < claimed_nT < 1.2 * bound_nT
+    assert max(worst_sigma(r, standard.HARD_NT) for r in results) < 4.5
+
+
+def test_level_survey_is_never_falsely_ok(standard):
+    clean = standard.recording("auv", None)
+    for seed in range(12):
+        result = TwoStep().fit(standard.noisy(clean, seed), standard.REFERENCE)
+        assert result.status.kind != "ok" or worst_sigma(result, standard.HARD_NT) < 4
+        assert result.status.reason
+
+
+def points(standard, motion="pitch", seed=1):
+    return Standardised.of(standard.recording(motion, seed).mag_nT).x
+
+
+def test_centred_cost_is_the_cost_of_all_samples(standard):
+    x = points(standard)
+    rows, weight = design(x), np.linspace(1, 2, len(x))
+    centred, theta = Centred.of(rows, weight, 1e-4), first_step(rows, weight)
+    value = rows @ theta - theta[6:] @ centre_of(theta) - 1 - 1e-4
+    assert centred.cost(theta) == pytest.approx(weight @ value**2, rel=1e-9)
+    step = 1e-5 * np.random.default_rng(0).normal(size=9)
+    slope = (centred.cost(theta + step) - centred.cost(theta - step)) / 2
+    row = rows + centre_gradient(theta)
+    assert 2 * (weight * value) @ row @ step == pytest.approx(slope, rel=1e-4)
+
+
+def test_first_step_is_exact_without_noise(standard):
+    x = Standardised.of(standard.recording("full", None).mag_nT).x
+    theta = first_step(design(x), np.ones(len(x)))
+    d = x - centre_of(theta)
+    np.testing.assert_allclose(np.einsum("ni,ij,nj->n", d, shape_matrix(theta), d), 1.0, atol=1e-10)
+
+
+def test_bias_by_noise_is_within_the_claim(standard):
+    """At five times the noise the bias is far above the spread of a mean, and the claim covers it."""
+    clean = standard.recording("pitch", None)
+    results = [TwoStep().fit(standard.noisy(clean, seed, 50.0), standard.REFERENCE) for seed in range(20)]
+    bias_nT = abs(np.mean([r.offset_nT[2] - standard.HARD_NT[2] for r in results]))
+    claimed_nT = np.mean([np.sqrt(r.offset_covariance_nT2[2, 2]) for r in results])
+    assert bias_nT > 60
+    assert bias_nT < 1.3 * claimed_nT
+
+
+def test_one_round_too_few_is_not_converged(standard):
+    result = TwoStep(iterations=1, rounds=1).fit(standard.recording("pitch", 0), standard.REFERENCE)
+    assert result.status.kind == "not_converged"
+    assert "standard deviations" in result.status.reason
+
+
+def test_cave_compasses(realdata):
+    files = sorted((realdata / "cave-compass").glob("*.parquet"))
+    assert len(files) == 7
+    for file in files:
+        recording = read_recording(file)
+        strength_nT = float(np.median(np.linalg.norm(recording.mag_nT, axis=1)))
+        corrected_nT = np.linalg.norm(TwoStep().fit(recording, Reference(strength_nT)).apply(recording), axis=1)
+        assert corrected_nT.std() / corrected_nT.mean() < 0.0015
