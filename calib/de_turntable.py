@@ -161,7 +161,7 @@ class _Linear:
         aim = 1.0 if known_total else float(length.mean())
         self.vertical, self.total = h[2] - h[2].mean(), length - aim
         self.jz, self.jt = np.empty((2, points.shape[1], 5))
-        for k, step in enumerate(_derivatives(theta)):
+        for k, step in enumerate(derivatives(theta)):
             dh = -inverse @ step @ h
             dt = (dh * h).sum(axis=0) / length
             self.jz[:, k], self.jt[:, k] = dh[2] - dh[2].mean(), dt if known_total else dt - dt.mean()
@@ -207,7 +207,7 @@ class _Linear:
             "not_converged", f"the search ended {decrement:.2g} standard deviations from the minimum: more iterations")
 
 
-def _derivatives(theta: Array) -> list[Array]:
+def derivatives(theta: Array) -> list[Array]:
     """dA / d theta_k, five of (3, 3): the entry itself, and the diagonal that keeps its row at length one."""
     A, out = axes_matrix(theta), []
     for (i, j), value in zip(PLACES, theta, strict=True):
