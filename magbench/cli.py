@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import typer
 
-from magbench.commands import calibrate, listing, run, schema, show, simulate
+from magbench.commands import apply, calibrate, listing, reproduce, run, schema, show, simulate
 from scenarios.errors import InputError
 
 EPILOG = "Exit status: 0 done, 1 a gate failed, 2 wrong use or bad input (one line says what, where and what to do)."
@@ -24,6 +24,8 @@ app = typer.Typer(
 app.command("run")(run.run)
 app.command("simulate")(simulate.simulate)
 app.command("calibrate")(calibrate.calibrate)
+app.command("apply")(apply.apply)
+app.command("reproduce")(reproduce.reproduce)
 app.command("show")(show.show)
 app.command("list")(listing.listing)
 app.command("schema")(schema.schema)

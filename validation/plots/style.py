@@ -47,9 +47,14 @@ STYLE: dict[str, Any] = {
 
 
 def picture(draw: Draw, outcome: Outcome) -> str:
+    """An outcome's figure as a data address, see `encoded`."""
+    return encoded(lambda: draw(outcome))
+
+
+def encoded(draw: Callable[[], Figure]) -> str:
     """A figure as a data address: SVG while its lines have few points, else PNG."""
     with matplotlib.rc_context(STYLE):
-        figure = draw(outcome)
+        figure = draw()
         points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
         kind, mime = ("svg", "svg+xml") if points <= SVG_POINTS else ("png", "png")
         file = io.BytesIO()

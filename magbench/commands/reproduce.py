@@ -1,0 +1,40 @@
+"""`magbench reproduce`: a paper's figures beside ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from magbench.options import CORES, Jobs, Json
+
+
+def reproduce(
+    key: Annotated[str, typer.Argument(metavar="KEY", help="A paper, such as li2017, or all.")] = "all",
+    out: Annotated[Path, typer.Option("--out", "-o", help="Output directory.")] = Path("out/reproduce"),
+    seeds: Annotated[int, typer.Option(min=2, help="Independent repetitions behind every spread.")] = 50,
+    jobs: Jobs = CORES,
+    json: Json = False,
+) -> None:
+    """Repeat a paper's experiments and set its figures beside ours, each with a verdict.
+
+    Example: magbench reproduce li2017 -o out/li
+    """
+    from magbench.console import emit, progress, say, show_table
+    from validation.reproduce import chosen
+    from validation.reproduce.report import as_dict, write
+
+    papers = chosen(key, seeds)
+    results = {}
+    for paper in papers:
+        with progress(f"reproducing {paper.key}") as report:
+            results[paper] = paper.run(jobs=jobs, progress=report)
+    write(results, out)
+    if json:
+        emit(as_dict(results))
+    else:
+        for paper, findings in results.items():
+            rows = [[row.what, row.paper, row.ours, row.verdict, row.note] for row in findings.rows]
+            show_table(paper.title, ["what", "paper", "ours", "verdict", "note"], rows, numbers=False)
+    say(f"{out}: report.html, reproduction.json")

@@ -1,0 +1,53 @@
+"""The reproductions as one page and one JSON file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from sim.dataset.files import told, write_text
+from validation.plots.style import encoded
+from validation.reproduce.base import Findings, Reproduction, Row
+
+Results = Mapping[Reproduction, Findings]
+
+
+def as_dict(results: Results) -> dict[str, Any]:
+    """The JSON of `reproduce`: papers [{key, title, seeds, rows [{what, paper, ours, holds, verdict, note}]}]."""
+    papers = [
+        {"key": paper.key, "title": paper.title, "seeds": paper.seeds, "rows": [_row(row) for row in findings.rows]}
+        for paper, findings in results.items()
+    ]
+    return {"papers": papers}
+
+
+def write(results: Results, out: Path) -> None:
+    """Write OUT/report.html and OUT/reproduction.json; raises InputError when the system refuses."""
+    with told(out, "choose another directory"):
+        out.mkdir(parents=True, exist_ok=True)
+    write_text(out / "reproduction.json", json.dumps(as_dict(results), indent=1, ensure_ascii=False) + "\n")
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent.parent / "templates"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    papers = [
+        {"paper": paper, "rows": findings.rows, "pictures": {k: encoded(draw) for k, draw in findings.figures.items()}}
+        for paper, findings in results.items()
+    ]
+    write_text(out / "report.html", environment.get_template("reproduction.html").render(papers=papers))
+
+
+def _row(row: Row) -> dict[str, Any]:
+    return {
+        "what": row.what,
+        "paper": row.paper,
+        "ours": row.ours,
+        "holds": row.holds,
+        "verdict": row.verdict,
+        "note": row.note,
+    }
