@@ -9,7 +9,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Figure
 
 from validation.outcome import Array, Outcome, envelope
 from validation.palette import INK, SOFT, phase_colours
