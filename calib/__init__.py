@@ -17,6 +17,7 @@ from calib.result import Calibration, Status
 from calib.serial import from_json, to_dict, to_json
 from calib.sphere import SphereCalibrator
 from calib.twostep import TwoStep
+from calib.ukf import UkfCalibrator
 from calib.vector_least_squares import VectorLeastSquares
 from scenarios.errors import InputError
 
@@ -35,6 +36,7 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
         KalmanCalibrator,
         KalmanRescaledCalibrator,
         KalmanFuzzyCalibrator,
+        UkfCalibrator,
     )
 }
 """Every calibrator by name, in the order that tables show them."""

@@ -1,0 +1,167 @@
+"""[Zhang2018]'s experiments, one seed at a time: the spiral once, then fresh noise and fresh random searches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib import Reference, get
+from calib.ga import Ga
+from calib.population import PopulationCalibrator, Problem, triangular
+from calib.pso import Pso
+from calib.psoga import PsoGa
+from scenarios.load import load
+from sim.chain import Chain
+from sim.dataset import Recording
+from sim.effects.base import Effect
+from sim.effects.drift import SensorOffset
+from sim.effects.iron import HardIron, HardIronDrift
+from sim.rotation import matrix_from_q
+from sim.simulate import blocks, plan
+from sim.state import State
+from sim.streams import stream
+
+Array = NDArray[np.float64]
+METHODS = ("pso", "ga", "psoga")
+POSITIONS = 30
+"""One each 10 s, as printed: 300 degrees of the turn."""
+SEED = 2018
+LONG = 5000
+DRIFTS = (0.0, 1.0, 10.0, 50.0)
+"""Multiples of the catalogue's drift, 18 nT/h."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What the paper leaves open. reach_nT: bounds of the hard iron, 0: all that the data allow; see `bounded`."""
+
+    label: str
+    reach_nT: float
+    c: float = 2.0
+    mutation: float = 0.02
+    iterations: int = 200
+
+    def method(self, name: str) -> PopulationCalibrator:
+        """The method of that name without the polish: the paper's."""
+        if name == "pso":
+            return Pso(iterations=self.iterations, c1=self.c, c2=self.c, polish=False)
+        if name == "ga":
+            return Ga(iterations=self.iterations, mutation=self.mutation, polish=False)
+        return PsoGa(iterations=self.iterations, c1=self.c, c2=self.c, mutation=self.mutation, polish=False)
+
+
+SETTINGS = (
+    Setting("bounds 10 % and 1000 nT", 1000.0),
+    Setting("same, c1 = c2 = 1.494", 1000.0, c=1.494),
+    Setting("same, mutation a tenth", 1000.0, mutation=0.002),
+    Setting("same, 50 iterations", 1000.0, iterations=50),
+    Setting(f"same, {LONG} iterations", 1000.0, iterations=LONG),
+    Setting("bounds from the data", 0.0),
+)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One seed on the level spiral: raw_nT (30,) the raw |m| - F at the positions; by setting and method: |h| - F there
+    (30,), the rms of the best after each iteration, and the offset's distance from the truth."""
+
+    raw_nT: Array
+    errors_nT: dict[tuple[str, str], Array]
+    rms_nT: dict[tuple[str, str], Array]
+    offset_nT: dict[tuple[str, str], float]
+
+
+@dataclass(frozen=True)
+class DriftTrial:
+    """One seed on the excited spiral: rms of |h| - F by multiple of the drift, ellipsoid of the whole and by turns."""
+
+    whole_nT: tuple[float, ...]
+    segmented_nT: tuple[float, ...]
+
+
+@lru_cache(maxsize=2)
+def spiral(excited: bool) -> State:
+    """The motion: an hour of level circles at 1 degree/s at 3000 m, a sample each 10 s; or with roll and pitch, 2 s."""
+    scenario = load("auv-dive", ["vehicle.depth_m=3000", "sampling.rate_hz=0.1"])
+    scenario = scenario.model_copy(update={"phases": scenario.phases[1:2]})
+    ready = plan(load("auv-spiral-excited", ["sampling.rate_hz=0.5"]) if excited else scenario)
+    columns = list(blocks(ready))
+    take = lambda *names: np.concatenate([np.column_stack([b[name] for name in names]) for b in columns])  # noqa: E731
+    field, time_s = take("true_field_x_nT", "true_field_y_nT", "true_field_z_nT"), take("time_s")[:, 0]
+    R_wb = matrix_from_q(take("true_qw", "true_qx", "true_qy", "true_qz"))
+    currents = take(*(name for name in columns[0] if name.startswith("current_")))
+    position = take("true_pos_east_m", "true_pos_north_m", "true_pos_up_m")
+    still = np.zeros_like(field)  # none of these effects depends on the rates
+    return State(time_s, float(time_s[1] - time_s[0]), position, R_wb, still, ready.field_enu_nT, field, still,
+                 take("temperature_degC")[:, 0], currents)
+
+
+def effects(drift: float = 1.0) -> tuple[Effect, ...]:
+    """The catalogue's errors of `auv-dive`, its drift multiplied."""
+    dive = plan(load("auv-dive")).effects[0]
+    return tuple(replace(e, rate_nT_h=tuple(drift * r for r in e.rate_nT_h)) if isinstance(e, HardIronDrift) else e
+                 for e in dive)
+
+
+def strength_nT(state: State) -> float:
+    """F."""
+    return float(np.linalg.norm(state.field_enu_nT))
+
+
+def bounded(mag_nT: Array, strength: float, reach_nT: float) -> Problem:
+    """The search problem; with a reach, R within 0.1 of the identity and each offset within reach_nT of zero."""
+    problem = Problem.of(mag_nT, strength, Pso.most_gain)
+    assert problem is not None
+    if not reach_nT:
+        return problem
+    middle, reach = -problem.middle_nT / strength, reach_nT / strength
+    matrix = np.eye(3)[np.triu_indices(3)]
+    return replace(problem, lower=np.concatenate((matrix - 0.1, middle - reach)),
+                   upper=np.concatenate((matrix + 0.1, middle + reach)))
+
+
+def true_offset_nT(chain: tuple[Effect, ...]) -> Array:
+    """What a sensor in no field measures, at the start: A h + h of [Zhang2018] eq. 8, to the angles' first order."""
+    iron = next(np.array(e.offset_nT) for e in chain if isinstance(e, HardIron))
+    return np.asarray(iron + next(np.array(e.offset_nT) for e in chain if isinstance(e, SensorOffset)))
+
+
+def search_trial(seed: int) -> Trial:
+    """The three methods under every setting, on the level spiral."""
+    state, chain = spiral(False), effects()
+    strength, truth = strength_nT(state), true_offset_nT(chain)
+    mag_nT = Chain(chain, SEED, seed).apply(state)[0]
+    trial = Trial(np.linalg.norm(mag_nT[:POSITIONS], axis=1) - strength, {}, {}, {})
+    for setting in SETTINGS:
+        problem = bounded(mag_nT, strength, setting.reach_nT)
+        for name in METHODS:
+            key = (setting.label, name)
+            found = setting.method(name).search(problem, stream(SEED, seed, name))
+            offset = problem.middle_nT + strength * found.best[6:]
+            field = (mag_nT[:POSITIONS] - offset) @ triangular(found.best).T
+            trial.errors_nT[key] = np.linalg.norm(field, axis=1) - strength
+            trial.rms_nT[key] = problem.rmse_nT(found.costs)
+            trial.offset_nT[key] = float(np.linalg.norm(offset - truth))
+    return trial
+
+
+def drift_trial(seed: int) -> DriftTrial:
+    """The ellipsoid fit of the whole record and of each turn, under every drift, on the excited spiral."""
+    state = spiral(True)
+    whole, segmented = [], []
+    for drift in DRIFTS:
+        recording = Recording(state.time_s, Chain(effects(drift), SEED, seed).apply(state)[0])
+        turns = np.minimum(state.time_s // 360.0, state.time_s[-1] // 360.0 - (state.time_s[-1] % 360.0 < 180.0))
+        pieces = [Recording(state.time_s[turns == k], recording.mag_nT[turns == k]) for k in np.unique(turns)]
+        whole.append(_rms_after_ellipsoid([recording], strength_nT(state)))
+        segmented.append(_rms_after_ellipsoid(pieces, strength_nT(state)))
+    return DriftTrial(tuple(whole), tuple(segmented))
+
+
+def _rms_after_ellipsoid(pieces: list[Recording], strength: float) -> float:
+    fits = [(get("ellipsoid").fit(piece, Reference(strength)), piece) for piece in pieces]
+    errors = [np.linalg.norm(fit.apply(piece), axis=1) - strength for fit, piece in fits]
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
