@@ -19,6 +19,7 @@ from calib.sphere import SphereCalibrator
 from calib.twostep import TwoStep
 from calib.ukf import UkfCalibrator
 from calib.vector_least_squares import VectorLeastSquares
+from calib.vector_lm import VectorLmCalibrator
 from scenarios.errors import InputError
 
 CALIBRATORS: dict[str, type[Calibrator]] = {
@@ -37,6 +38,7 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
         KalmanRescaledCalibrator,
         KalmanFuzzyCalibrator,
         UkfCalibrator,
+        VectorLmCalibrator,
     )
 }
 """Every calibrator by name, in the order that tables show them."""
