@@ -41,8 +41,8 @@ class Calibrator(ABC):
     `sequential` (the order of the samples matters), `recovers` (the standard motions whose noise-free recording it
     must give back), `tolerance_nT` and `tolerance_matrix` (how closely; a turned frame or another unit may change a
     twentieth and a tenth of that), `unit_free` (no setting is in nT: data in another unit give the same result),
-    `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the sensor's own frame,
-    z kept, for want of attitude).
+    `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame of sensor 1,
+    whose matrix is upper triangular).
     """
 
     name: ClassVar[str]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from calib.rates import body_rate, smoothed_derivative
+from scenarios.errors import InputError
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -27,6 +28,15 @@ class Status:
 
 
 @dataclass(frozen=True, eq=False)
+class Segment:
+    """offset_nT (3,) and matrix (3, 3) from `start_s` of the recording's time on."""
+
+    start_s: float
+    offset_nT: Array
+    matrix: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Calibration:
     """A fitted measurement model and its inverse.
 
@@ -36,6 +46,12 @@ class Calibration:
     `parameters` holds named values; `covariance` (p, p) belongs to the p of them listed in `covariance_names`.
     `history` is the method's own measure of convergence, a value a round. A fit without an estimate leaves b = 0 and
     matrix = I (the raw measurement), and `status` says why.
+
+    A fit of a whole array of k sensors has `array_offset_nT` (k, 3) and `array_matrix` (k, 3, 3) too; offset_nT and
+    matrix are then sensor 1's. The parameters of sensor 2 on have names that end in @2, ...
+
+    A fit whose offset and matrix change with time has `segments`, in order of time; offset_nT and matrix are then their
+    mean, and `apply` takes the segment that the sample's time is in (the first before it begins).
     """
 
     name: str
@@ -48,6 +64,10 @@ class Calibration:
     covariance_names: tuple[str, ...] = ()
     history: tuple[float, ...] = ()
     wall_s: float = 0.0
+    array_offset_nT: Array | None = None
+    array_matrix: Array | None = None
+
+    segments: tuple[Segment, ...] = ()
 
     @property
     def offset_covariance_nT2(self) -> Array | None:
@@ -64,6 +84,8 @@ class Calibration:
         by sample, omega being the gyro's or else the attitude's derivative; without either dh/dt is the smoothed
         derivative of the field itself, found together with it by a few fixed-point rounds.
         """
+        if self.segments:
+            return self._apply_segments(recording)
         centred = recording.mag_nT - self.offset_nT
         if self.eddy_s is None:
             return np.asarray(centred @ self.matrix.T)
@@ -73,12 +95,54 @@ class Calibration:
         system = np.linalg.inv(self.matrix) - self.eddy_s @ _cross_matrices(rate)
         return np.asarray(np.linalg.solve(system, centred[:, :, None])[:, :, 0])
 
+    def apply_array(self, recording: Recording) -> Array:
+        """Calibrated field (k, n, 3) of every sensor of an array, nT, all in one frame.
+
+        Raises InputError when the fit or the recording is not of an array.
+        """
+        if self.array_offset_nT is None or self.array_matrix is None or recording.array_mag_nT is None:
+            raise InputError("no array of sensors to apply to", where=self.name,
+                             do="take a calibrator of whole arrays, and a recording with mag1_x_nT ... mag4_z_nT")
+        centred = recording.array_mag_nT - self.array_offset_nT[:, None, :]
+        return np.asarray(np.einsum("kij,knj->kni", self.array_matrix, centred))
+
+    def of_sensor(self, index: int) -> Calibration:
+        """The calibration of one sensor (0-based) out of that of an array, its parameters under their plain names."""
+        if self.array_offset_nT is None or self.array_matrix is None:
+            return self
+        names = {name: plain for name in self.parameters if (plain := _plain_name(name, index)) is not None}
+        own = [i for i, name in enumerate(self.covariance_names) if name in names]
+        return replace(
+            self, offset_nT=self.array_offset_nT[index], matrix=self.array_matrix[index],
+            parameters={plain: self.parameters[name] for name, plain in names.items()},
+            covariance=None if self.covariance is None else self.covariance[np.ix_(own, own)],
+            covariance_names=tuple(names[self.covariance_names[i]] for i in own),
+            array_offset_nT=None, array_matrix=None)
+
+    def static(self) -> Calibration:
+        """The same without its segments: their mean, for recordings of another time."""
+        return replace(self, segments=())
+
+    def _apply_segments(self, recording: Recording) -> Array:
+        out = np.empty_like(recording.mag_nT)
+        starts_s = [segment.start_s for segment in self.segments[1:]]
+        which = np.searchsorted(starts_s, recording.time_s, side="right")
+        for k, segment in enumerate(self.segments):
+            out[which == k] = (recording.mag_nT[which == k] - segment.offset_nT) @ segment.matrix.T
+        return out
+
     def _apply_by_derivative(self, centred: Array, time_s: Array) -> Array:
         assert self.eddy_s is not None
         h = centred @ self.matrix.T
         for _ in range(DERIVATIVE_ROUNDS):
             h = (centred - smoothed_derivative(h, time_s) @ self.eddy_s.T) @ self.matrix.T
         return np.asarray(h)
+
+
+def _plain_name(name: str, index: int) -> str | None:
+    """A parameter's name without @sensor when it is that sensor's, else None."""
+    plain, _, sensor = name.partition("@")
+    return plain if int(sensor or 1) == index + 1 else None
 
 
 def _cross_matrices(v: Array) -> Array:

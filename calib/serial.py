@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from typing import Any, NoReturn, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.result import OFFSET_NAMES, Calibration, Kind, Status
+from calib.result import OFFSET_NAMES, Calibration, Kind, Segment, Status
 from scenarios.errors import InputError
 
 Array = NDArray[np.float64]
 KEYS = ("name", "status", "reason", "offset_nT", "matrix", "eddy_s", "parameters", "covariance", "covariance_names",
-        "history", "wall_s")
+        "history", "wall_s", "array_offset_nT", "array_matrix", "segments")
+SEGMENT_KEYS = ("start_s", "offset_nT", "matrix")
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
@@ -29,6 +31,9 @@ def to_dict(calibration: Calibration) -> dict[str, Any]:
         "parameters": {name: float(value) for name, value in calibration.parameters.items()},
         "covariance": listed(calibration.covariance), "covariance_names": list(calibration.covariance_names),
         "history": [float(value) for value in calibration.history], "wall_s": float(calibration.wall_s),
+        "array_offset_nT": listed(calibration.array_offset_nT), "array_matrix": listed(calibration.array_matrix),
+        "segments": [{"start_s": float(part.start_s), "offset_nT": listed(part.offset_nT),
+                      "matrix": listed(part.matrix)} for part in calibration.segments],
     }
 
 
@@ -76,7 +81,7 @@ class _Reader:
             self.text("name", name), status, np.zeros(3) if offset_nT is None else offset_nT,
             np.eye(3) if matrix is None else matrix, self.array("eddy_s", (3, 3)), self.parameters(), covariance,
             names if covariance is not None else (), self.history(),
-            self.number("wall_s", self.data.get("wall_s", 0.0)))
+            self.number("wall_s", self.data.get("wall_s", 0.0)), *self.sensors(), self.segments())
 
     def fail(self, key: str, what: str) -> NoReturn:
         raise InputError(what, where=f"{self.where}: {key}")
@@ -119,6 +124,35 @@ class _Reader:
         if cells.shape != shape:
             self.fail(key, f"expected {' x '.join(map(str, shape))} numbers, found shape {cells.shape}")
         return np.array([self.number(key, v) for v in cells.flat]).reshape(shape)
+
+    def sensors(self) -> tuple[Array | None, Array | None]:
+        """Offsets (k, 3) and matrices (k, 3, 3) of an array: both or neither."""
+        given = [key for key in ("array_offset_nT", "array_matrix") if key in self.data]
+        if not given:
+            return None, None
+        count = len(self.data[given[0]]) if isinstance(self.data[given[0]], list) else 0
+        offset_nT, matrix = self.array("array_offset_nT", (count, 3)), self.array("array_matrix", (count, 3, 3))
+        if offset_nT is None or matrix is None:
+            self.fail("array_matrix" if matrix is None else "array_offset_nT", f"missing beside {given[0]}")
+        return offset_nT, matrix
+
+    def segments(self) -> tuple[Segment, ...]:
+        """Segments in order of time."""
+        value = self.data.get("segments", [])
+        if not isinstance(value, list) or not all(isinstance(part, dict) for part in value):
+            self.fail("segments", f"expected a list of objects with {', '.join(SEGMENT_KEYS)}")
+        parts = tuple(_Reader(part, f"{self.where}: segments[{i}]").segment() for i, part in enumerate(value))
+        if any(b.start_s <= a.start_s for a, b in itertools.pairwise(parts)):
+            self.fail("segments", "start_s must increase")
+        return parts
+
+    def segment(self) -> Segment:
+        """This object as one segment."""
+        unknown = sorted(set(self.data) ^ set(SEGMENT_KEYS))
+        offset_nT, matrix = self.array("offset_nT", (3,)), self.array("matrix", (3, 3))
+        if unknown or offset_nT is None or matrix is None:
+            self.fail(", ".join(unknown), f"missing or unknown; a segment has {', '.join(SEGMENT_KEYS)}")
+        return Segment(self.number("start_s", self.data["start_s"]), offset_nT, matrix)
 
     def covariance(self, size: int) -> Array | None:
         value = self.array("covariance", (size, size)) if size else None

@@ -19,12 +19,18 @@ from sim.dataset.reader import parameters_of
 def fit_all(recording: Recording, reference: Reference, names: Sequence[str], seed: int = 0) -> dict[str, Calibration]:
     """Every named calibrator on a recording; of an array, on every sensor: keys `name` or `name@sensor`.
 
+    A calibrator of whole arrays gets the recording once, and each sensor its part of the result.
     Raises InputError for a name that is not registered.
     """
     methods = {name: calib.get(name) for name in names}
     results = {}
     for name, method in methods.items():
-        for key, one in sensors(recording, name).items():
+        parts = sensors(recording, name)
+        if method.whole_array:
+            whole = method.fit(recording, reference, np.random.default_rng(seed))
+            results |= {key: whole.of_sensor(index) for index, key in enumerate(parts)}
+            continue
+        for key, one in parts.items():
             results[key] = method.fit(one, reference, np.random.default_rng(seed))
     return results
 

@@ -76,6 +76,17 @@ def level_turns(n: int, seed: int | None) -> Recording:
     return clean if seed is None else noisy(clean, seed)
 
 
+ARRAY_SOFT = (np.eye(3), np.array([[1.02, 0.01, -0.02], [0.005, 0.97, 0.015], [-0.01, 0.02, 1.04]]),
+              np.array([[0.96, -0.02, 0.01], [0.01, 1.03, 0.02], [0.02, -0.01, 0.99]]),
+              np.array([[1.01, 0.02, 0.015], [-0.02, 0.98, -0.01], [0.01, 0.015, 1.05]]))
+
+
+def with_array(one: Recording) -> Recording:
+    """A recording with four sensors: the given one, and three that turn and stretch what it measures, noise and all."""
+    with np.errstate(invalid="ignore"):
+        return replace(one, array_mag_nT=np.array([one.mag_nT @ soft.T for soft in ARRAY_SOFT]))
+
+
 @pytest.fixture(scope="session")
 def standard() -> ModuleType:
     """This module: the standard case for the tests."""
