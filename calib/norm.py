@@ -33,7 +33,7 @@ class Standardised:
         """Standardise measurements (n, 3)."""
         middle = mag_nT.mean(axis=0)
         scale = float(np.sqrt(((mag_nT - middle) ** 2).sum(axis=1).mean()))
-        return cls((mag_nT - middle) / scale, middle, scale)
+        return cls(np.ascontiguousarray((mag_nT - middle) / scale), middle, scale)
 
     def calibration(self, name: str, status: Status, fit: NormFit, reference: Reference) -> Calibration:
         """The fit in nT: offset b, symmetric S, their covariance, and the noise of a measured component."""

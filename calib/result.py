@@ -66,7 +66,6 @@ class Calibration:
     wall_s: float = 0.0
     array_offset_nT: Array | None = None
     array_matrix: Array | None = None
-
     segments: tuple[Segment, ...] = ()
 
     @property
