@@ -23,6 +23,8 @@ def soft_iron(name, standard):
 def fit(name, standard, recording, reference=None, seed=0):
     if "array" in CALIBRATORS[name].needs:
         recording = standard.with_array(recording)
+    if "scalar" in CALIBRATORS[name].needs:
+        recording = replace(recording, channels={"scalar_nT": np.linalg.norm(recording.mag_nT, axis=1)})
     return get(name).fit(recording, reference or standard.REFERENCE, np.random.default_rng(seed))
 
 
