@@ -77,6 +77,16 @@ def test_hard_iron_is_near_the_bound_and_claimed_so(motion, limit_nT, bound_nT, 
     assert max(worst_sigma(r, standard.HARD_NT) for r in results) < 4.5
 
 
+def test_bias_by_noise_is_claimed(standard):
+    """At five times the noise the bias is most of the error, and the claimed deviation holds it."""
+    clean = standard.recording("pitch", None)
+    results = [fit(standard.noisy(clean, seed, 50.0), standard.REFERENCE) for seed in range(20)]
+    errors_nT = np.array([r.offset_nT[2] - standard.HARD_NT[2] for r in results])
+    claimed_nT = np.sqrt(np.mean([r.offset_covariance_nT2[2, 2] for r in results]))
+    assert abs(errors_nT.mean()) > 2 * errors_nT.std()
+    assert claimed_nT == pytest.approx(np.sqrt(np.mean(errors_nT**2)), rel=0.2)
+
+
 def test_level_survey_is_never_falsely_ok(standard):
     clean = standard.recording("auv", None)
     for seed in range(10):

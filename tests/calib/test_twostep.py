@@ -8,7 +8,7 @@ import pytest
 from calib import Reference
 from calib.norm import Standardised
 from calib.quadric import design, shape_matrix
-from calib.twostep import Centred, TwoStep, centre_gradient, centre_of, first_step
+from calib.twostep import Centred, TwoStep, _expected_gradient, centre_gradient, centre_of, first_step
 from sim.dataset import read_recording
 
 SEEDS = range(40)
@@ -66,14 +66,29 @@ def test_first_step_is_exact_without_noise(standard):
     np.testing.assert_allclose(np.einsum("ni,ij,nj->n", d, shape_matrix(theta), d), 1.0, atol=1e-10)
 
 
-def test_bias_by_noise_is_within_the_claim(standard):
-    """At five times the noise the bias is far above the spread of a mean, and the claim covers it."""
+def test_bias_by_noise_is_claimed(standard):
+    """At five times the noise the bias is most of the error: the claimed bias is that of the mean over 20 seeds."""
     clean = standard.recording("pitch", None)
     results = [TwoStep().fit(standard.noisy(clean, seed, 50.0), standard.REFERENCE) for seed in range(20)]
-    bias_nT = abs(np.mean([r.offset_nT[2] - standard.HARD_NT[2] for r in results]))
-    claimed_nT = np.mean([np.sqrt(r.offset_covariance_nT2[2, 2]) for r in results])
-    assert bias_nT > 60
-    assert bias_nT < 1.3 * claimed_nT
+    errors_nT = np.array([r.offset_nT[2] - standard.HARD_NT[2] for r in results])
+    claimed_nT = np.sqrt(np.mean([r.offset_covariance_nT2[2, 2] for r in results]))
+    assert abs(errors_nT.mean()) > 2 * errors_nT.std()
+    assert claimed_nT == pytest.approx(np.sqrt(np.mean(errors_nT**2)), rel=0.2)
+
+
+def test_expected_gradient_of_noise_against_samples(standard):
+    """sum E[w v dz/dtheta] by antithetic noise, within five standard errors."""
+    x = Standardised.of(standard.recording("pitch", None, n=300).mag_nT).x
+    theta, std, rng, sums = first_step(design(x), np.ones(len(x))), 0.003, np.random.default_rng(0), []
+    shape, centre = shape_matrix(theta), centre_of(theta)
+    for noise in std * rng.normal(size=(2000, *x.shape)):
+        for sign in (1, -1):
+            rows, steep = design(x + sign * noise), (x + sign * noise - centre) @ shape
+            v = rows @ theta - theta[6:] @ centre - 1 - std**2 * np.trace(shape)
+            sums.append((v / (4 * np.sum(steep**2, axis=1))) @ (rows + centre_gradient(theta)) / std**2)
+    pairs = np.array(sums).reshape(-1, 2, 9).mean(axis=1)
+    expected, error = _expected_gradient(theta, x), pairs.std(axis=0) / np.sqrt(len(pairs))
+    assert (np.abs(pairs.mean(axis=0) - expected) < 5 * error + 2e-3 * np.abs(expected).max()).all()
 
 
 def test_one_round_too_few_is_not_converged(standard):

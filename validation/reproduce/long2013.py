@@ -66,7 +66,8 @@ def _strength(trials: list[Trial]) -> Row:
         f"largest deviation of the corrected field strength, four turns (noise {NOISE_NT:g} nT)", "within 2 %",
         _text(100 * share, "%"), _judge(share, LIMIT_SHARE),
         f"raw {low:.2f} to {high:.2f} of the field; {sum(t.status == 'ok' for t in trials)} of {len(trials)} fits are "
-        f"ok. The noise is not printed, {NOISE_NT:g} nT is our choice, see the noise that the figures bear. Hard iron and offset are printed in nG, 0.07 to 0.09 nT, which would be nothing: read as nT")
+        f"ok. The noise is not printed, {NOISE_NT:g} nT is our choice: see what noise the figures bear. "
+        "Hard iron and offset are printed in nG, 0.07 to 0.09 nT, which would be nothing: read as nT")
 
 
 def _roll(trials: list[Trial]) -> Row:
@@ -124,8 +125,8 @@ def _newton(trials: list[Trial]) -> Row:
     verdict: Verdict = "holds" if steps.max() <= 10 else "does not hold"
     return Row("Newton's method converges from the two-step solution", "claimed, no figure",
                f"{np.median(steps):.0f} gradients (most: {steps.max()})", verdict,
-               "the cost of eq. 10 has its infimum, 0, at T = 0, b = infinity, which the paper does not mention; Newton's "
-               "method from elsewhere can run there, so the start is part of the method")
+               "the cost of eq. 10 has its infimum, 0, at T = 0, b = infinity, which the paper does not mention; "
+               "Newton from elsewhere can run there, so the start is part of the method")
 
 
 def _two_step(by_noise: dict[float, list[Trial]]) -> Row:
@@ -137,9 +138,9 @@ def _two_step(by_noise: dict[float, list[Trial]]) -> Row:
     verdict: Verdict = "holds" if high < 1.0 else "does not hold"
     return Row("more accurate than two-step alone (rms hard-iron error, Newton over two-step)", "claimed, no figure",
                f"{ours:.1f} over {start:.1f} nT at {NOISE_NT:g} nT; ratio {low:.3f} to {high:.3f} over the noises",
-               verdict, "eq. 10 counts all directions alike, though the noise of |T (m - b)| goes with the gain of S, which "
-               "runs from 1.0 to 2.4 here; the bench's two-step weights by it and is iterated, the paper's is not said "
-               "to be")
+               verdict, "eq. 10 counts all directions alike, though the noise of |T (m - b)| goes with the gain of S, "
+               "which runs from 1.0 to 2.4 here; the bench's two-step weights by it and is iterated, "
+               "the paper's is not said to be")
 
 
 def _rms(values: list[float]) -> float:
