@@ -34,7 +34,7 @@ def write_recording(outcome: Outcome, path: Path) -> None:
     On the timeline `time` (seconds since the start of the run), each an entity of one row a sample:
     `mag`, `true_field`, `effects/<name>`, `corrected/<calibrator>` (x, y, z in nT, body frame), `current` (A) and
     `temperature` (degC) in float64 at full resolution; thinned by least and greatest value beyond 50 000 samples:
-    `norm/<what>`, `residual/<calibrator>` (corrected minus truth, nT). In space, at most 20 000 poses: `world` (m, ENU)
+    `norm/<what>`, `residual/<calibrator>` (see Outcome.residual_nT). In space, at most 20 000 poses: `world` (m, ENU)
     and `cloud` (nT, body frame). Of an array it shows sensor 1.
 
     The file is written beside `path` and renamed; on failure nothing is left.
@@ -189,7 +189,7 @@ def _send_series(stream: rr.RecordingStream, outcome: Outcome) -> None:
         _xyz(stream, f"effects/{_part(name)}", recording.time_s, value)
     for name, value in outcome.corrected.items():
         _xyz(stream, f"corrected/{_part(name)}", recording.time_s, value)
-        _xyz(stream, f"residual/{_part(name)}", *envelope(recording.time_s, value - truth.field_nT, THIN_BUCKETS))
+        _xyz(stream, f"residual/{_part(name)}", *envelope(recording.time_s, outcome.residual_nT(name), THIN_BUCKETS))
     fields = {"raw": recording.mag_nT, "truth": truth.field_nT, **{n: outcome.corrected[n] for n in outcome.shown()}}
     for (name, value), colour in zip(fields.items(), (RAW, TRUE, *_cycle(len(fields) - 1)[1:]), strict=True):
         norm = envelope(recording.time_s, np.linalg.norm(value, axis=1), THIN_BUCKETS)
