@@ -87,6 +87,11 @@ class Outcome:
         rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
         return np.asarray(corrected @ rotation.T - truth)
 
+    @property
+    def travels(self) -> bool:
+        """Whether the vehicle leaves its place: otherwise there is no path to draw."""
+        return float(np.max(np.ptp(self.truth.pos_enu_m, axis=0))) > 0.1
+
     def phases(self) -> list[tuple[str, int, int]]:
         """Consecutive stretches (label, first sample, one past the last) of the motion."""
         phase = self.recording.phase

@@ -261,7 +261,7 @@ def _spaces(outcome: Outcome) -> list[rrb.Spatial3DView]:
     cloud = rrb.Spatial3DView(
         origin="cloud", contents=clouds, name="Raw (grey), best corrected (blue), body frame, nT", line_grid=False
     )
-    return [body, path, cloud] if np.linalg.norm(high - low) > reach else [body, cloud]
+    return [body, path, cloud] if outcome.travels else [body, cloud]
 
 
 def _plots(outcome: Outcome) -> list[rrb.TimeSeriesView | rrb.Grid]:

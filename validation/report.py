@@ -79,12 +79,17 @@ def _page(outcome: Outcome) -> dict[str, Any]:
         "what": what_was_simulated(outcome),
         "scores": score_table(outcome),
         "calibrations": [outcome.calibrations[name] for name in outcome.ranking()[0]],
-        "pictures": [(section, picture(section.draw, outcome)) for section in SECTIONS],
+        "pictures": [(section, picture(section.draw, outcome)) for section in SECTIONS if _has(section, outcome)],
         "parameters": effect_parameters(outcome),
         "surroundings": surroundings(outcome),
         "versions": _versions(),
         "scenario_json": json.dumps(scenario.model_dump(mode="json", by_alias=True, exclude_unset=True), indent=2),
     }
+
+
+def _has(section: Section, outcome: Outcome) -> bool:
+    """Whether there is something to draw: a path needs a journey."""
+    return section.key != "path" or outcome.travels
 
 
 def _tiles(outcome: Outcome) -> list[tuple[str, str, str]]:

@@ -162,6 +162,13 @@ def test_same_outcome_gives_the_same_words(outcome: Outcome, tmp_path: Path) -> 
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
 
 
+def test_a_vehicle_that_stays_has_no_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("validation.report.SECTIONS", [s for s in SECTIONS if s.key in ("path", "sizes")])
+    for vehicle, there in (("turntable", False), ("auv", True)):
+        write_report(example.example_outcome(200, vehicle=vehicle), tmp_path / "r.html")
+        assert ('id="path"' in (tmp_path / "r.html").read_text(encoding="utf-8")) is there
+
+
 def test_pictures_show_sensor_1_of_an_array() -> None:
     array = example.example_outcome(200, sensors=2)
     keys = {f"sphere@{k}": array.calibrations["sphere"] for k in (2, 1, 11)}
