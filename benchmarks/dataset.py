@@ -66,7 +66,7 @@ def _growth(folder: Path) -> Row:
     return Row("growth of peak memory, MiB", twenty - one, MOST_GROWTH_MIB, False, note)
 
 
-def _peak_MiB(hours: int, folder: Path) -> float:  # noqa: N802 - the unit's own spelling
+def _peak_MiB(hours: int, folder: Path) -> float:
     code = (
         "import resource, sys; from pathlib import Path\n"
         "from benchmarks.dataset import every_effect; from sim.generate import generate\n"

@@ -25,8 +25,10 @@ NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
     "gyro": (lambda recording, _: recording.gyro_rad_s, "the body rate: record gyro_{x,y,z}_rad_s"),
     "accel": (lambda recording, _: recording.accel_m_s2, "the specific force: record accel_{x,y,z}_m_s2"),
     "array": (lambda recording, _: recording.array_mag_nT, "an array of magnetometers: record mag1_x_nT ... mag4_z_nT"),
-    "field_vector": (lambda _, reference: reference.field_enu_nT,
-                     "the field vector: give it as east, north, up, or place and date of the survey"),
+    "field_vector": (
+        lambda _, reference: reference.field_enu_nT,
+        "the field vector: give it as east, north, up, or place and date of the survey",
+    ),
 }
 """What a calibrator can need beside the field's strength: how to find it, and what to say when it is missing."""
 
@@ -78,8 +80,11 @@ class Calibrator(ABC):
 
     def _usable(self, recording: Recording, reference: Reference) -> Status | None:
         if len(recording) < self.min_samples:
-            return Status("not_applicable", f"{self.name} needs at least {self.min_samples} samples, "
-                          f"the recording has {len(recording)}: record longer")
+            return Status(
+                "not_applicable",
+                f"{self.name} needs at least {self.min_samples} samples, "
+                f"the recording has {len(recording)}: record longer",
+            )
         used: dict[str, object] = {"time_s": recording.time_s, "mag_nT": recording.mag_nT}
         for need in self.needs:
             find, what = NEEDS[need]

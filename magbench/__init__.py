@@ -29,7 +29,7 @@ _PUBLIC = {
     "read_run": "sim.dataset",
     "run_scenario": "validation.pipeline",
 }
-__all__ = sorted(_PUBLIC)  # noqa: PLE0605 - the table above is the one list
+__all__ = sorted(_PUBLIC)
 
 
 def __getattr__(name: str) -> Any:

@@ -76,13 +76,17 @@ def _columns(batch: Any) -> tuple[Any, Array]:
     return time_ns, flat if len(flat) == len(time_ns) else flat.reshape(len(time_ns), -1)
 
 
+def viewer_program() -> Path:
+    """The program that rerun's package brings: viewer and file tools (its `rerun` script is only a launcher)."""
+    folder = Path(str(resources.files("rerun_cli")))
+    places = (folder / "rerun", folder / "rerun.exe", folder / "Rerun.app/Contents/MacOS/Rerun")
+    return next(place for place in places if place.exists())
+
+
 def verify(path: Path) -> None:
     """Check with rerun's own command that a recording can be read; InputError says what is wrong with it."""
-    folder = Path(str(resources.files("rerun_cli")))
-    program = next(
-        p for p in (folder / "rerun", folder / "rerun.exe", folder / "Rerun.app/Contents/MacOS/Rerun") if p.exists()
-    )
-    done = subprocess.run([program, "rrd", "verify", path], capture_output=True, text=True, check=False)
+    command = [str(viewer_program()), "rrd", "verify", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         reason = next(
             (line for line in done.stderr.splitlines() if "rror" in line or path.name in line), "cannot be read"
@@ -103,7 +107,8 @@ def _static(stream: rr.RecordingStream, entity: str, *archetypes: Any) -> None:
 
 
 def _send(stream: rr.RecordingStream, entity: str, time_s: Array, columns: Any) -> None:
-    stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=time_s)], columns, strict=True)
+    whole_ns = np.round(1e9 * time_s).astype("timedelta64[ns]")  # given seconds, rerun would cut, not round
+    stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=whole_ns)], columns, strict=True)
 
 
 # the vehicle in space

@@ -14,10 +14,10 @@ def calibrate(
     data: Annotated[Path, typer.Argument(metavar="DATA", help="A dataset directory, a run, or a Parquet or CSV log.")],
     with_: Annotated[str, typer.Option("--with", help="Calibrators, comma-separated.")] = "sphere,ellipsoid",
     run: Annotated[int, typer.Option(min=0, help="Which run of a dataset directory.")] = 0,
-    field_strength_nT: Annotated[  # noqa: N803 - the unit's own spelling
+    field_strength_nT: Annotated[
         float | None, typer.Option("--field-strength-nT", help="Field strength; a simulated run knows its own.")
     ] = None,
-    field_enu_nT: Annotated[  # noqa: N803
+    field_enu_nT: Annotated[
         str | None, typer.Option("--field-enu-nT", metavar="E,N,U", help="Field vector, east, north, up.")
     ] = None,
     map_: Annotated[

@@ -16,8 +16,8 @@ def show(
 
     Example: magbench show out/auv-dive
     """
-    from scenarios.errors import InputError
     from magbench.viewer import view
+    from scenarios.errors import InputError
 
     file = path / "recording.rrd" if path.is_dir() else path
     if not file.is_file():

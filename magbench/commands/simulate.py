@@ -26,9 +26,9 @@ def simulate(
     from dataclasses import asdict
 
     from magbench.console import emit, progress, say
-    from sim.scenario import load_checked
     from sim.dataset import read_manifest
     from sim.generate import generate
+    from sim.scenario import load_checked
 
     spec = load_checked(scenario, set_ or ())
     place = out or Path("out") / spec.name
@@ -38,4 +38,5 @@ def simulate(
     rows = sum(file.rows for file in manifest.files)
     say(f"{place}: {runs} runs, {rows} samples, {len(manifest.columns)} columns")
     if json:
-        emit({"out": str(place), "runs": runs, "seed": manifest.seed, "samples": rows, "files": [asdict(file) for file in manifest.files]})
+        files = [asdict(file) for file in manifest.files]
+        emit({"out": str(place), "runs": runs, "seed": manifest.seed, "samples": rows, "files": files})

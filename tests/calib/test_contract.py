@@ -43,8 +43,12 @@ def test_noise_free_recording_is_recovered(name, motion, standard):
 def test_turning_the_sensor_turns_the_result(name, standard):
     recording = standard.recording("full", 1, soft=soft_iron(name, standard))
     attitude = Rotation.from_quat(recording.att_q, scalar_first=True) * TURN.inv()
-    turned = replace(recording, mag_nT=TURN.apply(recording.mag_nT), gyro_rad_s=TURN.apply(recording.gyro_rad_s),
-                     att_q=attitude.as_quat(scalar_first=True))
+    turned = replace(
+        recording,
+        mag_nT=TURN.apply(recording.mag_nT),
+        gyro_rad_s=TURN.apply(recording.gyro_rad_s),
+        att_q=attitude.as_quat(scalar_first=True),
+    )
     one, other = fit(name, standard, recording), fit(name, standard, turned)
     q = TURN.as_matrix()
     np.testing.assert_allclose(other.offset_nT, q @ one.offset_nT, atol=1e-3)
@@ -68,8 +72,9 @@ def test_order_of_samples_does_not_matter(name, standard):
         return
     recording = standard.recording("full", 3, soft=soft_iron(name, standard))
     order = np.random.default_rng(0).permutation(len(recording))
-    shuffled = replace(recording, mag_nT=recording.mag_nT[order], gyro_rad_s=recording.gyro_rad_s[order],
-                       att_q=recording.att_q[order])
+    shuffled = replace(
+        recording, mag_nT=recording.mag_nT[order], gyro_rad_s=recording.gyro_rad_s[order], att_q=recording.att_q[order]
+    )
     one, other = fit(name, standard, recording), fit(name, standard, shuffled)
     np.testing.assert_allclose(other.offset_nT, one.offset_nT, atol=1e-3)
     np.testing.assert_allclose(other.matrix, one.matrix, atol=1e-7)
