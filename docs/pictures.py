@@ -6,11 +6,13 @@ Where the viewer cannot start, one line says so and its pictures stay as they ar
 
 from __future__ import annotations
 
+import contextlib
 import io
+import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -116,9 +118,12 @@ def look(folder: Path, views: Iterable[View]) -> None:
     """Screenshots of the viewer, without a display."""
     program = Path(next(iter(rerun_cli.__path__))) / "rerun"
     try:
-        with ViewerClient.spawn(
-            headless=True, port=PORT, executable_path=str(program), hide_welcome_screen=True
-        ) as viewer:
+        with (
+            silent(),
+            ViewerClient.spawn(
+                headless=True, port=PORT, executable_path=str(program), hide_welcome_screen=True
+            ) as viewer,
+        ):
             for view in views:
                 viewer.open(str(folder / view.scenario / "recording.rrd"))
                 settled(viewer)
@@ -131,6 +136,19 @@ def look(folder: Path, views: Iterable[View]) -> None:
         reason = str(error).strip().splitlines()[0]
         do = "it needs a Vulkan driver: apt-get install mesa-vulkan-drivers"
         print(f"pictures of the viewer are not made: the rerun viewer does not start ({reason}); {do}", file=sys.stderr)
+
+
+@contextlib.contextmanager
+def silent() -> Iterator[None]:
+    """Without the viewer's own log, which it writes to this process's standard error."""
+    kept = os.dup(2)
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
 
 
 def settled(viewer: ViewerClient) -> bytes:
