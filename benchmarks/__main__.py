@@ -10,7 +10,6 @@ if __name__ == "__main__":
     rows = [*closed_loop.rows(), *dataset.rows()]
     width = max(len(row.what) for row in rows)
     for row in rows:
-        print(
-            f"{row.what:{width}}  {row.value:8.3f}  limit {row.limit:g}  {'holds' if row.holds else 'MISSED'}  {row.note}"
-        )
+        verdict = "holds" if row.holds else "MISSED"
+        print(f"{row.what:{width}}  {row.value:8.3f}  limit {row.limit:g}  {verdict}  {row.note}")
     sys.exit(not all(row.holds for row in rows))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterator
+
 import mujoco
 import numpy as np
 from mujoco import rollout
@@ -9,7 +12,8 @@ from mujoco import rollout
 from benchmarks.measure import Call, Row, paired_ratio
 from scenarios.load import load
 from scenarios.spec import Scenario
-from sim.motion import drive
+from sim.motion import Loop, Motion, drive
+from sim.state import Array
 from sim.vehicles import vehicle_for
 from sim.vehicles.base import STEP_S
 
@@ -24,31 +28,39 @@ def rows() -> list[Row]:
 
 def _row(name: str) -> Row:
     scenario = load(name)
-    steps = _steps(scenario)
-    ratio, bare, loop = paired_ratio(
-        bare_steps(scenario, steps), lambda: sum(len(m.time_s) for m in drive_all(scenario))
+    control = commands(scenario)
+    ratio, bare, loop = paired_ratio(bare_steps(scenario, control), lambda: deque(motion(scenario), maxlen=0))
+    note = (
+        f"{len(control)} steps: bare {1e6 * bare / len(control):.2f} us, loop {1e6 * loop / len(control):.2f} us a step"
     )
-    note = f"{steps} steps: bare {1e6 * bare / steps:.2f} us, loop {1e6 * loop / steps:.2f} us a step"
     return Row(f"closed loop / bare step limit, {name}", ratio, LEAST_RATIO, True, note)
 
 
-def drive_all(scenario: Scenario) -> list[object]:
-    """The whole motion."""
-    return list(drive(scenario, np.random.default_rng(0)))  # type: ignore[return-value]
+def motion(scenario: Scenario) -> Iterator[Motion]:
+    """The whole motion, as the simulator makes it."""
+    return drive(scenario, np.random.default_rng(0))
 
 
-def _steps(scenario: Scenario) -> int:
-    return sum(round(phase.duration_s / STEP_S) for phase in scenario.phases)
+def commands(scenario: Scenario) -> Array:
+    """Actuator commands (n, nu) of every step of the scenario's closed loop, so that the bare steps move likewise."""
+    loop = Loop(vehicle_for(scenario.vehicle), 1, np.random.default_rng(0))
+    first = loop.model.nq + loop.model.nv
+    rows = []
+    for phase in scenario.phases:
+        t_s = STEP_S * np.arange(round(phase.duration_s / STEP_S), dtype=np.float64)
+        reference = np.ascontiguousarray(phase.reference(loop.start(), t_s))
+        rows.append(loop.run(reference, loop.vehicle.gains(loop.model, phase), np.zeros(2))[0])
+    return np.concatenate(rows)[:, first : first + loop.model.nu]
 
 
-def bare_steps(scenario: Scenario, steps: int) -> Call:
-    """The same number of steps of the same model from the same start, without control, log or added mass."""
+def bare_steps(scenario: Scenario, control: Array) -> Call:
+    """Open-loop steps of the same model from the same start under the same commands: no control, log or added mass."""
     vehicle = vehicle_for(scenario.vehicle)
     model = vehicle.model()
     data = mujoco.MjData(model)
     vehicle.place(model, data)
+    model.opt.wind[:] = vehicle.flow(1, np.random.default_rng(0), {})[0]
     whole = mujoco.mjtState.mjSTATE_FULLPHYSICS
     state = np.zeros(mujoco.mj_stateSize(model, whole))
     mujoco.mj_getState(model, data, state, whole)
-    control = np.broadcast_to(data.ctrl, (steps, model.nu)).copy()
     return lambda: rollout.rollout(model, data, state, control)

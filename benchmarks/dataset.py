@@ -8,13 +8,12 @@ import tempfile
 from itertools import count
 from pathlib import Path
 
-from benchmarks.closed_loop import bare_steps
+from benchmarks.closed_loop import bare_steps, commands
 from benchmarks.measure import Row, paired_ratio
 from scenarios.load import load
 from scenarios.spec import Scenario
-from sim.effects import EFFECTS, table
+from sim.effects import EFFECTS
 from sim.generate import generate
-from sim.vehicles.base import STEP_S
 
 MOST_COST = 3.0
 MOST_GROWTH_MIB = 100.0
@@ -55,8 +54,8 @@ def rows() -> list[Row]:
 def _cost(folder: Path) -> Row:
     scenario, number = every_effect(1.0), count()
     simulate = lambda: generate(scenario, folder / f"run{next(number)}")  # noqa: E731
-    ratio, top, bottom = paired_ratio(simulate, bare_steps(scenario, round(HOUR_S / STEP_S)), pairs=3)
-    note = f"one hour at 50 Hz, {len(table)} effects: {top:.2f} s, bare physics {bottom:.2f} s"
+    ratio, top, bottom = paired_ratio(simulate, bare_steps(scenario, commands(scenario)), pairs=3)
+    note = f"one hour at 50 Hz, {len(EFFECTS)} effects: {top:.2f} s, bare physics {bottom:.2f} s"
     return Row("simulate and write / bare physics", ratio, MOST_COST, False, note)
 
 
@@ -66,12 +65,13 @@ def _growth(folder: Path) -> Row:
     return Row("growth of peak memory, MiB", twenty - one, MOST_GROWTH_MIB, False, note)
 
 
-def _peak_MiB(hours: int, folder: Path) -> float:  # noqa: N802 - the unit's own spelling
+def _peak_MiB(hours: int, folder: Path) -> float:
     code = (
-        "import resource, sys; from pathlib import Path\n"
+        "import sys; from pathlib import Path\n"
         "from benchmarks.dataset import every_effect; from sim.generate import generate\n"
         f"generate(every_effect({hours}), Path(sys.argv[1]))\n"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)"
+        "lines = dict(line.split(':', 1) for line in open('/proc/self/status'))\n"
+        "print(int(lines['VmHWM'].split()[0]) / 1024)"  # getrusage would tell this process's own peak, inherited
     )
     command = [sys.executable, "-c", code, str(folder / f"peak{hours}")]
     return float(subprocess.run(command, capture_output=True, text=True, check=True).stdout)

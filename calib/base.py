@@ -24,11 +24,15 @@ NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
     "attitude": (lambda recording, _: recording.att_q, "the attitude: record att_qw, att_qx, att_qy, att_qz"),
     "gyro": (lambda recording, _: recording.gyro_rad_s, "the body rate: record gyro_{x,y,z}_rad_s"),
     "accel": (lambda recording, _: recording.accel_m_s2, "the specific force: record accel_{x,y,z}_m_s2"),
-    "scalar": (lambda recording, _: recording.channels.get("scalar_nT"),
-               "a scalar magnetometer beside the vector one: record its field strength as scalar_nT"),
+    "scalar": (
+        lambda recording, _: recording.channels.get("scalar_nT"),
+        "a scalar magnetometer beside the vector one: record its field strength as scalar_nT",
+    ),
     "array": (lambda recording, _: recording.array_mag_nT, "an array of magnetometers: record mag1_x_nT ... mag4_z_nT"),
-    "field_vector": (lambda _, reference: reference.field_enu_nT,
-                     "the field vector: give it as east, north, up, or place and date of the survey"),
+    "field_vector": (
+        lambda _, reference: reference.field_enu_nT,
+        "the field vector: give it as east, north, up, or place and date of the survey",
+    ),
 }
 """What a calibrator can need beside the field's strength: how to find it, and what to say when it is missing."""
 
@@ -41,8 +45,8 @@ class Calibrator(ABC):
     `sequential` (the order of the samples matters), `recovers` (the standard motions whose noise-free recording it
     must give back), `tolerance_nT` and `tolerance_matrix` (how closely; a turned frame or another unit may change a
     twentieth and a tenth of that), `unit_free` (no setting is in nT: data in another unit give the same result),
-    `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame of sensor 1,
-    whose matrix is upper triangular).
+    `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame of sensor
+    1, whose matrix is upper triangular).
     """
 
     name: ClassVar[str]
@@ -90,8 +94,11 @@ class Calibrator(ABC):
 
     def _usable(self, recording: Recording, reference: Reference) -> Status | None:
         if len(recording) < self.min_samples:
-            return Status("not_applicable", f"{self.name} needs at least {self.min_samples} samples, "
-                          f"the recording has {len(recording)}: record longer")
+            return Status(
+                "not_applicable",
+                f"{self.name} needs at least {self.min_samples} samples, "
+                f"the recording has {len(recording)}: record longer",
+            )
         used: dict[str, object] = {"time_s": recording.time_s, "mag_nT": recording.mag_nT}
         for need in self.needs:
             find, what = NEEDS[need]

@@ -50,7 +50,7 @@ class Rows:
     def noise_std(self) -> float:
         """Noise of r by its second differences, which a slow motion of the ellipsoid does not enter; robust."""
         second = np.diff(self.r, n=2)
-        return max(1.4826 * float(np.median(np.abs(second))) / np.sqrt(6.0), NOISE_FLOOR)
+        return max(1.4826 * float(np.median(np.abs(second)) / np.sqrt(6.0)), NOISE_FLOOR)
 
     def sums(self, edges: NDArray[np.int_]) -> tuple[Array, Array, Array]:
         """Running sums of r^2 (m,), q r (m, 9) and q q^T (m, 9, 9) up to each of m edges."""
@@ -58,8 +58,11 @@ class Rows:
         squares = np.array([self.r[s] @ self.r[s] for s in parts])
         mixed = np.array([self.q[s].T @ self.r[s] for s in parts])
         normal = np.array([self.q[s].T @ self.q[s] for s in parts])
-        return (np.concatenate(([0.0], squares.cumsum())), np.vstack((np.zeros(9), mixed.cumsum(axis=0))),
-                np.concatenate((np.zeros((1, 9, 9)), normal.cumsum(axis=0))))
+        return (
+            np.concatenate(([0.0], squares.cumsum())),
+            np.vstack((np.zeros(9), mixed.cumsum(axis=0))),
+            np.concatenate((np.zeros((1, 9, 9)), normal.cumsum(axis=0))),
+        )
 
 
 def _centre_rows(T: Array, centre: Array) -> Array:

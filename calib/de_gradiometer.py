@@ -38,7 +38,8 @@ class DeGradiometer(GradiometerCalibrator):
 
     def search(self, task: Problem, recording: Recording, reference: Reference, rng: np.random.Generator) -> Found:
         """[StornPrice1997]."""
-        schedule = Schedule(self.population, self.iterations, (self.mutation,) * 2, (self.crossover,) * 2, (1.0, 1.0),
-                            self.tolerance)
+        schedule = Schedule(
+            self.population, self.iterations, (self.mutation,) * 2, (self.crossover,) * 2, (1.0, 1.0), self.tolerance
+        )
         low, high = Box(self.offset_fraction, self.scale_range, self.angle_deg).bounds(len(task.total))
         return found(evolve(task, low, high, schedule, rng), reference.strength_nT)

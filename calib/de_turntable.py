@@ -32,8 +32,9 @@ UPRIGHT = 0.95
 def axes_matrix(theta: Array) -> Array:
     """A (3, 3) with rows (., 0, a1), (b1, ., b2), (c1, c2, .) of length one."""
     a1, b1, b2, c1, c2 = theta
-    return np.array([[np.sqrt(1 - a1**2), 0.0, a1], [b1, np.sqrt(1 - b1**2 - b2**2), b2],
-                     [c1, c2, np.sqrt(1 - c1**2 - c2**2)]])
+    return np.array(
+        [[np.sqrt(1 - a1**2), 0.0, a1], [b1, np.sqrt(1 - b1**2 - b2**2), b2], [c1, c2, np.sqrt(1 - c1**2 - c2**2)]]
+    )
 
 
 @kernel
@@ -101,10 +102,22 @@ class DeTurntable(Calibrator):
         history = tuple((reference.strength_nT * np.sqrt(found / (2 * points.shape[1]))).tolist())
         fit = _Linear(points, best, self.known_total)
         status = fit.misfit(reference.strength_nT) or fit.loose() or fit.settled()
-        parameters = dict(zip(NAMES, best.tolist(), strict=True)) | fit.observability() | {
-            "noise_std_nT": fit.noise * reference.strength_nT}
-        return Calibration(self.name, status, np.zeros(3), np.asarray(np.linalg.inv(axes_matrix(best))), None,
-                           parameters, fit.covariance, NAMES, history)
+        parameters = (
+            dict(zip(NAMES, best.tolist(), strict=True))
+            | fit.observability()
+            | {"noise_std_nT": fit.noise * reference.strength_nT}
+        )
+        return Calibration(
+            self.name,
+            status,
+            np.zeros(3),
+            np.asarray(np.linalg.inv(axes_matrix(best))),
+            None,
+            parameters,
+            fit.covariance,
+            NAMES,
+            history,
+        )
 
     def search(self, points: Array, rng: np.random.Generator) -> tuple[Array, Array]:
         """Best (5,) and the best cost after each iteration, on points m / F (3, n)."""
@@ -137,13 +150,21 @@ class DeTurntable(Calibrator):
         axis = thinnest_direction(mag_nT)
         wobble_nT = float(np.std((mag_nT - mag_nT.mean(axis=0)) @ axis))
         if wobble_nT > self.most_wobble * strength_nT:
-            return Status("not_applicable", (
-                f"{self.name} needs a turn about the vertical alone, and the measurements leave a plane by "
-                f"{wobble_nT:.3g} nT rms (limit {self.most_wobble * strength_nT:.3g} nT): use another method"))
+            return Status(
+                "not_applicable",
+                (
+                    f"{self.name} needs a turn about the vertical alone, and the measurements leave a plane by "
+                    f"{wobble_nT:.3g} nT rms (limit {self.most_wobble * strength_nT:.3g} nT): use another method"
+                ),
+            )
         if abs(axis[2]) < UPRIGHT:
-            return Status("not_applicable", (
-                f"{self.name} needs a turn about the sensor's z axis, and this one is about {axis_text(axis)}: turn "
-                "about the vertical with z near it"))
+            return Status(
+                "not_applicable",
+                (
+                    f"{self.name} needs a turn about the sensor's z axis, and this one is about {axis_text(axis)}: "
+                    "turn about the vertical with z near it"
+                ),
+            )
         return None
 
 
@@ -179,32 +200,51 @@ class _Linear:
         weakest = axes[:, 0] * np.sign(axes[np.argmax(np.abs(axes[:, 0])), 0])
         std = float(np.sqrt(max(weakest @ self.covariance @ weakest, 0.0)))
         return {"condition_number": float(np.sqrt(singular[-1] / singular[0])), "weakest_std": std} | {
-            f"weakest_{name}": float(w) for name, w in zip(NAMES, weakest, strict=True)}
+            f"weakest_{name}": float(w) for name, w in zip(NAMES, weakest, strict=True)
+        }
 
     def misfit(self, strength_nT: float) -> Status | None:
         """Unobservable when the total varies by much more than z: something that is not in the model."""
         total, vertical = float(np.sqrt(np.mean(self.total**2))), float(np.sqrt(np.mean(self.vertical**2)))
         if total <= MISFIT * max(vertical, ROUNDING):
             return None
-        return unobservable(np.array([0.0, 0.0, 1.0]), (
-            f"the corrected total still varies by {total * strength_nT:.3g} nT rms where z varies by "
-            f"{vertical * strength_nT:.3g} nT, so there are offsets or unequal scales, which a turn about the vertical "
-            "alone cannot sort out"))
+        return unobservable(
+            np.array([0.0, 0.0, 1.0]),
+            (
+                f"the corrected total still varies by {total * strength_nT:.3g} nT rms where z varies by "
+                f"{vertical * strength_nT:.3g} nT, so there are offsets or unequal scales, which a turn about the "
+                "vertical alone cannot sort out"
+            ),
+        )
 
     def loose(self) -> Status | None:
         """Unobservable when a direction cosine is less certain than MAX_STD."""
         std = np.sqrt(np.diag(self.covariance))
         bad = [f"{name} ({s:.2g})" for name, s in zip(NAMES, std, strict=True) if s > MAX_STD]
-        return None if not bad else Status("unobservable", (
-            f"standard deviation above {MAX_STD:g} of {', '.join(bad)}: make a whole turn, where the field has a "
-            "horizontal and a vertical part"))
+        return (
+            None
+            if not bad
+            else Status(
+                "unobservable",
+                (
+                    f"standard deviation above {MAX_STD:g} of {', '.join(bad)}: make a whole turn, where the field has "
+                    "a horizontal and a vertical part"
+                ),
+            )
+        )
 
     def settled(self) -> Status:
         """Not converged when a Gauss-Newton step from the solution is longer than SETTLED standard deviations."""
         slope = self.jz.T @ self.vertical + self.jt.T @ self.total
         decrement = float(np.sqrt(slope @ np.linalg.solve(self.normal, slope))) / self.noise
-        return Status("ok") if decrement <= SETTLED else Status(
-            "not_converged", f"the search ended {decrement:.2g} standard deviations from the minimum: more iterations")
+        return (
+            Status("ok")
+            if decrement <= SETTLED
+            else Status(
+                "not_converged",
+                f"the search ended {decrement:.2g} standard deviations from the minimum: more iterations",
+            )
+        )
 
 
 def derivatives(theta: Array) -> list[Array]:

@@ -56,9 +56,14 @@ class EllipsoidCalibrator(Calibrator):
         flat = planar_status(recording.mag_nT, fit.noise_std * scale)
         if found is None or flat is not None:
             return Calibration(self.name, flat or _no_ellipsoid(recording.mag_nT), history=history)
-        status = Status("ok") if settled else Status(
-            "not_converged",
-            f"after {self.rounds} rounds the estimate still moves by {history[-1]:.2g} standard deviations")
+        status = (
+            Status("ok")
+            if settled
+            else Status(
+                "not_converged",
+                f"after {self.rounds} rounds the estimate still moves by {history[-1]:.2g} standard deviations",
+            )
+        )
         return self._calibration(fit, found, middle, scale, reference.strength_nT, history, status)
 
     def _rounds(self, x: Array) -> tuple[QuadricFit, tuple[float, ...], bool]:
@@ -74,8 +79,16 @@ class EllipsoidCalibrator(Calibrator):
                 return fit, tuple(history), True
         return fit, tuple(history), False
 
-    def _calibration(self, fit: QuadricFit, found: Ellipsoid, middle: Array, scale: float, strength_nT: float,
-                     history: tuple[float, ...], status: Status) -> Calibration:
+    def _calibration(
+        self,
+        fit: QuadricFit,
+        found: Ellipsoid,
+        middle: Array,
+        scale: float,
+        strength_nT: float,
+        history: tuple[float, ...],
+        status: Status,
+    ) -> Calibration:
         root = found.root * scale / strength_nT
         offset_nT = middle + scale * found.centre
         units = np.array([scale] * 3 + [scale / strength_nT] * 6)
@@ -83,8 +96,17 @@ class EllipsoidCalibrator(Calibrator):
         names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
         values = np.concatenate((offset_nT, root[np.triu_indices(3)]))
         parameters = dict(zip(names, values.tolist(), strict=True)) | {"noise_std_nT": fit.noise_std * scale}
-        return Calibration(self.name, status, offset_nT, np.asarray(np.linalg.inv(root)), None, parameters,
-                           jacobian @ fit.covariance @ jacobian.T, names, history)
+        return Calibration(
+            self.name,
+            status,
+            offset_nT,
+            np.asarray(np.linalg.inv(root)),
+            None,
+            parameters,
+            jacobian @ fit.covariance @ jacobian.T,
+            names,
+            history,
+        )
 
 
 def _no_ellipsoid(mag_nT: Array) -> Status:

@@ -18,6 +18,8 @@ from calib.result import OFFSET_NAMES, Calibration, Segment, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
+
+
 @dataclass(frozen=True)
 class EllipsoidSegmented(Calibrator):
     """An `ellipsoid` fit to each segment of the record, for a hard iron that moves. [Zhang2018] section 3.1.
@@ -52,8 +54,11 @@ class EllipsoidSegmented(Calibrator):
         assert self.cuts_s is not None
         starts = np.searchsorted(recording.time_s, sorted(self.cuts_s)).tolist()
         if starts and not (starts[0] > 0 and starts[-1] < len(recording)):
-            return Status("not_applicable", f"cuts_s must lie between {recording.time_s[0]:g} and "
-                          f"{recording.time_s[-1]:g} s, found {', '.join(f'{t:g}' for t in sorted(self.cuts_s))}")
+            return Status(
+                "not_applicable",
+                f"cuts_s must lie between {recording.time_s[0]:g} and "
+                f"{recording.time_s[-1]:g} s, found {', '.join(f'{t:g}' for t in sorted(self.cuts_s))}",
+            )
         pieces = _fitted(recording, reference, list(dict.fromkeys(starts)))
         for k, piece in enumerate(pieces):
             if piece.fit.status.kind != "ok":
@@ -78,16 +83,30 @@ class EllipsoidSegmented(Calibrator):
         share = np.array([piece.last - piece.first for piece in pieces]) / len(recording)
         names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
         values = share @ np.array([[fit.parameters[name] for name in names] for fit in fits])
-        covariance = sum((w**2 * fit.covariance for w, fit in zip(share, fits, strict=True)
-                          if fit.covariance is not None), np.zeros((9, 9)))
+        covariance = sum(
+            (w**2 * fit.covariance for w, fit in zip(share, fits, strict=True) if fit.covariance is not None),
+            np.zeros((9, 9)),
+        )
         noise_nT = float(np.sqrt(share @ np.array([fit.parameters["noise_std_nT"] ** 2 for fit in fits])))
         parameters = dict(zip(names, values.tolist(), strict=True)) | {
-            "noise_std_nT": noise_nT, "segments": float(len(fits))}
+            "noise_std_nT": noise_nT,
+            "segments": float(len(fits)),
+        }
         starts_s = [float(recording.time_s[piece.first]) for piece in pieces]
         segments = tuple(Segment(t, fit.offset_nT, fit.matrix) for t, fit in zip(starts_s, fits, strict=True))
         history = tuple(value for fit in fits for value in fit.history)
-        return Calibration(self.name, Status("ok"), values[:3], np.asarray(np.linalg.inv(symmetric(values[3:]))), None,
-                           parameters, covariance, names, history, segments=segments)
+        return Calibration(
+            self.name,
+            Status("ok"),
+            values[:3],
+            np.asarray(np.linalg.inv(symmetric(values[3:]))),
+            None,
+            parameters,
+            covariance,
+            names,
+            history,
+            segments=segments,
+        )
 
 
 @dataclass(frozen=True)
@@ -122,7 +141,7 @@ def _borne_out(recording: Recording, reference: Reference, pieces: list[Piece], 
         k = int(np.argmin(loss))
         if loss[k] > price_nT2:
             return pieces
-        pieces = [*pieces[:k], joined[k], *pieces[k + 2:]]
+        pieces = [*pieces[:k], joined[k], *pieces[k + 2 :]]
     return pieces
 
 
@@ -136,7 +155,9 @@ def _loss_nT2(joined: Piece, left: Piece, right: Piece) -> float:
 def _failed(number: int, count: int, recording: Recording, piece: Piece) -> Status:
     status = piece.fit.status
     time_s = recording.time_s
-    where = (f"segment {number} of {count} ({time_s[piece.first]:g} to {time_s[piece.last - 1]:g} s, "
-             f"{piece.last - piece.first} samples)")
+    where = (
+        f"segment {number} of {count} ({time_s[piece.first]:g} to {time_s[piece.last - 1]:g} s, "
+        f"{piece.last - piece.first} samples)"
+    )
     kind = "unobservable" if status.kind == "not_applicable" else status.kind
     return Status(kind, f"{where}: {status.reason}; or take fewer cuts")

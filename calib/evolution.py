@@ -135,9 +135,15 @@ class Box:
 def found(evolved: Evolved, strength_nT: float) -> Found:
     """What a search found, with its history in nT."""
     history = tuple((evolved.history * strength_nT).tolist())
-    status = Status("ok") if evolved.settled else Status(
-        "not_converged", f"after {len(history)} iterations the population has not settled (objective rms "
-                         f"{history[-1]:.3g} nT): use polish = true, more iterations or a larger population")
+    status = (
+        Status("ok")
+        if evolved.settled
+        else Status(
+            "not_converged",
+            f"after {len(history)} iterations the population has not settled (objective rms "
+            f"{history[-1]:.3g} nT): use polish = true, more iterations or a larger population",
+        )
+    )
     return Found(evolved.best, history, status)
 
 

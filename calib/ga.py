@@ -84,8 +84,9 @@ class Ga(PopulationCalibrator):
             g = fitness(problem, cost)
             parents = rng.permutation(select(g, rng))
             x, inherited = x[parents], g[parents]
-            evolve(x, inherited, g.mean(), g.max(), self.crossing, self.mutating, step, problem.lower, problem.upper,
-                   rng)
+            evolve(
+                x, inherited, g.mean(), g.max(), self.crossing, self.mutating, step, problem.lower, problem.upper, rng
+            )
             cost = problem.costs(x)
             history[t] = cost.min()
         return Search(x[int(cost.argmin())].copy(), history)

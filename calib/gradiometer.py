@@ -15,8 +15,20 @@ from calib.population import kernel
 from calib.quadric import design
 
 Array = NDArray[np.float64]
-SENSOR_NAMES = ("offset_x_nT", "offset_y_nT", "offset_z_nT", "scale_x", "scale_y", "scale_z",
-                "psi_deg", "phi_deg", "theta_deg", "alpha_deg", "beta_deg", "gamma_deg")
+SENSOR_NAMES = (
+    "offset_x_nT",
+    "offset_y_nT",
+    "offset_z_nT",
+    "scale_x",
+    "scale_y",
+    "scale_z",
+    "psi_deg",
+    "phi_deg",
+    "theta_deg",
+    "alpha_deg",
+    "beta_deg",
+    "gamma_deg",
+)
 """The parameters of one sensor, in the order of a parameter vector (which has offsets over F, and radians)."""
 PER_SENSOR = len(SENSOR_NAMES)
 FIXED = (9, 10, 11)
@@ -40,8 +52,9 @@ class Problem(NamedTuple):
     invariant_weight: float
 
 
-def problem(array_mag_nT: Array, strength_nT: float, components: float = 1.0, tensor: float = 1.0,
-            invariants: float = 0.0) -> Problem:
+def problem(
+    array_mag_nT: Array, strength_nT: float, components: float = 1.0, tensor: float = 1.0, invariants: float = 0.0
+) -> Problem:
     """The objective of a recording (k, n, 3), [Ding2021] eq. 17 in mean squares, in units of F^2.
 
     J = sum_i <((|h_i|^2 - F^2) / 2F)^2> + components / k sum_(i<j) <|h_i - h_j|^2>
@@ -81,8 +94,11 @@ def sensor_matrix(p: Array, matrix: Array) -> None:
     u11, u12, u22 = 1 / (cp * p[4]), -tp / p[5], 1 / p[5]
     ca, sa, cb, sb = math.cos(p[9]), math.sin(p[9]), math.cos(p[10]), math.sin(p[10])
     cg, sg = math.cos(p[11]), math.sin(p[11])
-    t = ((cg * cb + sg * sa * sb, sg * ca, -cg * sb + sg * sa * cb),
-         (-sg * cb + cg * sa * sb, cg * ca, sg * sb + cg * sa * cb), (ca * sb, -sa, ca * cb))
+    t = (
+        (cg * cb + sg * sa * sb, sg * ca, -cg * sb + sg * sa * cb),
+        (-sg * cb + cg * sa * sb, cg * ca, sg * sb + cg * sa * cb),
+        (ca * sb, -sa, ca * cb),
+    )
     for r in range(3):
         matrix[r, 0] = t[r][0] * u00
         matrix[r, 1] = t[r][0] * u01 + t[r][1] * u11
@@ -93,7 +109,7 @@ def sensor_matrix(p: Array, matrix: Array) -> None:
 def fill_maps(p: Array, matrix: Array, shift: Array) -> None:
     """Fill matrix (k, 3, 3) and shift (k, 3) of h_i = matrix_i x - shift_i from parameters (12 k,)."""
     for i in range(len(matrix)):
-        q = p[12 * i:12 * i + 12]
+        q = p[12 * i : 12 * i + 12]
         sensor_matrix(q, matrix[i])
         for r in range(3):
             shift[i, r] = matrix[i, r, 0] * q[0] + matrix[i, r, 1] * q[1] + matrix[i, r, 2] * q[2]
@@ -175,10 +191,10 @@ def residuals(p: Array, task: Problem, out: Array) -> float:
     matrix, shift = np.empty((k, 3, 3)), np.empty((k, 3))
     fill_maps(p, matrix, shift)
     for i in range(k):
-        total_residuals(task.total[i], matrix[i], shift[i], out[10 * i:])
+        total_residuals(task.total[i], matrix[i], shift[i], out[10 * i :])
     for e in range(task.pairs.shape[0]):
         i, j = task.pairs[e]
-        pair_residuals(task.pair[e], task.weight[e], matrix[i], shift[i], matrix[j], shift[j], out[10 * k + 21 * e:])
+        pair_residuals(task.pair[e], task.weight[e], matrix[i], shift[i], matrix[j], shift[j], out[10 * k + 21 * e :])
     cost = 0.0
     for value in out:
         cost += value * value

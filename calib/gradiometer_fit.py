@@ -95,10 +95,16 @@ def polished(task: Problem, start: Found) -> Found:
         return out.copy()
 
     found = scipy.optimize.least_squares(
-        fun, start.parameters[free], "3-point", method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-15, max_nfev=200)
+        fun, start.parameters[free], "3-point", method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-15, max_nfev=200
+    )
     p[free] = found.x
-    status = OK if found.status > 0 else Status(
-        "not_converged", f"no minimum after {found.nfev} steps of Levenberg-Marquardt: record more attitudes")
+    status = (
+        OK
+        if found.status > 0
+        else Status(
+            "not_converged", f"no minimum after {found.nfev} steps of Levenberg-Marquardt: record more attitudes"
+        )
+    )
     return Found(p, start.history, status)
 
 
@@ -125,17 +131,32 @@ def _calibration(name: str, task: Problem, found: Found, array_nT: Array, streng
     units = parameter_units(k, strength_nT)
     names = parameter_names(k)
     parameters = dict(zip(names, (p * units).tolist(), strict=True)) | {
-        "noise_std_nT": noise_nT, "objective_rms_nT": spread.rms * strength_nT}
+        "noise_std_nT": noise_nT,
+        "objective_rms_nT": spread.rms * strength_nT,
+    }
     free = free_parameters(k)
     covariance = None if spread.covariance is None else spread.covariance * np.outer(units[free], units[free])
     offset_nT = p.reshape(k, -1)[:, :3] * strength_nT
     free_names = tuple(names[i] for i in free)
-    status = (_far(noise_nT, strength_nT) or _planar(array_nT, noise_nT) or _loose(covariance, free_names, strength_nT)
-              or found.status)
+    status = (
+        _far(noise_nT, strength_nT)
+        or _planar(array_nT, noise_nT)
+        or _loose(covariance, free_names, strength_nT)
+        or found.status
+    )
     return Calibration(
-        name, status, offset_nT[0], matrix[0], None, parameters, covariance,
-        free_names if covariance is not None else (), found.history,
-        array_offset_nT=offset_nT, array_matrix=matrix)
+        name,
+        status,
+        offset_nT[0],
+        matrix[0],
+        None,
+        parameters,
+        covariance,
+        free_names if covariance is not None else (),
+        found.history,
+        array_offset_nT=offset_nT,
+        array_matrix=matrix,
+    )
 
 
 def parameter_names(k: int) -> tuple[str, ...]:
@@ -147,8 +168,11 @@ def _far(noise_nT: float, strength_nT: float) -> Status | None:
     """Not converged when what is left is too much to be noise."""
     if noise_nT <= MAX_NOISE_FRACTION * strength_nT:
         return None
-    return Status("not_converged", f"the sensors still disagree by {noise_nT:.3g} nT rms an axis: a local minimum, an "
-                                   "error beyond the search's bounds, or a field that is not uniform")
+    return Status(
+        "not_converged",
+        f"the sensors still disagree by {noise_nT:.3g} nT rms an axis: a local minimum, an "
+        "error beyond the search's bounds, or a field that is not uniform",
+    )
 
 
 def _loose(covariance: Array | None, names: tuple[str, ...], strength_nT: float) -> Status | None:
@@ -156,8 +180,10 @@ def _loose(covariance: Array | None, names: tuple[str, ...], strength_nT: float)
     remedy = "turn the array about all three axes, through larger angles"
     if covariance is None:
         return Status("unobservable", f"the array's parameters cannot be told apart: {remedy}")
-    unit = [strength_nT if name.startswith("offset") else 1.0 if name.startswith("scale") else math.degrees(1.0)
-            for name in names]
+    unit = [
+        strength_nT if name.startswith("offset") else 1.0 if name.startswith("scale") else math.degrees(1.0)
+        for name in names
+    ]
     std = np.sqrt(np.diag(covariance)) / unit
     worst = int(std.argmax())
     if std[worst] <= MAX_STD_FRACTION:

@@ -35,7 +35,7 @@ class Spread:
         cov = s^2 H^-1 (sum_t J_t^T D_t D_t^T J_t) H^-1,  H = sum_t J_t^T J_t,  J_t = d r_t / d p
         s^2 = sum |r_t|^2 / (sum tr D_t D_t^T - tr H^-1 sum_t J_t^T D_t D_t^T J_t)
         """
-        used = task._replace(field=task.field[:, ::-(-task.field.shape[1] // MOST_SAMPLES)])
+        used = task._replace(field=task.field[:, :: -(-task.field.shape[1] // MOST_SAMPLES)])
         jacobian, noise = _jacobian(used, p), _noise_map(used, p)
         count = len(jacobian)
         cost = residuals(p, task, np.empty(residual_size(task)))
@@ -69,11 +69,11 @@ def _noise_map(task: Problem, p: Array) -> Array:
     h = corrected(p, task.field)
     out = np.zeros((n, k + 3 * len(task.pairs), 3 * k))
     for i in range(k):
-        out[:, i, 3 * i:3 * i + 3] = h[i] @ matrix[i]
+        out[:, i, 3 * i : 3 * i + 3] = h[i] @ matrix[i]
     for e, (i, j) in enumerate(task.pairs):
         rows = slice(k + 3 * e, k + 3 * e + 3)
-        out[:, rows, 3 * i:3 * i + 3] = task.weight[e][:, None] * matrix[i]
-        out[:, rows, 3 * j:3 * j + 3] = -task.weight[e][:, None] * matrix[j]
+        out[:, rows, 3 * i : 3 * i + 3] = task.weight[e][:, None] * matrix[i]
+        out[:, rows, 3 * j : 3 * j + 3] = -task.weight[e][:, None] * matrix[j]
     return out
 
 

@@ -43,7 +43,12 @@ class IdeGradiometer(GradiometerCalibrator):
     def search(self, task: Problem, recording: Recording, reference: Reference, rng: np.random.Generator) -> Found:
         """[Ding2021] section 2."""
         schedule = Schedule(
-            self.population, self.iterations, (2 * self.mutation, self.mutation), (self.crossover, self.crossover / 2),
-            (self.explore_most, self.explore_least), self.tolerance)
+            self.population,
+            self.iterations,
+            (2 * self.mutation, self.mutation),
+            (self.crossover, self.crossover / 2),
+            (self.explore_most, self.explore_least),
+            self.tolerance,
+        )
         low, high = Box(self.offset_fraction, self.scale_range, self.angle_deg).bounds(len(task.total))
         return found(evolve(task, low, high, schedule, rng), reference.strength_nT)

@@ -96,9 +96,14 @@ def track(data: VectorData, settings: KalmanSettings, window: int = 50, adapt: A
             filter_.R = IDENTITY_3 * noise
     unit = np.ones(21)
     unit[:3] = settings.offset_unit_nT
-    return Track(state * unit, variance * unit**2, filter_.P * np.outer(unit, unit),
-                 np.einsum("ni,nij,nj->n", innovation, inverse, innovation), noise_nT2,
-                 innovation_ratio(innovation, predicted_nT2, window))
+    return Track(
+        state * unit,
+        variance * unit**2,
+        filter_.P * np.outer(unit, unit),
+        np.einsum("ni,nij,nj->n", innovation, inverse, innovation),
+        noise_nT2,
+        innovation_ratio(innovation, predicted_nT2, window),
+    )
 
 
 def innovation_ratio(innovation: Array, predicted_nT2: Array, window: int) -> Array:
@@ -142,8 +147,15 @@ class KalmanCalibrator(Calibrator):
         return solve(self.name, recording, reference, self.settings, self.attitude_std_rad)
 
 
-def solve(name: str, recording: Recording, reference: Reference, settings: KalmanSettings, attitude_std_rad: float,
-          window: int = 50, adapt: Adapt | None = None) -> Calibration:
+def solve(
+    name: str,
+    recording: Recording,
+    reference: Reference,
+    settings: KalmanSettings,
+    attitude_std_rad: float,
+    window: int = 50,
+    adapt: Adapt | None = None,
+) -> Calibration:
     """Run the filter on a recording and judge whether its covariance has come down."""
     data = VectorData.of(recording, reference)
     flat = motion_status(data.field_nT, reference.strength_nT, attitude_std_rad)
@@ -151,8 +163,14 @@ def solve(name: str, recording: Recording, reference: Reference, settings: Kalma
         return Calibration(name, flat)
     steps = track(data, settings, window, adapt)
     extra = {"nis_mean": float(steps.nis.mean()), "noise_variance_nT2": float(steps.noise_variance_nT2[-1])}
-    return calibration(name, _status(steps, settings), steps.state[-1], steps.variance_factor * steps.covariance, extra,
-                       _history(steps, settings))
+    return calibration(
+        name,
+        _status(steps, settings),
+        steps.state[-1],
+        steps.variance_factor * steps.covariance,
+        extra,
+        _history(steps, settings),
+    )
 
 
 def _scaled(settings: KalmanSettings) -> Array:
@@ -170,9 +188,12 @@ def _status(steps: Track, settings: KalmanSettings) -> Status:
     if values[-1] <= MAX_PRIOR_SHARE:
         return Status("ok")
     worst = NAMES[int(np.argmax(np.abs(vectors[:, -1])))]
-    return Status("not_converged", f"the covariance has not come down: the start value still weighs {values[-1]:.2g} "
-                  f"(limit {MAX_PRIOR_SHARE:g}), most in {worst}; record longer, turn about more axes, lower "
-                  "state_variance, or use kalman_rescaled where T_p is what stays behind")
+    return Status(
+        "not_converged",
+        f"the covariance has not come down: the start value still weighs {values[-1]:.2g} "
+        f"(limit {MAX_PRIOR_SHARE:g}), most in {worst}; record longer, turn about more axes, lower "
+        "state_variance, or use kalman_rescaled where T_p is what stays behind",
+    )
 
 
 def _history(steps: Track, settings: KalmanSettings) -> tuple[float, ...]:

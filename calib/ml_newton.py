@@ -66,8 +66,9 @@ class MaximumLikelihoodNewton(Calibrator):
 
     def __post_init__(self) -> None:
         if (self.start_offset_nT is None) != (self.start_matrix is None):
-            raise InputError("a start needs both start_offset_nT and start_matrix", where=self.name,
-                             do="give both or none")
+            raise InputError(
+                "a start needs both start_offset_nT and start_matrix", where=self.name, do="give both or none"
+            )
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
         flat = planar_status(recording.mag_nT, 0.0)
@@ -84,9 +85,15 @@ class MaximumLikelihoodNewton(Calibrator):
         wrong = _wrong_minimum(p, scaled, noise_std)
         if wrong is not None:
             return Calibration(self.name, wrong, history=history)
-        status = Status("ok") if settled else Status(
-            "not_converged", f"after {len(history)} Newton steps the gradient is still {history[-1]:.2g} standard "
-            f"deviations, the limit is {self.gradient_tolerance:g}")
+        status = (
+            Status("ok")
+            if settled
+            else Status(
+                "not_converged",
+                f"after {len(history)} Newton steps the gradient is still {history[-1]:.2g} standard "
+                f"deviations, the limit is {self.gradient_tolerance:g}",
+            )
+        )
         found = scaled.calibration(self.name, status, norm_fit(p, scaled.x, history), reference)
         return self._aligned(found, recording, reference) if self.align else found
 
@@ -125,8 +132,9 @@ class MaximumLikelihoodNewton(Calibrator):
         return replace(found, matrix=turn @ found.matrix)
 
 
-def _damped_step(x: Array, p: Array, f: float, values: Array, axes: Array, slope: Array,
-                 damping: float) -> tuple[Array, float] | None:
+def _damped_step(
+    x: Array, p: Array, f: float, values: Array, axes: Array, slope: Array, damping: float
+) -> tuple[Array, float] | None:
     """The first p - (H + lambda I)^-1 g, lambda growing, with lower cost and T definite; and the next lambda."""
     least = max(0.0, 1e-3 * values[-1] - 2 * values[0]) if values[0] <= 0 else 0.0
     damping = max(damping, least)
@@ -164,10 +172,16 @@ def _wrong_minimum(p: Array, scaled: Standardised, noise_std: float) -> Status |
     """Why p (9,) is no calibration: T has shrunk towards nothing, or the residual is far above the noise."""
     values = np.linalg.eigvalsh(symmetric(p[:6]))
     if values[0] < 1.0 / MAX_GAIN:
-        return Status("not_converged", "the search ran towards T = 0, b = infinity, where the cost vanishes: "
-                      "start nearer, or cover more attitudes")
+        return Status(
+            "not_converged",
+            "the search ran towards T = 0, b = infinity, where the cost vanishes: "
+            "start nearer, or cover more attitudes",
+        )
     residual = float(np.sqrt(norm_cost(p, scaled.x) / len(scaled.x))) / float(values[-1])
     if residual > RESIDUAL_RATIO * noise_std + ROUNDING:
-        return Status("not_converged", f"a local minimum: its residual is {residual * scaled.scale_nT:.3g} nT where "
-                      f"the two-step estimate leaves {noise_std * scaled.scale_nT:.3g} nT; start nearer")
+        return Status(
+            "not_converged",
+            f"a local minimum: its residual is {residual * scaled.scale_nT:.3g} nT where "
+            f"the two-step estimate leaves {noise_std * scaled.scale_nT:.3g} nT; start nearer",
+        )
     return None

@@ -43,8 +43,17 @@ class Standardised:
         values = np.concatenate((offset_nT, gain * fit.root[np.triu_indices(3)]))
         units = np.array([self.scale_nT] * 3 + [gain] * 6)
         parameters = dict(zip(names, values.tolist(), strict=True)) | {"noise_std_nT": fit.noise_std * self.scale_nT}
-        return Calibration(name, status, offset_nT, np.asarray(np.linalg.inv(gain * fit.root)), None, parameters,
-                           fit.covariance * np.outer(units, units), names, fit.history)
+        return Calibration(
+            name,
+            status,
+            offset_nT,
+            np.asarray(np.linalg.inv(gain * fit.root)),
+            None,
+            parameters,
+            fit.covariance * np.outer(units, units),
+            names,
+            fit.history,
+        )
 
 
 @dataclass(frozen=True)

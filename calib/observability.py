@@ -14,8 +14,11 @@ SIGNIFICANT_THICKNESS = 5.0
 """Motion out of a plane counts when its rms is this many times the noise."""
 ROUNDING = 1e-7
 """Thickness that rounding alone gives exactly planar measurements, as a fraction of their extent."""
-MANOEUVRES = ("yaw and pitch further, nose up and down", "yaw and roll further, on either side",
-              "roll and pitch further away from level")
+MANOEUVRES = (
+    "yaw and pitch further, nose up and down",
+    "yaw and roll further, on either side",
+    "roll and pitch further away from level",
+)
 """What varies the field along body x, y, z: turning about the two other axes."""
 
 
@@ -35,8 +38,9 @@ def remedy_text(direction: Array) -> str:
 
 def unobservable(direction: Array, why: str) -> Status:
     """The status for an offset that cannot be told along a body direction (3,)."""
-    return Status("unobservable",
-                  f"the offset along {axis_text(direction)} cannot be told: {why}; {remedy_text(direction)}")
+    return Status(
+        "unobservable", f"the offset along {axis_text(direction)} cannot be told: {why}; {remedy_text(direction)}"
+    )
 
 
 def planar_status(mag_nT: Array, noise_std_nT: float) -> Status | None:
@@ -63,11 +67,18 @@ def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:
     if worst > MAX_STD_FRACTION * strength_nT:
         share = f"{100 * worst / strength_nT:.2g} % of the field, the limit is {100 * MAX_STD_FRACTION:g} %"
         return unobservable(
-            axes[:, -1], f"with this motion and noise its standard deviation is {worst:.3g} nT ({share})")
+            axes[:, -1], f"with this motion and noise its standard deviation is {worst:.3g} nT ({share})"
+        )
     std = np.sqrt(np.clip(np.diag(fit.covariance), 0.0, None))
-    loose = [f"{name} ({s:.2g})" for name, s in zip(fit.covariance_names, std, strict=True)
-             if name.startswith("S_") and s > MAX_STD_FRACTION]
+    loose = [
+        f"{name} ({s:.2g})"
+        for name, s in zip(fit.covariance_names, std, strict=True)
+        if name.startswith("S_") and s > MAX_STD_FRACTION
+    ]
     if loose:
-        return Status("unobservable", f"standard deviation above {MAX_STD_FRACTION:g} of {', '.join(loose)}: "
-                      "turn about more axes, at varying rate, through larger angles")
+        return Status(
+            "unobservable",
+            f"standard deviation above {MAX_STD_FRACTION:g} of {', '.join(loose)}: "
+            "turn about more axes, at varying rate, through larger angles",
+        )
     return None

@@ -113,7 +113,8 @@ class Problem:
     def polished(self, particle: Array) -> Array:
         """The minimum of f next to a particle: Levenberg-Marquardt."""
         found = scipy.optimize.least_squares(
-            self.residuals, particle, self.jacobian, method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=500)
+            self.residuals, particle, self.jacobian, method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=500
+        )
         return np.asarray(found.x)
 
     def inside(self, particle: Array) -> bool:
@@ -168,7 +169,8 @@ class PopulationCalibrator(Calibrator):
         history = tuple(problem.rmse_nT(found.costs).tolist())
         noise = _noise_std(problem, best)
         lost = self._lost(problem, best, noise) or (
-            planar_status(mag_nT, noise * reference.strength_nT) if self.polish else None)
+            planar_status(mag_nT, noise * reference.strength_nT) if self.polish else None
+        )
         if lost is not None:
             return Calibration(self.name, lost, history=history)
         return _calibration(self.name, problem, best, noise, history)
@@ -177,13 +179,19 @@ class PopulationCalibrator(Calibrator):
         """Unobservable when the minimum lies out of the bounds."""
         if problem.inside(best):
             return None
-        return unobservable(thinnest_direction(problem.points.T), (
-            "the strength is fitted best out of the bounds that the data give, where the offset runs away as the "
-            f"matrix shrinks (or a gain is beyond most_gain = {self.most_gain:g})"))
+        return unobservable(
+            thinnest_direction(problem.points.T),
+            (
+                "the strength is fitted best out of the bounds that the data give, where the offset runs away as the "
+                f"matrix shrinks (or a gain is beyond most_gain = {self.most_gain:g})"
+            ),
+        )
 
     def _gain_text(self, mag_nT: Array) -> str:
-        return (f"the measurements range over {np.ptp(mag_nT, axis=0).max():.4g} nT on one axis, more than a gain of "
-                f"{self.most_gain:g} allows: check the field strength and the unit, or raise most_gain")
+        return (
+            f"the measurements range over {np.ptp(mag_nT, axis=0).max():.4g} nT on one axis, more than a gain of "
+            f"{self.most_gain:g} allows: check the field strength and the unit, or raise most_gain"
+        )
 
 
 def triangular(particle: Array) -> Array:
@@ -210,10 +218,13 @@ def _calibration(name: str, problem: Problem, particle: Array, noise: float, his
     names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
     values = np.concatenate((offset_nT, soft[np.triu_indices(3)], particle[:6]))
     parameters = dict(zip((*names, *TRIANGULAR_NAMES), values.tolist(), strict=True)) | {
-        "noise_std_nT": noise * problem.strength_nT, "search_rmse_nT": history[-1]}
+        "noise_std_nT": noise * problem.strength_nT,
+        "search_rmse_nT": history[-1],
+    }
     covariance = noise**2 * (inverse + inverse.T) / 2 * np.outer(units, units)
-    return Calibration(name, _settled(problem, particle, noise), offset_nT, matrix, None, parameters, covariance, names,
-                       history)
+    return Calibration(
+        name, _settled(problem, particle, noise), offset_nT, matrix, None, parameters, covariance, names, history
+    )
 
 
 def _information(problem: Problem, u: Array, matrix: Array) -> Array:
@@ -240,5 +251,8 @@ def _settled(problem: Problem, particle: Array, noise: float) -> Status:
     decrement = float(np.sqrt(slope @ np.linalg.solve(_squares(jacobian.T), slope))) / noise
     if decrement <= SETTLED:
         return Status("ok")
-    return Status("not_converged", f"the search ended {decrement:.2g} standard deviations from the minimum of its own "
-                                   "cost: use polish = true, or more iterations")
+    return Status(
+        "not_converged",
+        f"the search ended {decrement:.2g} standard deviations from the minimum of its own "
+        "cost: use polish = true, or more iterations",
+    )

@@ -96,5 +96,16 @@ class Pso(PopulationCalibrator):
         """Velocities and places of iteration t (0-based), eq. 19 to 21."""
         most, least = self.inertia
         inertia = most - (most - least) * (t + 1) / self.iterations
-        fly(swarm.x, swarm.v, swarm.own, swarm.own[swarm.leader].copy(), inertia, self.c1, self.c2,
-            self.fastest(problem), problem.lower, problem.upper, rng)
+        fly(
+            swarm.x,
+            swarm.v,
+            swarm.own,
+            swarm.own[swarm.leader].copy(),
+            inertia,
+            self.c1,
+            self.c2,
+            self.fastest(problem),
+            problem.lower,
+            problem.upper,
+            rng,
+        )

@@ -34,8 +34,9 @@ class PsoGa(PopulationCalibrator):
 
     def search(self, problem: Problem, rng: np.random.Generator) -> Search:
         """[Zhang2018] section 3.4, fig. 4."""
-        pso = Pso(self.population, self.iterations, inertia=self.inertia, c1=self.c1, c2=self.c2,
-                  most_speed=self.most_speed)
+        pso = Pso(
+            self.population, self.iterations, inertia=self.inertia, c1=self.c1, c2=self.c2, most_speed=self.most_speed
+        )
         swarm = Swarm.begin(problem, self.population, pso.fastest(problem), rng)
         history = np.empty(self.iterations)
         for t in range(self.iterations):
@@ -50,7 +51,17 @@ class PsoGa(PopulationCalibrator):
         g = fitness(problem, swarm.cost)
         worse = rng.permutation(np.argsort(swarm.cost)[len(g) // 2 :])
         x = swarm.x[worse]
-        evolve(x, g[worse], g.mean(), g.max(), self.crossing, self.mutating,
-               self.mutation * (problem.upper - problem.lower), problem.lower, problem.upper, rng)
+        evolve(
+            x,
+            g[worse],
+            g.mean(),
+            g.max(),
+            self.crossing,
+            self.mutating,
+            self.mutation * (problem.upper - problem.lower),
+            problem.lower,
+            problem.upper,
+            rng,
+        )
         swarm.x[worse] = x
         swarm.cost[worse] = problem.costs(x)

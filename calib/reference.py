@@ -23,18 +23,24 @@ class Reference:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.strength_nT) and self.strength_nT > 0):
-            raise InputError(f"the field strength must be a positive number of nT, not {self.strength_nT}",
-                             where="reference")
+            raise InputError(
+                f"the field strength must be a positive number of nT, not {self.strength_nT}", where="reference"
+            )
         if self.field_enu_nT is not None:
             self._check_vector(self.field_enu_nT)
 
     def _check_vector(self, vector: tuple[float, ...]) -> None:
         if len(vector) != 3 or not all(math.isfinite(v) for v in vector):
-            raise InputError(f"the field vector must be three finite numbers (east, north, up), not {tuple(vector)}",
-                             where="reference")
+            raise InputError(
+                f"the field vector must be three finite numbers (east, north, up), not {tuple(vector)}",
+                where="reference",
+            )
         if abs(math.hypot(*vector) - self.strength_nT) > AGREEMENT * self.strength_nT:
-            raise InputError(f"the field vector is {math.hypot(*vector):.1f} nT long but the strength is "
-                             f"{self.strength_nT:.1f} nT", where="reference", do="give the vector alone")
+            raise InputError(
+                f"the field vector is {math.hypot(*vector):.1f} nT long but the strength is {self.strength_nT:.1f} nT",
+                where="reference",
+                do="give the vector alone",
+            )
 
     @classmethod
     def of_vector(cls, field_enu_nT: tuple[float, float, float]) -> Reference:

@@ -100,8 +100,11 @@ class Calibration:
         Raises InputError when the fit or the recording is not of an array.
         """
         if self.array_offset_nT is None or self.array_matrix is None or recording.array_mag_nT is None:
-            raise InputError("no array of sensors to apply to", where=self.name,
-                             do="take a calibrator of whole arrays, and a recording with mag1_x_nT ... mag4_z_nT")
+            raise InputError(
+                "no array of sensors to apply to",
+                where=self.name,
+                do="take a calibrator of whole arrays, and a recording with mag1_x_nT ... mag4_z_nT",
+            )
         centred = recording.array_mag_nT - self.array_offset_nT[:, None, :]
         return np.asarray(np.einsum("kij,knj->kni", self.array_matrix, centred))
 
@@ -112,11 +115,15 @@ class Calibration:
         names = {name: plain for name in self.parameters if (plain := _plain_name(name, index)) is not None}
         own = [i for i, name in enumerate(self.covariance_names) if name in names]
         return replace(
-            self, offset_nT=self.array_offset_nT[index], matrix=self.array_matrix[index],
+            self,
+            offset_nT=self.array_offset_nT[index],
+            matrix=self.array_matrix[index],
             parameters={plain: self.parameters[name] for name, plain in names.items()},
             covariance=None if self.covariance is None else self.covariance[np.ix_(own, own)],
             covariance_names=tuple(names[self.covariance_names[i]] for i in own),
-            array_offset_nT=None, array_matrix=None)
+            array_offset_nT=None,
+            array_matrix=None,
+        )
 
     def static(self) -> Calibration:
         """The same without its segments: their mean, for recordings of another time."""

@@ -13,27 +13,50 @@ from calib.result import OFFSET_NAMES, Calibration, Kind, Segment, Status
 from scenarios.errors import InputError
 
 Array = NDArray[np.float64]
-KEYS = ("name", "status", "reason", "offset_nT", "matrix", "eddy_s", "parameters", "covariance", "covariance_names",
-        "history", "wall_s", "array_offset_nT", "array_matrix", "segments")
+KEYS = (
+    "name",
+    "status",
+    "reason",
+    "offset_nT",
+    "matrix",
+    "eddy_s",
+    "parameters",
+    "covariance",
+    "covariance_names",
+    "history",
+    "wall_s",
+    "array_offset_nT",
+    "array_matrix",
+    "segments",
+)
 SEGMENT_KEYS = ("start_s", "offset_nT", "matrix")
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 def to_dict(calibration: Calibration) -> dict[str, Any]:
     """The calibration as plain lists, numbers and strings, under KEYS."""
+
     def listed(array: Array | None) -> Any:
         return None if array is None else np.asarray(array).tolist()
 
     return {
-        "name": calibration.name, "status": calibration.status.kind, "reason": calibration.status.reason,
-        "offset_nT": listed(calibration.offset_nT), "matrix": listed(calibration.matrix),
+        "name": calibration.name,
+        "status": calibration.status.kind,
+        "reason": calibration.status.reason,
+        "offset_nT": listed(calibration.offset_nT),
+        "matrix": listed(calibration.matrix),
         "eddy_s": listed(calibration.eddy_s),
         "parameters": {name: float(value) for name, value in calibration.parameters.items()},
-        "covariance": listed(calibration.covariance), "covariance_names": list(calibration.covariance_names),
-        "history": [float(value) for value in calibration.history], "wall_s": float(calibration.wall_s),
-        "array_offset_nT": listed(calibration.array_offset_nT), "array_matrix": listed(calibration.array_matrix),
-        "segments": [{"start_s": float(part.start_s), "offset_nT": listed(part.offset_nT),
-                      "matrix": listed(part.matrix)} for part in calibration.segments],
+        "covariance": listed(calibration.covariance),
+        "covariance_names": list(calibration.covariance_names),
+        "history": [float(value) for value in calibration.history],
+        "wall_s": float(calibration.wall_s),
+        "array_offset_nT": listed(calibration.array_offset_nT),
+        "array_matrix": listed(calibration.array_matrix),
+        "segments": [
+            {"start_s": float(part.start_s), "offset_nT": listed(part.offset_nT), "matrix": listed(part.matrix)}
+            for part in calibration.segments
+        ],
     }
 
 
@@ -49,6 +72,7 @@ def from_json(text: str, *, name: str = "external", where: str = "calibration") 
     leaves the raw measurement. Raises InputError with one line for anything else than KEYS with finite values of the
     right shape.
     """
+
     def constant(word: str) -> NoReturn:
         raise InputError(f"{word} is not a number that JSON knows", where=where, do="write finite numbers or null")
 
@@ -78,10 +102,19 @@ class _Reader:
             self.fail("offset_nT" if offset_nT is None else "matrix", "missing, and the status is ok")
         covariance = self.covariance(len(names))
         return Calibration(
-            self.text("name", name), status, np.zeros(3) if offset_nT is None else offset_nT,
-            np.eye(3) if matrix is None else matrix, self.array("eddy_s", (3, 3)), self.parameters(), covariance,
-            names if covariance is not None else (), self.history(),
-            self.number("wall_s", self.data.get("wall_s", 0.0)), *self.sensors(), self.segments())
+            self.text("name", name),
+            status,
+            np.zeros(3) if offset_nT is None else offset_nT,
+            np.eye(3) if matrix is None else matrix,
+            self.array("eddy_s", (3, 3)),
+            self.parameters(),
+            covariance,
+            names if covariance is not None else (),
+            self.history(),
+            self.number("wall_s", self.data.get("wall_s", 0.0)),
+            *self.sensors(),
+            self.segments(),
+        )
 
     def fail(self, key: str, what: str) -> NoReturn:
         raise InputError(what, where=f"{self.where}: {key}")

@@ -47,13 +47,25 @@ class SphereCalibrator(Calibrator):
         radius = float(np.sqrt(solution[3] + solution[:3] @ solution[:3]))
         noise_std = float(np.sqrt(misfit @ misfit / (len(x) - 4))) / (2 * radius)
         covariance, bias = _covariance(x, q, r, solution, misfit)
-        status = (planar_status(recording.mag_nT, noise_std * size)
-                  or _soft_iron_status(bias * size, reference.strength_nT) or Status("ok"))
-        return self._calibration(middle, size, np.append(solution[:3], radius), covariance, noise_std,
-                                 reference.strength_nT, status)
+        status = (
+            planar_status(recording.mag_nT, noise_std * size)
+            or _soft_iron_status(bias * size, reference.strength_nT)
+            or Status("ok")
+        )
+        return self._calibration(
+            middle, size, np.append(solution[:3], radius), covariance, noise_std, reference.strength_nT, status
+        )
 
-    def _calibration(self, middle: Array, size: float, sphere: Array, covariance: Array, noise_std: float,
-                     strength_nT: float, status: Status) -> Calibration:
+    def _calibration(
+        self,
+        middle: Array,
+        size: float,
+        sphere: Array,
+        covariance: Array,
+        noise_std: float,
+        strength_nT: float,
+        status: Status,
+    ) -> Calibration:
         centre, radius = sphere[:3], float(sphere[3])
         offset_nT, scale = middle + size * centre, size * radius / strength_nT
         jacobian = np.zeros((4, 4))
@@ -61,16 +73,20 @@ class SphereCalibrator(Calibrator):
         jacobian[3] = np.append(centre, 0.5) / radius * size / strength_nT
         names = (*OFFSET_NAMES, "scale")
         parameters = dict(zip(names, (*offset_nT.tolist(), scale), strict=True)) | {"noise_std_nT": noise_std * size}
-        return Calibration(self.name, status, offset_nT, np.eye(3) / scale, None, parameters,
-                           jacobian @ covariance @ jacobian.T, names)
+        return Calibration(
+            self.name, status, offset_nT, np.eye(3) / scale, None, parameters, jacobian @ covariance @ jacobian.T, names
+        )
 
 
 def _soft_iron_status(bias_nT: float, strength_nT: float) -> Status | None:
     """Unobservable when soft iron moves the centre by more than the covariance of a usable fit may."""
     if bias_nT <= MAX_STD_FRACTION * strength_nT:
         return None
-    return Status("unobservable", "the measurements are not on a sphere: soft iron moves its centre by about "
-                  f"{bias_nT:.3g} nT on this motion; use ellipsoid, or cover all attitudes evenly")
+    return Status(
+        "unobservable",
+        "the measurements are not on a sphere: soft iron moves its centre by about "
+        f"{bias_nT:.3g} nT on this motion; use ellipsoid, or cover all attitudes evenly",
+    )
 
 
 def _covariance(x: Array, q: Array, r: Array, solution: Array, misfit: Array) -> tuple[Array, float]:

@@ -19,8 +19,11 @@ from sim.dataset import Recording
 Array = NDArray[np.float64]
 CHANNEL = "scalar_nT"
 INDUCED = tuple((i, j) for i in range(3) for j in range(i, 3))
-NAMES = (*(f"permanent_{i}_nT" for i in "xyz"), *(f"induced_{'xyz'[i]}{'xyz'[j]}" for i, j in INDUCED),
-         *(f"eddy_{i}{j}_s" for i in "xyz" for j in "xyz"))
+NAMES = (
+    *(f"permanent_{i}_nT" for i in "xyz"),
+    *(f"induced_{'xyz'[i]}{'xyz'[j]}" for i, j in INDUCED),
+    *(f"eddy_{i}{j}_s" for i in "xyz" for j in "xyz"),
+)
 REDUNDANT = ("induced_zz", "eddy_zz_s")
 """Left out of 18 terms to give 16: u.u = 1 and u.du/dt = 0 tie them to the others."""
 
@@ -68,9 +71,11 @@ class TollesLawsonCalibrator(Calibrator):
         root = (vt.T * gain) / size[:, None]
         parameters = dict(zip(names, solution.tolist(), strict=True)) | {
             "improvement_ratio": float(target.std() / max(residual.std(), 1e-12)),
-            "condition_number": float(singular[0] / singular[-1])}
-        return Calibration(self.name, Status("ok"), parameters=parameters, covariance=variance * root @ root.T,
-                           covariance_names=names)
+            "condition_number": float(singular[0] / singular[-1]),
+        }
+        return Calibration(
+            self.name, Status("ok"), parameters=parameters, covariance=variance * root @ root.T, covariance_names=names
+        )
 
 
 def terms(recording: Recording, strength_nT: float) -> Array:

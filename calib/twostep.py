@@ -52,14 +52,22 @@ class TwoStep(Calibrator):
         scaled = Standardised.of(recording.mag_nT)
         found = self.estimate(scaled.x)
         if found is None:
-            return Calibration(self.name, unobservable(
-                thinnest_direction(recording.mag_nT), "the centred estimate is not an ellipsoid"))
+            return Calibration(
+                self.name,
+                unobservable(thinnest_direction(recording.mag_nT), "the centred estimate is not an ellipsoid"),
+            )
         flat = planar_status(recording.mag_nT, found.noise_std * scaled.scale_nT)
         if flat is not None:
             return Calibration(self.name, flat, history=found.history)
-        status = Status("ok") if found.settled else Status(
-            "not_converged", f"the last of {len(found.history)} steps was still {found.history[-1]:.2g} standard "
-            f"deviations long, the limit is {self.tolerance:g}")
+        status = (
+            Status("ok")
+            if found.settled
+            else Status(
+                "not_converged",
+                f"the last of {len(found.history)} steps was still {found.history[-1]:.2g} standard "
+                f"deviations long, the limit is {self.tolerance:g}",
+            )
+        )
         return scaled.calibration(self.name, status, found.fit(scaled.x), reference)
 
     def estimate(self, x: Array) -> Estimate | None:

@@ -66,8 +66,15 @@ class UkfCalibrator(Calibrator):
         status = planar_status(recording.mag_nT, noise_nT) or _status(history[-1], correction(state))
         return self._calibration(state, covariance * nis, noise_nT, reference.strength_nT, status, tuple(history))
 
-    def _calibration(self, state: Array, covariance: Array, noise_nT: float, strength_nT: float, status: Status,
-                     history: tuple[float, ...]) -> Calibration:
+    def _calibration(
+        self,
+        state: Array,
+        covariance: Array,
+        noise_nT: float,
+        strength_nT: float,
+        status: Status,
+        history: tuple[float, ...],
+    ) -> Calibration:
         matrix = correction(state)
         S = np.linalg.inv(matrix)
         offset_nT = strength_nT * S @ state[:3]
@@ -78,8 +85,17 @@ class UkfCalibrator(Calibrator):
             jacobian[:3, 3 + k], jacobian[3:, 3 + k] = strength_nT * dS @ state[:3], dS[UPPER]
         names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
         parameters = dict(zip(names, (*offset_nT.tolist(), *S[UPPER].tolist()), strict=True))
-        return Calibration(self.name, status, offset_nT, matrix, None, parameters | {"noise_std_nT": noise_nT},
-                           jacobian @ covariance @ jacobian.T, names, history)
+        return Calibration(
+            self.name,
+            status,
+            offset_nT,
+            matrix,
+            None,
+            parameters | {"noise_std_nT": noise_nT},
+            jacobian @ covariance @ jacobian.T,
+            names,
+            history,
+        )
 
 
 def spread(measured: Array, block: int) -> Array:
@@ -121,6 +137,9 @@ def filtered(blocks: Array, start: Array, prior: Array, noise: float) -> tuple[A
 
 def _status(moved: float, matrix: Array) -> Status:
     if moved > MAX_MOVE or np.linalg.eigvalsh(matrix)[0] <= 0:
-        return Status("not_converged", f"the last run over the recording still moved the estimate by {moved:.2g} "
-                      "standard deviations: the strength alone says too little on this motion; turn about all axes")
+        return Status(
+            "not_converged",
+            f"the last run over the recording still moved the estimate by {moved:.2g} "
+            "standard deviations: the strength alone says too little on this motion; turn about all axes",
+        )
     return Status("ok")

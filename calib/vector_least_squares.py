@@ -72,8 +72,10 @@ class VectorLeastSquares(Calibrator):
 
     def _collinear_text(self) -> str:
         if self.eddy:
-            return ("the eddy term cannot be told from S: at a constant rate about one axis dh/dt is a fixed matrix "
-                    "times h; vary the rate and turn about more axes")
+            return (
+                "the eddy term cannot be told from S: at a constant rate about one axis dh/dt is a fixed matrix "
+                "times h; vary the rate and turn about more axes"
+            )
         return "the columns of h are not independent; turn about more axes"
 
     def _calibration(self, solution: Array, column_nT2: Array, variance_nT2: float, condition: float) -> Calibration:
@@ -85,10 +87,19 @@ class VectorLeastSquares(Calibrator):
         values = solution.reshape(3 * p)[order]
         covariance = np.asarray(np.kron(column_nT2, np.eye(3))[np.ix_(order, order)])
         parameters = dict(zip(names, values.tolist(), strict=True)) | {
-            "noise_std_nT": float(np.sqrt(variance_nT2)), "condition_number": float(condition)}
-        return Calibration(self.name, Status("ok"), solution[3].copy(),
-                           np.asarray(np.linalg.inv(solution[:3].T)),
-                           solution[4:7].T.copy() if self.eddy else None, parameters, covariance, names)
+            "noise_std_nT": float(np.sqrt(variance_nT2)),
+            "condition_number": float(condition),
+        }
+        return Calibration(
+            self.name,
+            Status("ok"),
+            solution[3].copy(),
+            np.asarray(np.linalg.inv(solution[:3].T)),
+            solution[4:7].T.copy() if self.eddy else None,
+            parameters,
+            covariance,
+            names,
+        )
 
 
 def motion_status(h_nT: Array, strength_nT: float, attitude_std_rad: float) -> Status | None:

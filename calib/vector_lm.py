@@ -48,15 +48,32 @@ class VectorLmCalibrator(Calibrator):
         H, y = data.observation(unit).reshape(-1, 21) / unit, data.difference_nT.ravel() / unit
         size = np.linalg.norm(H, axis=0)
         if (size == 0).any() or np.linalg.cond(H / size) > MAX_CONDITION:
-            return Calibration(self.name, Status("unobservable", "the eddy term cannot be told from A and T_p on this "
-                                                 "motion: vary the rate and turn about more axes"))
-        found = least_squares(lambda x: H @ x - y, np.zeros(21), lambda x: H, method="lm", x_scale=1.0 / size,
-                              ftol=self.tolerance, xtol=self.tolerance, gtol=self.tolerance,
-                              max_nfev=self.max_evaluations)
+            return Calibration(
+                self.name,
+                Status(
+                    "unobservable",
+                    "the eddy term cannot be told from A and T_p on this "
+                    "motion: vary the rate and turn about more axes",
+                ),
+            )
+        found = least_squares(
+            lambda x: H @ x - y,
+            np.zeros(21),
+            lambda x: H,
+            method="lm",
+            x_scale=1.0 / size,
+            ftol=self.tolerance,
+            xtol=self.tolerance,
+            gtol=self.tolerance,
+            max_nfev=self.max_evaluations,
+        )
         scale = np.array([unit] * 3 + [1.0] * 18)
         variance = 2.0 * float(found.cost) / (len(y) - 21)
         covariance = np.asarray(variance * np.linalg.inv(H.T @ H) * np.outer(scale, scale), dtype=float)
-        status = Status("ok") if found.status > 0 else Status(
-            "not_converged", f"{found.nfev} evaluations were not enough: raise max_evaluations")
+        status = (
+            Status("ok")
+            if found.status > 0
+            else Status("not_converged", f"{found.nfev} evaluations were not enough: raise max_evaluations")
+        )
         extra = {"noise_std_nT": float(np.sqrt(variance)) * unit, "evaluations": float(found.nfev)}
         return calibration(self.name, status, found.x * scale, covariance, extra)

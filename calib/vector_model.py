@@ -55,8 +55,14 @@ class VectorData:
         return H
 
 
-def calibration(name: str, status: Status, state: Array, covariance: Array | None, extra: dict[str, float],
-                history: tuple[float, ...] = ()) -> Calibration:
+def calibration(
+    name: str,
+    status: Status,
+    state: Array,
+    covariance: Array | None,
+    extra: dict[str, float],
+    history: tuple[float, ...] = (),
+) -> Calibration:
     """The calibration of a state (21,) in nT, 1 and s with its covariance (21, 21).
 
     T_m = T + T_p + A T + B dT/dt: offset T_p, S = I + A, eddy term B. [Li2017] eq. 1

@@ -21,7 +21,6 @@ _PUBLIC = {
     "Reference": "calib",
     "Scenario": "scenarios.spec",
     "Truth": "sim.dataset",
-    "calibrator": "calib",
     "catalogue": "scenarios.load",
     "generate": "sim.generate",
     "load_checked": "sim.scenario",

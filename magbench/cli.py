@@ -11,7 +11,7 @@ import typer
 from magbench.commands import apply, calibrate, listing, reproduce, run, schema, show, simulate
 from scenarios.errors import InputError
 
-EPILOG = "Exit status: 0 done, 1 a gate failed, 2 wrong use or bad input (one line says what, where and what to do)."
+EPILOG = "Exit status: 0 done, 2 wrong use or bad input (one line says what, where and what to do)."
 app = typer.Typer(
     name="magbench",
     help="Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth.",

@@ -17,7 +17,7 @@ def show_scores(outcome: Outcome) -> None:
     rows = []
     for name in names:
         some = next(s[name] for s in scores.values() if name in s)
-        title = f"{name.replace('_', ' ')}, {some.unit}" + (" (in-sample)" if some.in_sample else "")
+        title = name.replace("_", " ") + (f", {some.unit}" if some.unit else "")
         rows.append([title, *(f"{scores[c][name].value:.4g}" if name in scores[c] else "-" for c in order)])
     rows.append(["status", *(outcome.calibrations[c].status.kind for c in order)])
     show_table(f"{outcome.scenario.name}: scores, best first by {ranked_by.replace('_', ' ')}", ["score", *order], rows)

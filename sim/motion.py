@@ -40,7 +40,7 @@ class Motion:
 
 
 @dataclass
-class _Loop:
+class Loop:
     """One vehicle in the engine: model, data and everything that lives from block to block."""
 
     vehicle: Vehicle
@@ -92,12 +92,12 @@ def drive(scenario: Scenario, rng: np.random.Generator) -> Iterator[Motion]:
     Raises InputError where the vehicle does not reach the end of an unpowered phase, or its state is not finite.
     """
     every = round(1.0 / (scenario.sampling.rate_hz * STEP_S))
-    loop = _Loop(vehicle_for(scenario.vehicle), every, rng)
+    loop = Loop(vehicle_for(scenario.vehicle), every, rng)
     for index, phase in enumerate(scenario.phases):
         yield from _phase(loop, phase, index)
 
 
-def _phase(loop: _Loop, phase: PhaseBase, index: int) -> Iterator[Motion]:
+def _phase(loop: Loop, phase: PhaseBase, index: int) -> Iterator[Motion]:
     start = loop.start()
     gains = loop.vehicle.gains(loop.model, phase)
     stop = _stop(phase, start)
@@ -132,7 +132,7 @@ def _stop(phase: PhaseBase, start: Start) -> Array:
     return np.array([z, 1.0 if z > start.pos_enu_m[2] else -1.0])
 
 
-def _motion(loop: _Loop, rows: Array, reference: Array, begin: int, phase: int, phase_time_s: Array) -> Motion:
+def _motion(loop: Loop, rows: Array, reference: Array, begin: int, phase: int, phase_time_s: Array) -> Motion:
     if not np.isfinite(rows[-1]).all():
         raise InputError("the simulated vehicle left its envelope (state is not finite)", where=f"phases.{phase}")
     n, model = len(rows), loop.model

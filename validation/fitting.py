@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,7 +11,6 @@ import calib
 from calib import Calibration, Reference
 from scenarios.errors import InputError
 from sim.dataset import Recording, read_recording
-from sim.dataset.files import write_text
 from sim.dataset.reader import parameters_of
 
 
@@ -23,7 +21,7 @@ def fit_all(recording: Recording, reference: Reference, names: Sequence[str], se
     Raises InputError for a name that is not registered.
     """
     methods = {name: calib.get(name) for name in names}
-    results = {}
+    results: dict[str, Calibration] = {}
     for name, method in methods.items():
         parts = sensors(recording, name)
         if method.whole_array:
@@ -82,13 +80,3 @@ def _vector(text: str) -> tuple[float, float, float]:
         do = "give three numbers: east,north,up in nT"
         raise InputError(f"{text!r} is not a field vector", where="--field-enu-nT", do=do) from None
     return east, north, up
-
-
-def write_calibrations(results: dict[str, Calibration], out: Path) -> None:
-    """Write OUT/calibration.json: {name: calibration}."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(str(error.strerror), where=str(out), do="choose another directory") from error
-    text = json.dumps({name: calib.to_dict(result) for name, result in results.items()}, indent=1, allow_nan=False)
-    write_text(out / "calibration.json", text + "\n")

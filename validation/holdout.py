@@ -39,9 +39,11 @@ class Surroundings:
         """Surroundings of a recording, in the middle of it; what it does not hold keeps its default."""
         temperature, current = recording.temperature_degC, recording.current_A
         return cls(
-            np.asarray(field_enu_nT, dtype=float), float(recording.time_s[0] + recording.time_s[-1]) / 2,
+            np.asarray(field_enu_nT, dtype=float),
+            float(recording.time_s[0] + recording.time_s[-1]) / 2,
             cls.temperature_degC if temperature is None else float(np.nanmean(temperature)),
-            None if current is None else np.asarray(np.nanmean(current, axis=0)))
+            None if current is None else np.asarray(np.nanmean(current, axis=0)),
+        )
 
 
 @dataclass(frozen=True)
@@ -95,8 +97,9 @@ def static_truth(effects: Sequence[Effect], surroundings: Surroundings) -> tuple
     return _linear(pairs(effects, surroundings, uniform_attitudes(SPHERE_ATTITUDES)))
 
 
-def pairs(effects: Sequence[Effect], surroundings: Surroundings, attitudes: Rotation,
-          extra_enu_nT: Array | None = None) -> Pairs:
+def pairs(
+    effects: Sequence[Effect], surroundings: Surroundings, attitudes: Rotation, extra_enu_nT: Array | None = None
+) -> Pairs:
     """True field, Earth's and extra_enu_nT (n, 3), and the measurement of it through the static effects."""
     n = len(attitudes)
     world_nT = np.tile(surroundings.field_enu_nT, (n, 1)) + (0.0 if extra_enu_nT is None else extra_enu_nT)
@@ -114,10 +117,17 @@ def _at_rest(surroundings: Surroundings, attitudes: Rotation) -> State:
     n, none = len(attitudes), np.zeros((len(attitudes), 3))
     current_A = np.zeros(0) if surroundings.current_A is None else surroundings.current_A
     return State(
-        time_s=np.full(n, surroundings.time_s), interval_s=1.0, pos_enu_m=none, R_wb=np.asarray(attitudes.as_matrix()),
-        rate_rad_s=none, field_enu_nT=surroundings.field_enu_nT,
-        field_nT=np.asarray(attitudes.inv().apply(surroundings.field_enu_nT)), field_rate_nT_s=none,
-        temperature_degC=np.full(n, surroundings.temperature_degC), current_A=np.tile(current_A, (n, 1)))
+        time_s=np.full(n, surroundings.time_s),
+        interval_s=1.0,
+        pos_enu_m=none,
+        R_wb=np.asarray(attitudes.as_matrix()),
+        rate_rad_s=none,
+        field_enu_nT=surroundings.field_enu_nT,
+        field_nT=np.asarray(attitudes.inv().apply(surroundings.field_enu_nT)),
+        field_rate_nT_s=none,
+        temperature_degC=np.full(n, surroundings.temperature_degC),
+        current_A=np.tile(current_A, (n, 1)),
+    )
 
 
 def _linear(data: Pairs) -> tuple[Array, Array]:

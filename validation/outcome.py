@@ -64,10 +64,33 @@ class Outcome:
         return sorted(value, key=lambda name: (self.calibrations[name].status.kind != "ok", value[name])), by
 
     def shown(self) -> list[str]:
-        """Calibrators that gave an estimate, best first: those that pictures show."""
-        return [
-            c for c in self.ranking()[0] if c in self.corrected and self.calibrations[c].status.kind != "not_applicable"
-        ]
+        """Calibrators that pictures show: with an estimate, best first; of an array (name@sensor) sensor 1's."""
+        given = [c for c in self.ranking()[0] if c in self.corrected]
+        usable = [c for c in given if self.calibrations[c].status.kind != "not_applicable"]
+        return [c for c in usable if "@" not in c or c.endswith("@1")]
+
+    def rotation_removed(self, name: str) -> bool:
+        """Whether this calibrator's scores leave out the rotation that the field's strength cannot tell."""
+        return any(score.rotation_removed for score in self.scores.get(name, []))
+
+    def residual_nT(self, name: str) -> Array:
+        """Corrected field minus truth (n, 3), body frame: Q h_cal - h.
+
+        Q is I, or, where the scores leave a rotation out, the rotation that brings the corrected field closest to the
+        truth (orthogonal Procrustes on this recording).
+        """
+        corrected, truth = self.corrected[name], self.truth.field_nT
+        if not self.rotation_removed(name):
+            return corrected - truth
+        whole = np.isfinite(corrected).all(axis=1)
+        u, _, vt = np.linalg.svd(truth[whole].T @ corrected[whole])
+        rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+        return np.asarray(corrected @ rotation.T - truth)
+
+    @property
+    def travels(self) -> bool:
+        """Whether the vehicle leaves its place: otherwise there is no path to draw."""
+        return float(np.max(np.ptp(self.truth.pos_enu_m, axis=0))) > 0.1
 
     def phases(self) -> list[tuple[str, int, int]]:
         """Consecutive stretches (label, first sample, one past the last) of the motion."""

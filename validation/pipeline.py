@@ -16,6 +16,7 @@ from sim import effects as effect_table
 from sim.dataset import Recording, Truth, read_run
 from sim.dataset.files import write_text
 from sim.generate import generate
+from validation.calibration_file import write_calibrations
 from validation.fitting import fit_all, sensors
 from validation.holdout import HoldOut, Surroundings, hold_out
 from validation.outcome import Outcome
@@ -47,6 +48,7 @@ def run_scenario(
     recording, truth = read_run(out)
     outcome = judge(scenario, recording, truth)
     progress(2, STAGES)
+    write_calibrations(outcome.calibrations, out)
     write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, default=_plain) + "\n")
     progress(3, STAGES)
     write_report(outcome, out / "report.html")

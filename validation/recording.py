@@ -34,7 +34,7 @@ def write_recording(outcome: Outcome, path: Path) -> None:
     On the timeline `time` (seconds since the start of the run), each an entity of one row a sample:
     `mag`, `true_field`, `effects/<name>`, `corrected/<calibrator>` (x, y, z in nT, body frame), `current` (A) and
     `temperature` (degC) in float64 at full resolution; thinned by least and greatest value beyond 50 000 samples:
-    `norm/<what>`, `residual/<calibrator>` (corrected minus truth, nT). In space, at most 20 000 poses: `world` (m, ENU)
+    `norm/<what>`, `residual/<calibrator>` (see Outcome.residual_nT). In space, at most 20 000 poses: `world` (m, ENU)
     and `cloud` (nT, body frame). Of an array it shows sensor 1.
 
     The file is written beside `path` and renamed; on failure nothing is left.
@@ -76,13 +76,17 @@ def _columns(batch: Any) -> tuple[Any, Array]:
     return time_ns, flat if len(flat) == len(time_ns) else flat.reshape(len(time_ns), -1)
 
 
+def viewer_program() -> Path:
+    """The program that rerun's package brings: viewer and file tools (its `rerun` script is only a launcher)."""
+    folder = Path(str(resources.files("rerun_cli")))
+    places = (folder / "rerun", folder / "rerun.exe", folder / "Rerun.app/Contents/MacOS/Rerun")
+    return next(place for place in places if place.exists())
+
+
 def verify(path: Path) -> None:
     """Check with rerun's own command that a recording can be read; InputError says what is wrong with it."""
-    folder = Path(str(resources.files("rerun_cli")))
-    program = next(
-        p for p in (folder / "rerun", folder / "rerun.exe", folder / "Rerun.app/Contents/MacOS/Rerun") if p.exists()
-    )
-    done = subprocess.run([program, "rrd", "verify", path], capture_output=True, text=True, check=False)
+    command = [str(viewer_program()), "rrd", "verify", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         reason = next(
             (line for line in done.stderr.splitlines() if "rror" in line or path.name in line), "cannot be read"
@@ -103,7 +107,8 @@ def _static(stream: rr.RecordingStream, entity: str, *archetypes: Any) -> None:
 
 
 def _send(stream: rr.RecordingStream, entity: str, time_s: Array, columns: Any) -> None:
-    stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=time_s)], columns, strict=True)
+    whole_ns = np.round(1e9 * time_s).astype("timedelta64[ns]")  # given seconds, rerun would cut, not round
+    stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=whole_ns)], columns, strict=True)
 
 
 # the vehicle in space
@@ -189,7 +194,7 @@ def _send_series(stream: rr.RecordingStream, outcome: Outcome) -> None:
         _xyz(stream, f"effects/{_part(name)}", recording.time_s, value)
     for name, value in outcome.corrected.items():
         _xyz(stream, f"corrected/{_part(name)}", recording.time_s, value)
-        _xyz(stream, f"residual/{_part(name)}", *envelope(recording.time_s, value - truth.field_nT, THIN_BUCKETS))
+        _xyz(stream, f"residual/{_part(name)}", *envelope(recording.time_s, outcome.residual_nT(name), THIN_BUCKETS))
     fields = {"raw": recording.mag_nT, "truth": truth.field_nT, **{n: outcome.corrected[n] for n in outcome.shown()}}
     for (name, value), colour in zip(fields.items(), (RAW, TRUE, *_cycle(len(fields) - 1)[1:]), strict=True):
         norm = envelope(recording.time_s, np.linalg.norm(value, axis=1), THIN_BUCKETS)
@@ -261,7 +266,7 @@ def _spaces(outcome: Outcome) -> list[rrb.Spatial3DView]:
     cloud = rrb.Spatial3DView(
         origin="cloud", contents=clouds, name="Raw (grey), best corrected (blue), body frame, nT", line_grid=False
     )
-    return [body, path, cloud] if np.linalg.norm(high - low) > reach else [body, cloud]
+    return [body, path, cloud] if outcome.travels else [body, cloud]
 
 
 def _plots(outcome: Outcome) -> list[rrb.TimeSeriesView | rrb.Grid]:

@@ -36,8 +36,8 @@ class Section:
 
 SECTIONS = (
     Section("residuals", "What is left after correction",
-            "Corrected field minus truth in the body frame. Best first, each row on its own scale. A method that uses "
-            "no attitude leaves a rotation of the whole sensor open: here it counts as error.", draw_residuals),
+            f"Corrected field minus truth in the body frame. Best first, each row on its own scale. {ALIGNED}",
+            draw_residuals),
     Section("norm", "Field strength over time",
             "Above: raw, corrected and true strength. Below: how far each corrected strength is from the truth "
             f"(the best {MOST_LINES} calibrators).", draw_norm),
@@ -79,11 +79,17 @@ def _page(outcome: Outcome) -> dict[str, Any]:
         "what": what_was_simulated(outcome),
         "scores": score_table(outcome),
         "calibrations": [outcome.calibrations[name] for name in outcome.ranking()[0]],
-        "pictures": [(section, picture(section.draw, outcome)) for section in SECTIONS],
-        "parameters": list(_flat(outcome.truth.parameters)),
+        "pictures": [(section, picture(section.draw, outcome)) for section in SECTIONS if _has(section, outcome)],
+        "parameters": effect_parameters(outcome),
+        "surroundings": surroundings(outcome),
         "versions": _versions(),
         "scenario_json": json.dumps(scenario.model_dump(mode="json", by_alias=True, exclude_unset=True), indent=2),
     }
+
+
+def _has(section: Section, outcome: Outcome) -> bool:
+    """Whether there is something to draw: a path needs a journey."""
+    return section.key != "path" or outcome.travels
 
 
 def _tiles(outcome: Outcome) -> list[tuple[str, str, str]]:
@@ -101,13 +107,29 @@ def _tiles(outcome: Outcome) -> list[tuple[str, str, str]]:
     return tiles
 
 
-def _flat(value: Any, *keys: str) -> Iterator[tuple[str, str, str]]:
-    """Nested parameters as rows (effect, parameter, value)."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from _flat(inner, *keys, str(key))
-    else:
-        yield keys[0], ".".join(keys[1:]), _text(value)
+def effect_parameters(outcome: Outcome) -> list[tuple[str, str, str]]:
+    """True parameters as rows (effect, parameter, value), in the order of the chain; of an array, sensor by sensor."""
+    tables = outcome.truth.parameters.get("effects", [])
+    order = list(outcome.truth.effects)
+    rows = []
+    for sensor, table in enumerate(tables, start=1):
+        mark = f" (sensor {sensor})" if len(tables) > 1 else ""
+        for name in sorted(table, key=lambda n: order.index(n) if n in order else len(order)):
+            rows += [(name + mark, key, value) for key, value in _flat(table[name])]
+    return rows
+
+
+def surroundings(outcome: Outcome) -> list[tuple[str, str]]:
+    """The other true values of the run, as rows (name, value): field, instruments, whatever the simulator noted."""
+    return list(_flat({k: v for k, v in outcome.truth.parameters.items() if k != "effects"}))
+
+
+def _flat(table: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", _text(value)
 
 
 def _text(value: Any) -> str:

@@ -31,8 +31,9 @@ class Score:
     rotation_removed: bool = False
 
 
-def score(calibration: Calibration, recording: Recording, truth: HoldOut,
-          attitude_free: bool | None = None) -> list[Score]:
+def score(
+    calibration: Calibration, recording: Recording, truth: HoldOut, attitude_free: bool | None = None
+) -> list[Score]:
     """All scores of a calibration of this recording; one that was not applicable has `failure` and `wall_time` alone.
 
     ===========================  ====  ==========================================================================
@@ -56,16 +57,20 @@ def score(calibration: Calibration, recording: Recording, truth: HoldOut,
     is not in the field's strength. Heading then means after one alignment of the compass with the vehicle.
     `attitude_free` None: what the calibrator of that name says; for names that are not registered, False.
     """
-    always = [Score("failure", float(calibration.status.kind != "ok"), ""),
-              Score("wall_time", calibration.wall_s, "s")]
+    always = [Score("failure", float(calibration.status.kind != "ok"), ""), Score("wall_time", calibration.wall_s, "s")]
     if calibration.status.kind == "not_applicable":
         return always
     free = is_attitude_free(calibration.name) if attitude_free is None else attitude_free
     turn = unobservable_rotation(calibration.matrix @ truth.matrix) if free else np.eye(3)
-    return [*_offset_scores(calibration, truth), *_turned_scores(calibration, truth, turn, free),
-            Score("anomaly_rms", anomaly_rms_nT(calibration, truth), "nT"), always[0],
-            Score("iterations", float(len(calibration.history)), ""), always[1],
-            Score("in_sample_norm_rms", in_sample_norm_rms_nT(calibration, recording, truth), "nT", in_sample=True)]
+    return [
+        *_offset_scores(calibration, truth),
+        *_turned_scores(calibration, truth, turn, free),
+        Score("anomaly_rms", anomaly_rms_nT(calibration, truth), "nT"),
+        always[0],
+        Score("iterations", float(len(calibration.history)), ""),
+        always[1],
+        Score("in_sample_norm_rms", in_sample_norm_rms_nT(calibration, recording, truth), "nT", in_sample=True),
+    ]
 
 
 def is_attitude_free(name: str) -> bool:
@@ -100,7 +105,8 @@ def _turned_scores(calibration: Calibration, truth: HoldOut, turn: Array, free: 
         norm_nT = np.linalg.norm(field_nT, axis=1) - np.linalg.norm(data.true_nT, axis=1)
         scores += [
             Score(f"holdout_{name}_norm_rms", rms(norm_nT), "nT"),
-            Score(f"holdout_{name}_component_rms", rms(field_nT - data.true_nT), "nT", rotation_removed=free)]
+            Score(f"holdout_{name}_component_rms", rms(field_nT - data.true_nT), "nT", rotation_removed=free),
+        ]
     heading_deg = np.degrees(heading_error_rad(field_nT, truth.level))
     return [*scores, Score("heading_rms", rms(heading_deg), "deg", rotation_removed=free)]
 

@@ -38,12 +38,5 @@ def simulate(
     rows = sum(file.rows for file in manifest.files)
     say(f"{place}: {runs} runs, {rows} samples, {len(manifest.columns)} columns")
     if json:
-        emit(
-            {
-                "out": str(place),
-                "runs": runs,
-                "seed": manifest.seed,
-                "samples": rows,
-                "files": [asdict(file) for file in manifest.files],
-            }
-        )
+        files = [asdict(file) for file in manifest.files]
+        emit({"out": str(place), "runs": runs, "seed": manifest.seed, "samples": rows, "files": files})

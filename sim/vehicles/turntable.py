@@ -15,7 +15,7 @@ from sim.state import Array
 from sim.vehicles.base import Kinematics, Vehicle
 
 BANDWIDTH_RAD_S = 15.0
-"""Natural frequency of the critically damped error; the 50 Hz control would hold four times that stable."""
+"""Natural frequency of the critically damped error; at 50 Hz the loop is stable up to 0.83 / 0.02 s = 41 rad/s."""
 FRAMES = ("yaw_frame", "pitch_frame", "platform")
 
 

@@ -28,11 +28,17 @@ MOTIONS = ("full", "pitch", "auv")
 def angles_rad(motion: str, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Yaw, pitch, roll (n,) of a standard motion, body to north-east-down."""
     if motion == "full":
-        return (0.11 * time_s, np.radians(88 * np.sin(0.053 * time_s + 1.1)),
-                np.radians(180 * np.sin(0.097 * time_s + 0.3)))
+        return (
+            0.11 * time_s,
+            np.radians(88 * np.sin(0.053 * time_s + 1.1)),
+            np.radians(180 * np.sin(0.097 * time_s + 0.3)),
+        )
     pitch_deg = {"pitch": 45.0, "auv": 5.0}[motion]
-    return (np.radians(6.0 * time_s), np.radians(pitch_deg * np.sin(2 * np.pi * time_s / 47)),
-            np.radians(5 * np.sin(2 * np.pi * time_s / 31)))
+    return (
+        np.radians(6.0 * time_s),
+        np.radians(pitch_deg * np.sin(2 * np.pi * time_s / 47)),
+        np.radians(5 * np.sin(2 * np.pi * time_s / 31)),
+    )
 
 
 def attitude(motion: str, time_s: np.ndarray) -> Rotation:
@@ -41,8 +47,15 @@ def attitude(motion: str, time_s: np.ndarray) -> Rotation:
     return Rotation.from_matrix(NED_TO_ENU) * to_ned * Rotation.from_matrix(FLIP)
 
 
-def recording(motion: str, seed: int | None, *, n: int = 3600, soft: np.ndarray = SOFT,
-              eddy_s: np.ndarray | None = None, noise_std_nT: float = NOISE_STD_NT) -> Recording:
+def recording(
+    motion: str,
+    seed: int | None,
+    *,
+    n: int = 3600,
+    soft: np.ndarray = SOFT,
+    eddy_s: np.ndarray | None = None,
+    noise_std_nT: float = NOISE_STD_NT,
+) -> Recording:
     """A recording of a standard motion at 10 Hz; seed None leaves the noise out."""
     time_s = np.arange(n) / 10.0
     turn = attitude(motion, time_s)
@@ -76,9 +89,12 @@ def level_turns(n: int, seed: int | None) -> Recording:
     return clean if seed is None else noisy(clean, seed)
 
 
-ARRAY_SOFT = (np.eye(3), np.array([[1.02, 0.01, -0.02], [0.005, 0.97, 0.015], [-0.01, 0.02, 1.04]]),
-              np.array([[0.96, -0.02, 0.01], [0.01, 1.03, 0.02], [0.02, -0.01, 0.99]]),
-              np.array([[1.01, 0.02, 0.015], [-0.02, 0.98, -0.01], [0.01, 0.015, 1.05]]))
+ARRAY_SOFT = (
+    np.eye(3),
+    np.array([[1.02, 0.01, -0.02], [0.005, 0.97, 0.015], [-0.01, 0.02, 1.04]]),
+    np.array([[0.96, -0.02, 0.01], [0.01, 1.03, 0.02], [0.02, -0.01, 0.99]]),
+    np.array([[1.01, 0.02, 0.015], [-0.02, 0.98, -0.01], [0.01, 0.015, 1.05]]),
+)
 
 
 def with_array(one: Recording) -> Recording:

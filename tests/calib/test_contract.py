@@ -47,21 +47,29 @@ def test_noise_free_recording_is_recovered(name, motion, standard):
     result = fit(name, standard, standard.recording(motion, None, soft=soft))
     assert result.status.kind == "ok", result.status
     np.testing.assert_allclose(result.offset_nT, standard.HARD_NT, atol=CALIBRATORS[name].tolerance_nT)
-    np.testing.assert_allclose(comparable(name, result.matrix), comparable(name, np.linalg.inv(soft)),
-                               atol=CALIBRATORS[name].tolerance_matrix)
+    np.testing.assert_allclose(
+        comparable(name, result.matrix), comparable(name, np.linalg.inv(soft)), atol=CALIBRATORS[name].tolerance_matrix
+    )
 
 
 @ALL
 def test_turning_the_sensor_turns_the_result(name, standard):
     recording = standard.recording("full", 1, soft=soft_iron(name, standard))
     attitude = Rotation.from_quat(recording.att_q, scalar_first=True) * TURN.inv()
-    turned = replace(recording, mag_nT=TURN.apply(recording.mag_nT), gyro_rad_s=TURN.apply(recording.gyro_rad_s),
-                     att_q=attitude.as_quat(scalar_first=True))
+    turned = replace(
+        recording,
+        mag_nT=TURN.apply(recording.mag_nT),
+        gyro_rad_s=TURN.apply(recording.gyro_rad_s),
+        att_q=attitude.as_quat(scalar_first=True),
+    )
     one, other = fit(name, standard, recording), fit(name, standard, turned)
     q = TURN.as_matrix()
     np.testing.assert_allclose(other.offset_nT, q @ one.offset_nT, atol=CALIBRATORS[name].tolerance_nT / 20)
-    np.testing.assert_allclose(comparable(name, other.matrix), q @ comparable(name, one.matrix) @ q.T,
-                               atol=CALIBRATORS[name].tolerance_matrix / 10)
+    np.testing.assert_allclose(
+        comparable(name, other.matrix),
+        q @ comparable(name, one.matrix) @ q.T,
+        atol=CALIBRATORS[name].tolerance_matrix / 10,
+    )
 
 
 @ALL
@@ -83,8 +91,9 @@ def test_order_of_samples_does_not_matter(name, standard):
         return
     recording = standard.recording("full", 3, soft=soft_iron(name, standard))
     order = np.random.default_rng(0).permutation(len(recording))
-    shuffled = replace(recording, mag_nT=recording.mag_nT[order], gyro_rad_s=recording.gyro_rad_s[order],
-                       att_q=recording.att_q[order])
+    shuffled = replace(
+        recording, mag_nT=recording.mag_nT[order], gyro_rad_s=recording.gyro_rad_s[order], att_q=recording.att_q[order]
+    )
     one, other = fit(name, standard, recording), fit(name, standard, shuffled)
     np.testing.assert_allclose(other.offset_nT, one.offset_nT, atol=1e-3)
     np.testing.assert_allclose(other.matrix, one.matrix, atol=1e-7)

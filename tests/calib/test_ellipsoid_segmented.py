@@ -60,7 +60,8 @@ def test_a_drift_is_followed_and_its_mean_offset_told(standard):
     assert 3 <= len(result.segments) <= 10
     whole = EllipsoidCalibrator().fit(recording, standard.REFERENCE)
     assert component_rms_nT(whole, recording, standard, "full") > 4 * component_rms_nT(
-        result, recording, standard, "full")
+        result, recording, standard, "full"
+    )
     np.testing.assert_allclose(result.offset_nT, standard.HARD_NT + 150 * DIRECTION, atol=10)
     assert len(result.segments) == result.parameters["segments"]
 
@@ -88,10 +89,13 @@ def test_given_cuts_are_taken(standard):
     assert len(one.segments) == 1
 
 
-@pytest.mark.parametrize(("cuts_s", "words"), [
-    ((100.0, 101.0), "segment 2 of 3 (100 to 100.9 s, 10 samples)"),
-    ((350.0,), "segment 2 of 2 (350 to 359.9 s, 100 samples)"),
-])
+@pytest.mark.parametrize(
+    ("cuts_s", "words"),
+    [
+        ((100.0, 101.0), "segment 2 of 3 (100 to 100.9 s, 10 samples)"),
+        ((350.0,), "segment 2 of 2 (350 to 359.9 s, 100 samples)"),
+    ],
+)
 def test_a_segment_that_is_too_thin_fails_with_its_name(cuts_s, words, standard):
     status = EllipsoidSegmented(cuts_s=cuts_s).fit(standard.recording("pitch", 0), standard.REFERENCE).status
     assert status.kind == "unobservable"
@@ -114,7 +118,8 @@ def test_rows_are_the_derivative_of_the_residual(standard):
     x = (recording.mag_nT - middle_nT) / strength_nT
     p = parameters_of(whole.matrix, whole.matrix @ (whole.offset_nT - middle_nT) / strength_nT)
     gain = np.linalg.norm((recording.mag_nT - whole.offset_nT) @ whole.matrix @ whole.matrix, axis=1) / np.linalg.norm(
-        (recording.mag_nT - whole.offset_nT) @ whole.matrix, axis=1)
+        (recording.mag_nT - whole.offset_nT) @ whole.matrix, axis=1
+    )
     np.testing.assert_allclose(-2 * (rows.r * gain) @ (rows.q * gain[:, None]), norm_derivatives(p, x)[1], rtol=1e-9)
 
 
@@ -128,8 +133,10 @@ def test_penalty_forbids_cuts(standard):
 
 
 def segmented():
-    parts = (Segment(0.0, np.array([1.0, 0.0, 0.0]), np.eye(3)),
-             Segment(10.0, np.array([0.1, 2.0, 1 / 3]), 2 * np.eye(3)))
+    parts = (
+        Segment(0.0, np.array([1.0, 0.0, 0.0]), np.eye(3)),
+        Segment(10.0, np.array([0.1, 2.0, 1 / 3]), 2 * np.eye(3)),
+    )
     return Calibration("x", Status("ok"), np.array([0.5, 1.0, 0.0]), 1.5 * np.eye(3), segments=parts)
 
 
@@ -151,11 +158,17 @@ def test_segments_survive_json():
     np.testing.assert_array_equal(other.segments[1].offset_nT, one.segments[1].offset_nT)
 
 
-@pytest.mark.parametrize(("change", "message"), [
-    ({"segments": 3}, "expected a list of objects with start_s"),
-    ({"segments": [{"start_s": 0.0}]}, r"segments\[0\]: .*missing or unknown"),
-    ({"segments": [{"start_s": 0.0, "offset_nT": [1, 2], "matrix": [[1]]}]}, r"segments\[0\]: offset_nT: expected 3"),
-])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"segments": 3}, "expected a list of objects with start_s"),
+        ({"segments": [{"start_s": 0.0}]}, r"segments\[0\]: .*missing or unknown"),
+        (
+            {"segments": [{"start_s": 0.0, "offset_nT": [1, 2], "matrix": [[1]]}]},
+            r"segments\[0\]: offset_nT: expected 3",
+        ),
+    ],
+)
 def test_bad_segments_are_told_in_one_line(change, message):
     with pytest.raises(InputError, match=message):
         from_json(json.dumps(json.loads(to_json(segmented())) | change))

@@ -104,8 +104,9 @@ def test_degenerate_minimum_is_never_taken_for_a_calibration(motion, standard):
         axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         matrix = (axes * np.exp(rng.uniform(-3, 3, 3))) @ axes.T
         offset_nT = rng.normal(size=3) * 10 ** rng.uniform(3, 6)
-        result = fit(recording, standard.REFERENCE, start_offset_nT=tuple(offset_nT),
-                     start_matrix=tuple(map(tuple, matrix)))
+        result = fit(
+            recording, standard.REFERENCE, start_offset_nT=tuple(offset_nT), start_matrix=tuple(map(tuple, matrix))
+        )
         if result.status.kind == "ok":
             np.testing.assert_allclose(result.offset_nT, best.offset_nT, atol=0.1)
             reached += 1
@@ -115,8 +116,12 @@ def test_degenerate_minimum_is_never_taken_for_a_calibration(motion, standard):
 
 
 def test_newton_ends_quadratically_from_a_rough_start(standard):
-    result = fit(standard.recording("full", 0), standard.REFERENCE, start_offset_nT=(0.0, 0.0, 0.0),
-                 start_matrix=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    result = fit(
+        standard.recording("full", 0),
+        standard.REFERENCE,
+        start_offset_nT=(0.0, 0.0, 0.0),
+        start_matrix=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    )
     assert result.status.kind == "ok"
     assert len(result.history) <= 8
     assert result.history[-1] < result.history[-2] ** 1.5

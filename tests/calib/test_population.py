@@ -126,7 +126,8 @@ def test_mutation_is_small_and_keeps_to_the_bounds():
 
 @pytest.mark.parametrize(
     ("method", "seeds", "limit_nT"),
-    [(Pso, 12, 0.75), (Ga, 12, 0.75), (PsoGa, 12, 0.75), pytest.param(PsoGa, 100, 0.62, marks=pytest.mark.slow)])
+    [(Pso, 12, 0.75), (Ga, 12, 0.75), (PsoGa, 12, 0.75), pytest.param(PsoGa, 100, 0.62, marks=pytest.mark.slow)],
+)
 def test_hard_iron_is_near_the_bound(method, seeds, limit_nT, standard):
     clean = standard.recording("full", None)
     fits = [method().fit(standard.noisy(clean, s), standard.REFERENCE, np.random.default_rng(s)) for s in range(seeds)]
@@ -160,7 +161,8 @@ def test_no_start_ends_in_the_degenerate_minimum(method, standard):
     clean = standard.recording("auv", None)
     for seed in range(200):
         fit = method(polish=seed % 2 == 0).fit(
-            standard.noisy(clean, seed % 20), standard.REFERENCE, np.random.default_rng(seed))
+            standard.noisy(clean, seed % 20), standard.REFERENCE, np.random.default_rng(seed)
+        )
         if fit.status.kind == "ok":
             variance, axes = np.linalg.eigh(fit.offset_covariance_nT2)
             assert (np.abs(axes.T @ (fit.offset_nT - standard.HARD_NT)) / np.sqrt(variance)).max() < 4
@@ -189,8 +191,17 @@ def test_the_start_matters_to_the_search_and_not_to_the_result(standard):
 def test_settings_reach_the_hybrid_s_parts(standard):
     recording = standard.recording("full", 0)
     base = PsoGa(iterations=20)
-    changed = [replace(base, **{key: value}) for key, value in (
-        ("c1", 1.5), ("c2", 1.5), ("inertia", (0.7, 0.4)), ("most_speed", 0.1), ("crossing", (0.5, 0.2)),
-        ("mutating", (0.5, 0.2)), ("mutation", 0.1))]
+    changed = [
+        replace(base, **{key: value})
+        for key, value in (
+            ("c1", 1.5),
+            ("c2", 1.5),
+            ("inertia", (0.7, 0.4)),
+            ("most_speed", 0.1),
+            ("crossing", (0.5, 0.2)),
+            ("mutating", (0.5, 0.2)),
+            ("mutation", 0.1),
+        )
+    ]
     costs = {method.search(problem_of(recording), np.random.default_rng(0)).costs[-1] for method in (base, *changed)}
     assert len(costs) == 8

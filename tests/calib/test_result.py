@@ -48,8 +48,18 @@ def test_rate_from_attitude_does_not_care_for_the_quaternion_sign(standard):
 
 def test_json_has_the_shared_keys_and_keeps_every_bit():
     covariance = np.array([[2.0, 0.1], [0.1, 3.0]])
-    one = Calibration("x", Status("unobservable", "why"), np.array([0.1, 1 / 3, 2]), np.eye(3) / 3, EDDY_S,
-                      {"a": 1 / 7, "b": 2.0}, covariance, ("a", "b"), (3.0, 0.5), 0.25)
+    one = Calibration(
+        "x",
+        Status("unobservable", "why"),
+        np.array([0.1, 1 / 3, 2]),
+        np.eye(3) / 3,
+        EDDY_S,
+        {"a": 1 / 7, "b": 2.0},
+        covariance,
+        ("a", "b"),
+        (3.0, 0.5),
+        0.25,
+    )
     keys = set(json.loads(to_json(one)))
     assert {"status", "reason", "offset_nT", "matrix", "eddy_s", "parameters", "covariance", "wall_s"} <= keys
     other = from_json(to_json(one))
@@ -67,23 +77,26 @@ def test_external_result_needs_little():
     assert (failed.status.reason, failed.offset_nT.tolist()) == ("gave up", [0, 0, 0])
 
 
-@pytest.mark.parametrize(("change", "message"), [
-    ({"offset_nT": [1, 2]}, r"offset_nT: expected 3 numbers"),
-    ({"offset_nT": [1, 2, "3"]}, r"offset_nT: expected a finite number, found '3'"),
-    ({"offset_nT": [1, 2, True]}, r"found True"),
-    ({"offset_nT": None}, r"offset_nT: missing"),
-    ({"matrix": [[1, 0], [0, 1]]}, r"matrix: expected 3 x 3"),
-    ({"matrix": [[1, 0, 0], [0, 1], [0]]}, r"matrix: expected 3 x 3"),
-    ({"status": "fine"}, r"'fine' is none of ok, not_converged"),
-    ({"reason": 3}, r"reason: expected text"),
-    ({"offset": [1, 2, 3]}, r"unknown keys offset .*known are"),
-    ({"parameters": {"a": "b"}}, r"parameters.a"),
-    ({"covariance": [[1, 2], [0, 1]], "covariance_names": ["a", "b"]}, r"symmetric"),
-    ({"covariance": [[1]], "covariance_names": ["a", "b"]}, r"2 x 2"),
-    ({"covariance": np.eye(9).tolist()}, r"covariance_names: missing"),
-    ({"history": 3}, r"history: expected a list"),
-    ({"wall_s": 1e999}, r"Infinity is not a number"),
-])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"offset_nT": [1, 2]}, r"offset_nT: expected 3 numbers"),
+        ({"offset_nT": [1, 2, "3"]}, r"offset_nT: expected a finite number, found '3'"),
+        ({"offset_nT": [1, 2, True]}, r"found True"),
+        ({"offset_nT": None}, r"offset_nT: missing"),
+        ({"matrix": [[1, 0], [0, 1]]}, r"matrix: expected 3 x 3"),
+        ({"matrix": [[1, 0, 0], [0, 1], [0]]}, r"matrix: expected 3 x 3"),
+        ({"status": "fine"}, r"'fine' is none of ok, not_converged"),
+        ({"reason": 3}, r"reason: expected text"),
+        ({"offset": [1, 2, 3]}, r"unknown keys offset .*known are"),
+        ({"parameters": {"a": "b"}}, r"parameters.a"),
+        ({"covariance": [[1, 2], [0, 1]], "covariance_names": ["a", "b"]}, r"symmetric"),
+        ({"covariance": [[1]], "covariance_names": ["a", "b"]}, r"2 x 2"),
+        ({"covariance": np.eye(9).tolist()}, r"covariance_names: missing"),
+        ({"history": 3}, r"history: expected a list"),
+        ({"wall_s": 1e999}, r"Infinity is not a number"),
+    ],
+)
 def test_bad_result_is_told_in_one_line(change, message):
     with pytest.raises(InputError, match=message) as caught:
         from_json(json.dumps(GOOD | change), where="out.json")
@@ -97,9 +110,17 @@ def test_not_an_object(text):
         from_json(text)
 
 
-@pytest.mark.parametrize(("strength", "vector"), [
-    (0.0, None), (-1.0, None), (np.nan, None), (5.0, (3.0, 4.0, 1.0)), (5.0, (3.0, np.inf, 0.0)), (5.0, (3.0, 4.0)),
-])
+@pytest.mark.parametrize(
+    ("strength", "vector"),
+    [
+        (0.0, None),
+        (-1.0, None),
+        (np.nan, None),
+        (5.0, (3.0, 4.0, 1.0)),
+        (5.0, (3.0, np.inf, 0.0)),
+        (5.0, (3.0, 4.0)),
+    ],
+)
 def test_reference_is_checked(strength, vector):
     with pytest.raises(InputError, match="reference"):
         Reference(strength, vector)

@@ -32,29 +32,39 @@ def offset_rms_nT(results, truth_nT):
     return np.sqrt(np.mean([np.sum((r.offset_nT - truth_nT) ** 2) for r in results]))
 
 
-@pytest.mark.parametrize(("name", "motion", "limit_nT"), [
-    ("ellipsoid", "full", 0.62), ("ellipsoid", "pitch", 9.5),
-    ("vector_least_squares", "full", 0.32), ("vector_least_squares", "pitch", 1.2),
-    ("vector_least_squares", "auv", 10.5),
-])
+@pytest.mark.parametrize(
+    ("name", "motion", "limit_nT"),
+    [
+        ("ellipsoid", "full", 0.62),
+        ("ellipsoid", "pitch", 9.5),
+        ("vector_least_squares", "full", 0.32),
+        ("vector_least_squares", "pitch", 1.2),
+        ("vector_least_squares", "auv", 10.5),
+    ],
+)
 def test_hard_iron_is_near_the_bound(name, motion, limit_nT, runs, standard):
     results = runs(name, motion)
     assert {r.status.kind for r in results} == {"ok"}
     assert offset_rms_nT(results, standard.HARD_NT) <= limit_nT
 
 
-@pytest.mark.parametrize(("name", "motion", "bound_nT"), [
-    ("ellipsoid", "full", 0.5592), ("ellipsoid", "pitch", 7.589), ("ellipsoid", "auv", 423.6),
-    ("vector_least_squares", "full", 0.2938), ("vector_least_squares", "pitch", 1.1052),
-    ("vector_least_squares", "auv", 9.799),
-])
+@pytest.mark.parametrize(
+    ("name", "motion", "bound_nT"),
+    [
+        ("ellipsoid", "full", 0.5592),
+        ("ellipsoid", "pitch", 7.589),
+        ("ellipsoid", "auv", 423.6),
+        ("vector_least_squares", "full", 0.2938),
+        ("vector_least_squares", "pitch", 1.1052),
+        ("vector_least_squares", "auv", 9.799),
+    ],
+)
 def test_claimed_deviation_is_the_bound_and_covers_the_error(name, motion, bound_nT, runs, standard):
     results = runs(name, motion)
     claimed_nT = np.sqrt(np.mean([np.trace(r.offset_covariance_nT2) for r in results]))
     assert claimed_nT == pytest.approx(bound_nT, rel=0.03)
     errors = [r.offset_nT - standard.HARD_NT for r in results]
-    normalised = [e @ np.linalg.solve(r.offset_covariance_nT2, e) / 3
-                  for e, r in zip(errors, results, strict=True)]
+    normalised = [e @ np.linalg.solve(r.offset_covariance_nT2, e) / 3 for e, r in zip(errors, results, strict=True)]
     # chi-square with 300 degrees of freedom over 300: five sigma are 0.41
     assert np.mean(normalised) == pytest.approx(1.0, abs=0.41)
 

@@ -128,6 +128,9 @@ def test_bad_command(
     assert not list(tmp_path.iterdir())
 
 
+MICROTESLA = {f"mag_{a}_nT": 30 * np.sin(np.arange(200) + k) for k, a in enumerate("xyz")}
+
+
 def log(path: Path, **columns: object) -> str:
     """A good measured log with changed columns."""
     angle = np.linspace(0.0, 12.0, 200)
@@ -154,7 +157,11 @@ def log(path: Path, **columns: object) -> str:
         ({"mag_x_nT": ["?"] * 200}, ("--field-strength-nT", "4e4"), "mag_x_nT"),
         ({"mag_y_nT": [float("nan")] * 200}, ("--field-strength-nT", "4e4"), "mag_y_nT"),
         ({"time_s": np.arange(200)[::-1]}, ("--field-strength-nT", "4e4"), "time_s"),
-        ({f"mag_{a}_nT": 30 * np.sin(np.arange(200) + k) for k, a in enumerate("xyz")}, ("--field-strength-nT", "4e4"), "uT"),
+        (
+            {f"mag_{a}_nT": 30 * np.sin(np.arange(200) + k) for k, a in enumerate("xyz")},
+            ("--field-strength-nT", "4e4"),
+            "uT",
+        ),
     ],
 )
 def test_bad_log(

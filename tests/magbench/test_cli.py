@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import magbench
 from magbench.cli import main
 from scenarios.load import catalogue
 from sim.dataset import read_run
@@ -71,7 +72,10 @@ def place(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 def test_run_writes_all_of_it(place: Path) -> None:
     names = {path.name for path in place.iterdir()}
-    assert names == {"dataset.json", "run-00000.parquet", "scores.json", "report.html", "recording.rrd"}
+    assert names == {
+        *("dataset.json", "run-00000.parquet", "scores.json", "calibration.json"),
+        *("report.html", "recording.rrd"),
+    }
 
 
 def test_the_recording_is_sound_and_holds_the_datasets_arrays(place: Path) -> None:
@@ -133,3 +137,9 @@ def test_json_alone_is_on_standard_output(tmp_path: Path, cli) -> None:  # type:
     assert done.returncode == 0
     assert json.loads(done.stdout)["runs"] == 1
     assert "simulating" in done.stderr
+
+
+def test_every_public_name_is_there() -> None:
+    assert all(getattr(magbench, name) is not None for name in magbench.__all__)
+    with pytest.raises(AttributeError, match="run_scenario"):
+        _ = magbench.run_everything

@@ -210,6 +210,16 @@ class TestControl:
         assert np.abs(ctrl).max() == pytest.approx(50)
         np.testing.assert_allclose(ctrl / np.linalg.norm(ctrl), free / np.linalg.norm(free), atol=1e-12)
 
+    def test_a_quaternion_and_its_negative_are_one_attitude(self) -> None:
+        vehicle, model, _ = auv()
+        gains, rng, thrusts = vehicle.gains(model, phase(SPIRAL)), np.random.default_rng(4), np.zeros((2, 10))
+        qpos, qvel, row = rng.normal(size=7), rng.normal(size=6), 0.3 * rng.normal(size=18)
+        qpos[3:] /= np.linalg.norm(qpos[3:])
+        for ctrl in thrusts:
+            follow(qpos, qvel, row, gains, np.zeros(43), ctrl)
+            qpos[3:] *= -1
+        np.testing.assert_allclose(thrusts[0], thrusts[1], atol=1e-9)
+
     def test_comes_back_from_upside_down_and_backwards(self) -> None:
         data = follow_from_rest(np.zeros((1500, 18)), Rotation.from_euler("ZYX", [3.0, 0.5, 3.0]))
         assert Rotation.from_quat(data.qpos[3:7], scalar_first=True).magnitude() < 0.01

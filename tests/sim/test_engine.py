@@ -223,7 +223,8 @@ class TestLoop:
         assert fine < 2e-6
         assert 14 < coarse / fine < 18
 
-    def test_end_at_a_depth_falls_on_a_row_of_the_log(self) -> None:
+    @pytest.mark.parametrize("depth_m", [2.0, 3.0, 4.0])
+    def test_end_at_a_depth_falls_on_a_row_of_the_log(self, depth_m: float) -> None:
         model = AUV.model()
         data = mujoco.MjData(model)
         data.ctrl[8] = -100.0
@@ -232,11 +233,11 @@ class TestLoop:
         done = advance(
             *(hold, model._address, data._address, 0.02, buffers_of(model, data, model.body("auv").id), added),
             *(np.linalg.inv(mass_matrix(model) + added), np.zeros((2000, 18)), np.zeros((2000, 3)), np.zeros(1)),
-            *(np.zeros(1), np.array([-3.0, -1.0]), 5, log),
+            *(np.zeros(1), np.array([-depth_m, -1.0]), 5, log),
         )
         assert 0 < done < 2000
         assert done % 5 == 0
-        assert log[done // 5 - 1, 2] > -3.0 > data.qpos[2]
+        assert log[done // 5 - 1, 2] > -depth_m > data.qpos[2]
 
     def test_accelerations_in_the_log_are_those_of_the_velocity(self) -> None:
         model = AUV.model()

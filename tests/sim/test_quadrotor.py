@@ -123,7 +123,7 @@ class TestPlant:
                 assert data.ctrl @ ROTORS[:, 1] == pytest.approx(demand[1])
                 assert -data.ctrl @ ROTORS[:, 0] == pytest.approx(demand[2])
 
-    def test_the_controller_knows_the_drag(self) -> None:
+    def test_the_controller_knows_the_plant(self) -> None:
         vehicle, model, _ = plant()
         gains = vehicle.gains(model, TypeAdapter(Phase).validate_python(HOVER))
         np.testing.assert_allclose(gains, [1.5, 9.81, 0.014, 0.017, 0.027, 0.17, 0.016, 9.0, DRAG_N_S2_M2], rtol=1e-12)

@@ -59,11 +59,12 @@ def example_outcome(
         time_s=time_s, mag_nT=mag_nT, att_q=q, pos_enu_m=pos_m, temperature_degC=temperature, current_A=current_A,
         phase=phase, array_mag_nT=several,
     )  # fmt: skip
-    parameters = {
+    tables = {
         "hard_iron": {"field_nT": OFFSET_NT.tolist()}, "soft_iron": {"matrix": SOFT_IRON.tolist()},
         "eddy_current": {"matrix_s": EDDY_S.tolist()}, "motor_current": {"gain_nT_A": [[3.0, 2.0, 1.0]] * 4},
         "white_noise": {"std_nT": 10.0},
     }  # fmt: skip
+    parameters = {"field_enu_nT": FIELD_ENU_NT.tolist(), "effects": [tables] * sensors, "navigation": {"gyro_s": 1e-3}}
     truth = Truth(field_nT=field_nT, q=q, pos_enu_m=pos_m, effects=effects, parameters=parameters)
     calibrations = _calibrations(rng)
     corrected = {

@@ -63,7 +63,7 @@ def _expected(outcome: Outcome) -> dict[str, Array]:
         "current": recording.current_A,
         **{f"effects/{name}": value for name, value in outcome.effects.items()},
         **{f"corrected/{name}": value for name, value in outcome.corrected.items()},
-        **{f"residual/{name}": value - truth.field_nT for name, value in outcome.corrected.items()},
+        **{f"residual/{name}": outcome.residual_nT(name) for name in outcome.corrected},
         "norm/raw": np.linalg.norm(recording.mag_nT, axis=1),
         "norm/truth": np.linalg.norm(truth.field_nT, axis=1),
     }

@@ -68,7 +68,8 @@ def test_every_picture_is_there_and_is_an_image(page: str) -> None:
 
 def test_tells_everything(outcome: Outcome, page: str) -> None:
     text = html.unescape(re.sub(r"<style.*?</style>|data:image/[^\"]*", "", page, flags=re.DOTALL))
-    for name in (*outcome.calibrations, *outcome.truth.parameters, outcome.scenario.name, "Seed"):
+    names = ("Seed", "gyro_s", "gain_nT_A", outcome.scenario.name)
+    for name in (*names, *outcome.calibrations, *outcome.truth.parameters["effects"][0]):
         assert name in text
     for effect in outcome.effects:
         assert effect.replace("_", " ") in text
@@ -159,6 +160,31 @@ def test_same_outcome_gives_the_same_words(outcome: Outcome, tmp_path: Path) -> 
     for name in ("one", "two"):
         write_report(outcome, tmp_path / name)
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+
+
+def test_a_vehicle_that_stays_has_no_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("validation.report.SECTIONS", [s for s in SECTIONS if s.key in ("path", "sizes")])
+    for vehicle, there in (("turntable", False), ("auv", True)):
+        write_report(example.example_outcome(200, vehicle=vehicle), tmp_path / "r.html")
+        assert ('id="path"' in (tmp_path / "r.html").read_text(encoding="utf-8")) is there
+
+
+def test_pictures_show_sensor_1_of_an_array() -> None:
+    array = example.example_outcome(200, sensors=2)
+    keys = {f"sphere@{k}": array.calibrations["sphere"] for k in (2, 1, 11)}
+    corrected = dict.fromkeys(keys, array.corrected["sphere"])
+    assert dataclasses.replace(array, calibrations=keys, corrected=corrected).shown() == ["sphere@1"]
+
+
+def test_residual_leaves_out_only_an_unobservable_rotation(outcome: Outcome) -> None:
+    truth = outcome.truth.field_nT
+    turn = example._matrices(np.array([[np.cos(0.05), 0.03, np.sin(0.05), 0.0]]) / np.hypot(1, 0.03))[0]
+    turned = dataclasses.replace(outcome, corrected={"sphere": truth @ turn.T, "kalman": 1.01 * truth @ turn.T})
+    turned.corrected["sphere"][:5] = np.nan
+    assert np.nanmax(np.abs(turned.residual_nT("sphere"))) < 1e-6
+    assert rms(turned.residual_nT("kalman")) == pytest.approx(0.01 * outcome.field_strength_nT, rel=1e-6)
+    fixed = {n: [dataclasses.replace(s, rotation_removed=False) for s in v] for n, v in outcome.scores.items()}
+    assert rms(dataclasses.replace(turned, scores=fixed).residual_nT("sphere")) > 100
 
 
 def test_envelope_keeps_spikes_order_and_gaps() -> None:

@@ -58,10 +58,14 @@ def test_static_effects_depend_on_one_instant_alone():
 
 def test_static_truth_of_a_linear_chain_is_exact():
     tables = TABLES | {
-        "misalignment": {"angles_deg": [2.0, -1.0, 3.0]}, "scale": {"error": [0.01, -0.02, 0.03]},
-        "sensor_offset": {"offset_nT": [5.0, 6.0, 7.0]}, "motor_current": {"gain_nT_A": [1.0, 2.0, 3.0]},
-        "temperature_offset": {"slope_nT_K": [1.0, 0.0, 2.0], "reference_degC": 20.0}, "white_noise": {"std_nT": 50.0},
-        "hard_iron_drift": {"rate_nT_h": [36.0, 0.0, 0.0]}, "quantisation": {"step_nT": 100.0},
+        "misalignment": {"angles_deg": [2.0, -1.0, 3.0]},
+        "scale": {"error": [0.01, -0.02, 0.03]},
+        "sensor_offset": {"offset_nT": [5.0, 6.0, 7.0]},
+        "motor_current": {"gain_nT_A": [1.0, 2.0, 3.0]},
+        "temperature_offset": {"slope_nT_K": [1.0, 0.0, 2.0], "reference_degC": 20.0},
+        "white_noise": {"std_nT": 50.0},
+        "hard_iron_drift": {"rate_nT_h": [36.0, 0.0, 0.0]},
+        "quantisation": {"step_nT": 100.0},
     }
     matrix, offset_nT = static_truth(build(tables, None, ""), AROUND)
     turn = Rotation.from_euler("ZYX", [3.0, -1.0, 2.0], degrees=True).as_matrix()
@@ -73,8 +77,17 @@ def test_static_truth_of_a_linear_chain_is_exact():
 
 def test_truth_scores_zero(truth, recording):
     got = values(exact(), recording, truth)
-    for name in ("offset_error", "matrix_error", "holdout_sphere_norm_rms", "holdout_sphere_component_rms",
-                 "holdout_level_norm_rms", "holdout_level_component_rms", "heading_rms", "anomaly_rms", "failure"):
+    for name in (
+        "offset_error",
+        "matrix_error",
+        "holdout_sphere_norm_rms",
+        "holdout_sphere_component_rms",
+        "holdout_level_norm_rms",
+        "holdout_level_component_rms",
+        "heading_rms",
+        "anomaly_rms",
+        "failure",
+    ):
         assert got[name] == pytest.approx(0.0, abs=1e-6), name
     # the norm sees one direction of the noise only: 5 nT, slightly changed by the matrix
     assert got["in_sample_norm_rms"] == pytest.approx(5.0, rel=0.15)

@@ -39,7 +39,7 @@ def draw_effects(outcome: Outcome) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 1.45 * rows + 0.5), layout="constrained")
     axes = figure.subplots(rows, 2, sharex=True, squeeze=False)
     for axis, (name, value) in zip(axes.flat, effects.items(), strict=False):
-        lines(axis, outcome, value, XYZ, alpha=0.85)
+        lines(axis, outcome, value, XYZ, alpha=0.7)
         axis.set_title(f"{name}    rms {digits(rms(value))} nT")
         axis.set_ylabel("nT")
         phase_bands([axis], outcome, labelled=False)

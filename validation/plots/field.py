@@ -97,10 +97,12 @@ def draw_residuals(outcome: Outcome) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 1.35 * max(1, len(names)) + 0.5), layout="constrained")
     axes = np.atleast_1d(figure.subplots(max(1, len(names)), 1, sharex=True))
     for axis, name in zip(axes, names, strict=False):
-        residual_nT = outcome.corrected[name] - outcome.truth.field_nT
-        lines(axis, outcome, residual_nT, XYZ, alpha=0.85)
+        residual_nT = outcome.residual_nT(name)
+        mark = "†" if outcome.rotation_removed(name) else ""
+        lines(axis, outcome, residual_nT, XYZ, alpha=0.7)
         each = ",  ".join(f"{c} {digits(rms(residual_nT[:, k]))}" for k, c in enumerate("xyz"))
-        axis.set_title(f"{name}    rms {digits(rms(residual_nT))} nT   ({each})", pad=15 if axis is axes[0] else 4)
+        title = f"{name}{mark}    rms {digits(rms(residual_nT))} nT   ({each})"
+        axis.set_title(title, pad=15 if axis is axes[0] else 4)
         axis.axhline(0, color=INK, linewidth=0.6)
         keep_readable(axis, residual_nT)
         axis.set_ylabel("nT")

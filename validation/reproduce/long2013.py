@@ -38,11 +38,26 @@ class Long2013(Reproduction):
             progress(len(results), len(tasks))
         by_noise = {noise: [results[Task(seed, noise)] for seed in range(self.seeds)] for noise in NOISES_NT}
         trials = by_noise[NOISE_NT]
-        rows = (_strength(trials), _roll(trials), _pitch(trials), _raw(trials, 0), _raw(trials, 1),
-                _borne(by_noise), _alignment(trials), _newton(trials), _two_step(by_noise), _roll_alone(trials))
-        return Findings(rows, {
-            "strength": lambda: _strength_figure(trials[0]), "attitude": lambda: _attitude_figure(trials[0]),
-            "noise": lambda: _noise_figure(by_noise)})
+        rows = (
+            _strength(trials),
+            _roll(trials),
+            _pitch(trials),
+            _raw(trials, 0),
+            _raw(trials, 1),
+            _borne(by_noise),
+            _alignment(trials),
+            _newton(trials),
+            _two_step(by_noise),
+            _roll_alone(trials),
+        )
+        return Findings(
+            rows,
+            {
+                "strength": lambda: _strength_figure(trials[0]),
+                "attitude": lambda: _attitude_figure(trials[0]),
+                "noise": lambda: _noise_figure(by_noise),
+            },
+        )
 
 
 def _worst(trials: list[Trial], errors: str, axis: int) -> Array:
@@ -63,33 +78,48 @@ def _strength(trials: list[Trial]) -> Row:
     share = np.array([trial.worst_share for trial in trials])
     low, high = (np.mean([f(t.before_nT) for t in trials]) / STRENGTH_NT for f in (np.min, np.max))
     return Row(
-        f"largest deviation of the corrected field strength, four turns (noise {NOISE_NT:g} nT)", "within 2 %",
-        _text(100 * share, "%"), _judge(share, LIMIT_SHARE),
+        f"largest deviation of the corrected field strength, four turns (noise {NOISE_NT:g} nT)",
+        "within 2 %",
+        _text(100 * share, "%"),
+        _judge(share, LIMIT_SHARE),
         f"raw {low:.2f} to {high:.2f} of the field; {sum(t.status == 'ok' for t in trials)} of {len(trials)} fits are "
         f"ok. The noise is not printed, {NOISE_NT:g} nT is our choice: see what noise the figures bear. "
-        "Hard iron and offset are printed in nG, 0.07 to 0.09 nT, which would be nothing: read as nT")
+        "Hard iron and offset are printed in nG, 0.07 to 0.09 nT, which would be nothing: read as nT",
+    )
 
 
 def _roll(trials: list[Trial]) -> Row:
     worst = _worst(trials, "corrected_deg", 0)
-    return Row(f"largest roll error after, yaw 90, pitch -33.1 degrees (noise {NOISE_NT:g} nT)", "1 degree",
-               _text(worst, "degrees"), _judge(worst, LIMIT_ROLL_DEG),
-               "known field and yaw, pitch from the x component, roll from the other two, each sample alone")
+    return Row(
+        f"largest roll error after, yaw 90, pitch -33.1 degrees (noise {NOISE_NT:g} nT)",
+        "1 degree",
+        _text(worst, "degrees"),
+        _judge(worst, LIMIT_ROLL_DEG),
+        "known field and yaw, pitch from the x component, roll from the other two, each sample alone",
+    )
 
 
 def _pitch(trials: list[Trial]) -> Row:
     worst = _worst(trials, "corrected_deg", 1)
-    return Row(f"largest pitch error after, the same (noise {NOISE_NT:g} nT)", "2.2 degrees",
-               _text(worst, "degrees"), _judge(worst, LIMIT_PITCH_DEG),
-               "the paper's is a measured turntable with errors of its own, which are not printed")
+    return Row(
+        f"largest pitch error after, the same (noise {NOISE_NT:g} nT)",
+        "2.2 degrees",
+        _text(worst, "degrees"),
+        _judge(worst, LIMIT_PITCH_DEG),
+        "the paper's is a measured turntable with errors of its own, which are not printed",
+    )
 
 
 def _raw(trials: list[Trial], axis: int) -> Row:
     name, paper = (("roll", RAW_ROLL_DEG), ("pitch", RAW_PITCH_DEG))[axis]
     worst = _worst(trials, "raw_deg", axis)
     return Row(
-        f"largest {name} error before, the same", f"{paper:g} degrees", _text(worst, "degrees", 1), "not comparable",
-        "ours with the errors of the paper's simulation; those of its turntable test are not printed")
+        f"largest {name} error before, the same",
+        f"{paper:g} degrees",
+        _text(worst, "degrees", 1),
+        "not comparable",
+        "ours with the errors of the paper's simulation; those of its turntable test are not printed",
+    )
 
 
 def _borne(by_noise: dict[float, list[Trial]]) -> Row:
@@ -99,10 +129,13 @@ def _borne(by_noise: dict[float, list[Trial]]) -> Row:
         good = [noise for noise, trials in by_noise.items() if np.median(_figures(trials)[k]) <= limit]
         borne.append(max(good, default=0.0))
     return Row(
-        "largest noise at which the median seed keeps the printed figures", "not printed",
-        f"2 %: {borne[0]:g} nT; roll 1 degree: {borne[1]:g} nT; pitch 2.2 degrees: {borne[2]:g} nT", "not comparable",
+        "largest noise at which the median seed keeps the printed figures",
+        "not printed",
+        f"2 %: {borne[0]:g} nT; roll 1 degree: {borne[1]:g} nT; pitch 2.2 degrees: {borne[2]:g} nT",
+        "not comparable",
         f"of {', '.join(f'{noise:g}' for noise in by_noise)} nT. All three grow in proportion to the noise; with a "
-        "perfect model they measure the noise, so the printed ones speak of noise and turntable, not of the method")
+        "perfect model they measure the noise, so the printed ones speak of noise and turntable, not of the method",
+    )
 
 
 def _figures(trials: list[Trial]) -> tuple[Array, Array, Array]:
@@ -114,33 +147,47 @@ def _alignment(trials: list[Trial]) -> Row:
     roll, pitch = _worst(trials, "unaligned_deg", 0), _worst(trials, "unaligned_deg", 1)
     aligned = np.median(_worst(trials, "corrected_deg", 0))
     needed: Verdict = "holds" if np.median(roll) > 2 * aligned else "does not hold"
-    return Row("V_L is needed: roll and pitch error with eq. 11 made symmetric, without eq. 12's alignment",
-               "claimed, no figure", f"roll {_text(roll, 'degrees')}, pitch {_text(pitch, 'degrees')}", needed,
-               "C_k C_n C_s is not symmetric; its rotation is not in the field's strength. The alignment needs the "
-               "attitude of the calibration turns, so the whole method is not attitude-free")
+    return Row(
+        "V_L is needed: roll and pitch error with eq. 11 made symmetric, without eq. 12's alignment",
+        "claimed, no figure",
+        f"roll {_text(roll, 'degrees')}, pitch {_text(pitch, 'degrees')}",
+        needed,
+        "C_k C_n C_s is not symmetric; its rotation is not in the field's strength. The alignment needs the "
+        "attitude of the calibration turns, so the whole method is not attitude-free",
+    )
 
 
 def _newton(trials: list[Trial]) -> Row:
     steps = np.array([trial.iterations for trial in trials])
     verdict: Verdict = "holds" if steps.max() <= 10 else "does not hold"
-    return Row("Newton's method converges from the two-step solution", "claimed, no figure",
-               f"{np.median(steps):.0f} gradients (most: {steps.max()})", verdict,
-               "the cost of eq. 10 has its infimum, 0, at T = 0, b = infinity, which the paper does not mention; "
-               "Newton from elsewhere can run there, so the start is part of the method")
+    return Row(
+        "Newton's method converges from the two-step solution",
+        "claimed, no figure",
+        f"{np.median(steps):.0f} gradients (most: {steps.max()})",
+        verdict,
+        "the cost of eq. 10 has its infimum, 0, at T = 0, b = infinity, which the paper does not mention; "
+        "Newton from elsewhere can run there, so the start is part of the method",
+    )
 
 
 def _two_step(by_noise: dict[float, list[Trial]]) -> Row:
-    ratios = {noise: _rms([t.offset_error_nT for t in trials]) / _rms([t.twostep_error_nT for t in trials])
-              for noise, trials in by_noise.items()}
+    ratios = {
+        noise: _rms([t.offset_error_nT for t in trials]) / _rms([t.twostep_error_nT for t in trials])
+        for noise, trials in by_noise.items()
+    }
     trials = by_noise[NOISE_NT]
     ours, start = _rms([t.offset_error_nT for t in trials]), _rms([t.twostep_error_nT for t in trials])
     low, high = min(ratios.values()), max(ratios.values())
     verdict: Verdict = "holds" if high < 1.0 else "does not hold"
-    return Row("more accurate than two-step alone (rms hard-iron error, Newton over two-step)", "claimed, no figure",
-               f"{ours:.1f} over {start:.1f} nT at {NOISE_NT:g} nT; ratio {low:.3f} to {high:.3f} over the noises",
-               verdict, "eq. 10 counts all directions alike, though the noise of |T (m - b)| goes with the gain of S, "
-               "which runs from 1.0 to 2.4 here; the bench's two-step weights by it and is iterated, "
-               "the paper's is not said to be")
+    return Row(
+        "more accurate than two-step alone (rms hard-iron error, Newton over two-step)",
+        "claimed, no figure",
+        f"{ours:.1f} over {start:.1f} nT at {NOISE_NT:g} nT; ratio {low:.3f} to {high:.3f} over the noises",
+        verdict,
+        "eq. 10 counts all directions alike, though the noise of |T (m - b)| goes with the gain of S, "
+        "which runs from 1.0 to 2.4 here; the bench's two-step weights by it and is iterated, "
+        "the paper's is not said to be",
+    )
 
 
 def _rms(values: list[float]) -> float:
@@ -149,9 +196,13 @@ def _rms(values: list[float]) -> float:
 
 def _roll_alone(trials: list[Trial]) -> Row:
     told = sum(trial.roll_alone == "unobservable" for trial in trials)
-    return Row("calibrating from the turntable's roll alone", "not said from which motion the test was calibrated",
-               f"reported unobservable in {told} of {len(trials)}", "not comparable",
-               "measurements of a turn about one axis lie in a plane: nine parameters need more motion than that")
+    return Row(
+        "calibrating from the turntable's roll alone",
+        "not said from which motion the test was calibrated",
+        f"reported unobservable in {told} of {len(trials)}",
+        "not comparable",
+        "measurements of a turn about one axis lie in a plane: nine parameters need more motion than that",
+    )
 
 
 def _strength_figure(trial: Trial) -> Figure:
@@ -194,14 +245,22 @@ def _noise_figure(by_noise: dict[float, list[Trial]]) -> Figure:
     axis = figure.subplots()
     noises = np.array(list(by_noise))
     figures = [_figures(trials) for trials in by_noise.values()]
-    parts = zip(("strength / 2 %", "roll / 1 degree", "pitch / 2.2 degrees"),
-                (LIMIT_SHARE, LIMIT_ROLL_DEG, LIMIT_PITCH_DEG), strict=True)
+    parts = zip(
+        ("strength / 2 %", "roll / 1 degree", "pitch / 2.2 degrees"),
+        (LIMIT_SHARE, LIMIT_ROLL_DEG, LIMIT_PITCH_DEG),
+        strict=True,
+    )
     for k, (label, limit) in enumerate(parts):
         values = np.array([f[k] for f in figures]) / limit
         axis.plot(noises, np.median(values, axis=1), marker="o", color=LINES[k], label=label)
         axis.fill_between(noises, *np.quantile(values, (0.05, 0.95), axis=1), color=LINES[k], alpha=0.2, linewidth=0)
     axis.axhline(1.0, color="0.3", linestyle=":")
-    axis.set(xlabel="noise of a component (nT)", ylabel="largest error / printed figure", xscale="log", yscale="log",
-             title="What the printed figures bear (median, 5 to 95 % of seeds)")
+    axis.set(
+        xlabel="noise of a component (nT)",
+        ylabel="largest error / printed figure",
+        xscale="log",
+        yscale="log",
+        title="What the printed figures bear (median, 5 to 95 % of seeds)",
+    )
     axis.legend()
     return figure

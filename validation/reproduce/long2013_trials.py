@@ -43,8 +43,16 @@ def effects(share: float = 1.0, noise_std_nT: float = 0.0) -> tuple[Effect, ...]
     soft = np.eye(3) + share * (np.array(SOFT_IRON) - np.eye(3))
     a, b, c = ((float(x), float(y), float(z)) for x, y, z in soft)
     alpha, beta, gamma = AXES_DEG
-    return long2013((a, b, c), _scaled(HARD_IRON_NT, share), share * alpha, 90 - share * (90 - beta),
-                    90 - share * (90 - gamma), _scaled(SCALE, share, 1.0), _scaled(OFFSET_NT, share), noise_std_nT)
+    return long2013(
+        (a, b, c),
+        _scaled(HARD_IRON_NT, share),
+        share * alpha,
+        90 - share * (90 - beta),
+        90 - share * (90 - gamma),
+        _scaled(SCALE, share, 1.0),
+        _scaled(OFFSET_NT, share),
+        noise_std_nT,
+    )
 
 
 def _scaled(values: Vec3, share: float, ideal: float = 0.0) -> Vec3:
@@ -56,8 +64,12 @@ def calibration_turns() -> Array:
     """Yaw, pitch, roll (1440, 3), degrees: a turn about each body axis from level north, then all three together."""
     turn = np.arange(360.0)
     none = np.zeros(360)
-    return np.concatenate([np.column_stack(angles) for angles in (
-        (none, none, turn), (none, turn, none), (turn, none, none), (turn, turn, turn))])
+    return np.concatenate(
+        [
+            np.column_stack(angles)
+            for angles in ((none, none, turn), (none, turn, none), (turn, none, none), (turn, turn, turn))
+        ]
+    )
 
 
 def rolling() -> Array:
@@ -72,8 +84,18 @@ def state_of(angles_deg: Array) -> State:
     turned = Rotation.from_euler("ZYX", angles_deg, degrees=True).as_matrix()
     R_wb = NED_TO_ENU @ turned @ FLIP
     field_enu_nT, none = NED_TO_ENU @ field_ned_nT(), np.zeros((n, 3))
-    return State(np.arange(n, dtype=float), 1.0, none, R_wb, none, field_enu_nT,
-                 np.einsum("nij,i->nj", R_wb, field_enu_nT), none, np.full(n, 20.0), np.zeros((n, 0)))
+    return State(
+        np.arange(n, dtype=float),
+        1.0,
+        none,
+        R_wb,
+        none,
+        field_enu_nT,
+        np.einsum("nij,i->nj", R_wb, field_enu_nT),
+        none,
+        np.full(n, 20.0),
+        np.zeros((n, 0)),
+    )
 
 
 def measured(state: State, chain: tuple[Effect, ...], run: int) -> Recording:
@@ -148,11 +170,17 @@ def run(task: Task) -> Trial:
     bare = MaximumLikelihoodNewton(align=False).fit(turns, reference)
     truth_nT = offset_nT(task.share)
     return Trial(
-        fit.status.kind, len(fit.history), np.linalg.norm(turns.mag_nT, axis=1), _strength(fit, turns),
-        attitude_errors_deg(test.mag_nT), attitude_errors_deg(fit.apply(test)), attitude_errors_deg(bare.apply(test)),
+        fit.status.kind,
+        len(fit.history),
+        np.linalg.norm(turns.mag_nT, axis=1),
+        _strength(fit, turns),
+        attitude_errors_deg(test.mag_nT),
+        attitude_errors_deg(fit.apply(test)),
+        attitude_errors_deg(bare.apply(test)),
         float(np.linalg.norm(fit.offset_nT - truth_nT)),
         float(np.linalg.norm(TwoStep().fit(turns, reference).offset_nT - truth_nT)),
-        MaximumLikelihoodNewton().fit(test, reference).status.kind)
+        MaximumLikelihoodNewton().fit(test, reference).status.kind,
+    )
 
 
 def offset_nT(share: float = 1.0) -> Array:

@@ -103,8 +103,18 @@ def spiral(excited: bool) -> State:
     currents = take(*(name for name in columns[0] if name.startswith("current_")))
     position = take("true_pos_east_m", "true_pos_north_m", "true_pos_up_m")
     still = np.zeros_like(field)  # none of these effects depends on the rates
-    return State(time_s, float(time_s[1] - time_s[0]), position, R_wb, still, ready.field_enu_nT, field, still,
-                 take("temperature_degC")[:, 0], currents)
+    return State(
+        time_s,
+        float(time_s[1] - time_s[0]),
+        position,
+        R_wb,
+        still,
+        ready.field_enu_nT,
+        field,
+        still,
+        take("temperature_degC")[:, 0],
+        currents,
+    )
 
 
 def effects(drift: float = 1.0) -> tuple[Effect, ...]:
@@ -132,8 +142,11 @@ def bounded(mag_nT: Array, strength: float, reach_nT: float) -> Problem:
         return problem
     middle, reach = -problem.middle_nT / strength, reach_nT / strength
     matrix = np.eye(3)[np.triu_indices(3)]
-    return replace(problem, lower=np.concatenate((matrix - 0.1, middle - reach)),
-                   upper=np.concatenate((matrix + 0.1, middle + reach)))
+    return replace(
+        problem,
+        lower=np.concatenate((matrix - 0.1, middle - reach)),
+        upper=np.concatenate((matrix + 0.1, middle + reach)),
+    )
 
 
 def true_offset_nT(chain: tuple[Effect, ...]) -> Array:

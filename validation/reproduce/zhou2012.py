@@ -61,8 +61,18 @@ def stops() -> State:
     R_wb[:, 1, 0], R_wb[:, 0, 1] = np.sin(yaw), -np.sin(yaw)
     R_wb[:, 2, 2] = 1.0
     still = np.zeros((STOPS, 3))
-    return State(np.arange(STOPS, dtype=float), 1.0, still, R_wb, still, field, np.einsum("nij,i->nj", R_wb, field),
-                 still, np.full(STOPS, 20.0), np.zeros((STOPS, 0)))
+    return State(
+        np.arange(STOPS, dtype=float),
+        1.0,
+        still,
+        R_wb,
+        still,
+        field,
+        np.einsum("nij,i->nj", R_wb, field),
+        still,
+        np.full(STOPS, 20.0),
+        np.zeros((STOPS, 0)),
+    )
 
 
 def recording(state: State, seed: int, offset_nT: float = 0.0) -> Recording:
@@ -78,9 +88,15 @@ def _run(task: _Task) -> Trial:
     fit = DeTurntable().fit(measured, _reference(state), stream(SEED, task.seed, "search"))
     found = np.array([fit.parameters[name] for name in NAMES])
     assert fit.covariance is not None
-    return Trial(found, np.sqrt(np.diag(fit.covariance)), np.array(fit.history), measured.mag_nT[:, 2],
-                 fit.apply(measured)[:, 2], {k: fit.parameters[k] for k in ("condition_number", "weakest_std")},
-                 fit.status.kind)
+    return Trial(
+        found,
+        np.sqrt(np.diag(fit.covariance)),
+        np.array(fit.history),
+        measured.mag_nT[:, 2],
+        fit.apply(measured)[:, 2],
+        {k: fit.parameters[k] for k in ("condition_number", "weakest_std")},
+        fit.status.kind,
+    )
 
 
 def _reference(state: State) -> Reference:
@@ -121,11 +137,21 @@ class Zhou2012(Reproduction):
         trials = [results[task] for task in tasks]
         clean, shifted = trials[: self.seeds], trials[self.seeds :]
         state = stops()
-        rows = (*_values(clean, bound(state), state), _stable(clean), _flat(clean), _weakest(clean, state),
-                _offset(clean, shifted, state))
-        return Findings(rows, {
-            "objective": lambda: _objective_figure(clean), "parameters": lambda: _course_figure(state),
-            "z": lambda: _z_figure(clean[0])})
+        rows = (
+            *_values(clean, bound(state), state),
+            _stable(clean),
+            _flat(clean),
+            _weakest(clean, state),
+            _offset(clean, shifted, state),
+        )
+        return Findings(
+            rows,
+            {
+                "objective": lambda: _objective_figure(clean),
+                "parameters": lambda: _course_figure(state),
+                "z": lambda: _z_figure(clean[0]),
+            },
+        )
 
 
 def _values(trials: list[Trial], limit: Array, state: State) -> tuple[Row, ...]:
@@ -139,13 +165,24 @@ def _values(trials: list[Trial], limit: Array, state: State) -> tuple[Row, ...]:
     rows = []
     for k, name in enumerate(NAMES):
         verdict: Verdict = "holds" if error[k] <= slack * own[k] else "does not hold"
-        note = (f"rms error {error[k]:.2e} over {len(trials)} seeds: {error[k] / own[k]:.2f} of what the noise does to "
-                f"the minimum of this objective (Jacobian), {own[k]:.2e}; Cramer-Rao bound {limit[k]:.2e}")
+        note = (
+            f"rms error {error[k]:.2e} over {len(trials)} seeds: {error[k] / own[k]:.2f} of what the noise does to "
+            f"the minimum of this objective (Jacobian), {own[k]:.2e}; Cramer-Rao bound {limit[k]:.2e}"
+        )
         if own[k] > 1.1 * limit[k]:
-            note += (f". The objective gives away a factor {own[k] / limit[k]:.2f}: it weights z and the total as if "
-                     "their noises were independent, and they share the noise of z")
-        rows.append(Row(f"{name} found again ({where})", f"{PRINTED[k]:.6f}",
-                        f"{found[:, k].mean():.6f} ± {found[:, k].std():.1e}", verdict, note))
+            note += (
+                f". The objective gives away a factor {own[k] / limit[k]:.2f}: it weights z and the total as if "
+                "their noises were independent, and they share the noise of z"
+            )
+        rows.append(
+            Row(
+                f"{name} found again ({where})",
+                f"{PRINTED[k]:.6f}",
+                f"{found[:, k].mean():.6f} ± {found[:, k].std():.1e}",
+                verdict,
+                note,
+            )
+        )
     return tuple(rows)
 
 
@@ -156,19 +193,26 @@ def _stable(trials: list[Trial]) -> Row:
     within = np.array([int(np.argmax(o <= 1.01 * o[-1])) + 1 for o in objective])
     holds: Verdict = "holds" if np.quantile(share, 0.95) < 0.01 else "does not hold"
     return Row(
-        "objective against iterations (N 25, F_w 0.85, P_c 1, bounds ±0.2)", f"stable after about {STABLE_AT}",
-        f"at {STABLE_AT}: {np.median(share):.1e} of the start (95 %: {np.quantile(share, 0.95):.1e})", holds,
+        "objective against iterations (N 25, F_w 0.85, P_c 1, bounds ±0.2)",
+        f"stable after about {STABLE_AT}",
+        f"at {STABLE_AT}: {np.median(share):.1e} of the start (95 %: {np.quantile(share, 0.95):.1e})",
+        holds,
         f"flat on the paper's linear axis; the noise floor (within 1 % of the end) is reached at iteration "
-        f"{np.median(within):.0f} (5 to 95 %: {np.quantile(within, 0.05):.0f} to {np.quantile(within, 0.95):.0f})")
+        f"{np.median(within):.0f} (5 to 95 %: {np.quantile(within, 0.05):.0f} to {np.quantile(within, 0.95):.0f})",
+    )
 
 
 def _flat(trials: list[Trial]) -> Row:
     before, after = np.ptp([t.z_nT for t in trials], axis=1), np.ptp([t.flat_nT for t in trials], axis=1)
     # twelve normal deviates range over 3.26 standard deviations, on average
     verdict: Verdict = "holds" if np.median(after) < 4.0 * NOISE_NT else "does not hold"
-    return Row("z output over the turn, largest less smallest", "varies before, flat after (figure, no number)",
-               f"{np.median(before):.0f} nT before, {np.median(after):.1f} nT after (median)", verdict,
-               f"noise of {NOISE_NT:g} nT alone gives 3.3 nT")
+    return Row(
+        "z output over the turn, largest less smallest",
+        "varies before, flat after (figure, no number)",
+        f"{np.median(before):.0f} nT before, {np.median(after):.1f} nT after (median)",
+        verdict,
+        f"noise of {NOISE_NT:g} nT alone gives 3.3 nT",
+    )
 
 
 def _weakest(trials: list[Trial], state: State) -> Row:
@@ -177,24 +221,30 @@ def _weakest(trials: list[Trial], state: State) -> Row:
     condition = float(np.mean([t.weakest["condition_number"] for t in trials]))
     good = sum(t.status == "ok" for t in trials)
     return Row(
-        "what a turn about the vertical alone can tell", "not discussed",
-        f"all five; condition number {condition:.1f}; worst: b1, {worst:.1e} per {NOISE_NT:g} nT", "not comparable",
+        "what a turn about the vertical alone can tell",
+        "not discussed",
+        f"all five; condition number {condition:.1f}; worst: b1, {worst:.1e} per {NOISE_NT:g} nT",
+        "not comparable",
         "c1, c2 from the first harmonic of z (horizontal field H); a1 + c1 and b2 + c2 from the first harmonic of the "
         "total (H V / F); b1 from its second harmonic (H^2 / 2 F). At the magnetic equator (V = 0) a1 and b2 are lost, "
         f"at the pole (H = 0) all five. b1 is {limit[1] / limit[0]:.1f} times less certain than a1, so the printed b1, "
         f"{PRINTED[1]:g}, is {PRINTED[1] / limit[1]:.1f} standard deviations at {NOISE_NT:g} nT; {good} of "
-        f"{len(trials)} fits report ok")
+        f"{len(trials)} fits report ok",
+    )
 
 
 def _offset(clean: list[Trial], shifted: list[Trial], state: State) -> Row:
     moved = np.mean([t.found for t in shifted], axis=0) - np.mean([t.found for t in clean], axis=0)
     expected = OFFSET_NT / state.field_enu_nT[2]
     return Row(
-        f"a sensor offset of {OFFSET_NT:g} nT in x, which the model leaves out", "assumed absent",
-        f"a1 moves by {moved[0]:.1e}", "not comparable",
+        f"a sensor offset of {OFFSET_NT:g} nT in x, which the model leaves out",
+        "assumed absent",
+        f"a1 moves by {moved[0]:.1e}",
+        "not comparable",
         f"a1 moves by offset / V = {expected:.1e}, the others by at most {np.abs(moved[1:]).max():.0e}: from a turn "
         "about the vertical an offset in x cannot be told from a1, nor one in y from b2. The printed a1 could be the "
-        f"work of {abs(PRINTED[0] * state.field_enu_nT[2]):.0f} nT")
+        f"work of {abs(PRINTED[0] * state.field_enu_nT[2]):.0f} nT",
+    )
 
 
 def _objective_figure(trials: list[Trial]) -> Figure:
@@ -202,12 +252,17 @@ def _objective_figure(trials: list[Trial]) -> Figure:
     axis = figure.subplots()
     rms = np.array([t.history for t in trials])
     steps = np.arange(1, rms.shape[1] + 1)
-    axis.fill_between(steps, *np.quantile(rms, (0.05, 0.95), axis=0), alpha=0.25, linewidth=0,
-                      label="5 to 95 % of seeds")
+    axis.fill_between(
+        steps, *np.quantile(rms, (0.05, 0.95), axis=0), alpha=0.25, linewidth=0, label="5 to 95 % of seeds"
+    )
     axis.plot(steps, np.median(rms, axis=0), label="median")
     axis.axvline(STABLE_AT, color="0.5", linestyle=":", label="paper: stable")
-    axis.set(xlabel="iteration", ylabel="rms of the objective's terms (nT)", yscale="log",
-             title="Objective against iterations")
+    axis.set(
+        xlabel="iteration",
+        ylabel="rms of the objective's terms (nT)",
+        yscale="log",
+        title="Objective against iterations",
+    )
     axis.legend()
     return figure
 
@@ -218,8 +273,9 @@ def _course_figure(state: State) -> Figure:
     axis = figure.subplots()
     measured, reference = recording(state, 0), _reference(state)
     lengths = np.unique(np.geomspace(1, 500, 40).round().astype(int))
-    fits = [replace(DeTurntable(), iterations=int(n)).fit(measured, reference, stream(SEED, 0, "search"))
-            for n in lengths]
+    fits = [
+        replace(DeTurntable(), iterations=int(n)).fit(measured, reference, stream(SEED, 0, "search")) for n in lengths
+    ]
     for k, name in enumerate(NAMES):
         line = axis.plot(lengths, [fit.parameters[name] for fit in fits], label=name)[0]
         axis.axhline(PRINTED[k], color=line.get_color(), linestyle=":", linewidth=0.8)

@@ -28,8 +28,13 @@ from validation.reproduce.long2013_trials import (
 
 def printed_matrices():
     alpha, beta, gamma = np.radians(AXES_DEG)
-    C_n = np.array([[np.sqrt(1 - np.cos(beta) ** 2 - np.cos(gamma) ** 2), np.cos(beta), np.cos(gamma)],
-                    [0.0, np.cos(alpha), np.sin(alpha)], [0.0, 0.0, 1.0]])
+    C_n = np.array(
+        [
+            [np.sqrt(1 - np.cos(beta) ** 2 - np.cos(gamma) ** 2), np.cos(beta), np.cos(gamma)],
+            [0.0, np.cos(alpha), np.sin(alpha)],
+            [0.0, 0.0, 1.0],
+        ]
+    )
     return np.diag(SCALE) @ C_n, np.array(SOFT_IRON)
 
 
@@ -49,13 +54,15 @@ def test_share_zero_is_a_perfect_sensor():
 def test_motion_is_three_turns_and_one_of_all():
     angles_deg = calibration_turns()
     assert angles_deg.shape == (1440, 3)
-    assert [np.count_nonzero(np.ptp(angles_deg[k:k + 360], axis=0)) for k in range(0, 1440, 360)] == [1, 1, 1, 3]
+    assert [np.count_nonzero(np.ptp(angles_deg[k : k + 360], axis=0)) for k in range(0, 1440, 360)] == [1, 1, 1, 3]
     field_nT = state_of(angles_deg).field_nT
     np.testing.assert_allclose(np.linalg.norm(field_nT, axis=1), STRENGTH_NT)
     # nose north and level: 0.71 of the field level, 0.70 of it down, declination to the west, hence to the left
     level = STRENGTH_NT * np.cos(np.radians(44.57))
-    np.testing.assert_allclose(field_nT[0], [level * np.cos(np.radians(4.57)), level * np.sin(np.radians(4.57)),
-                                             -STRENGTH_NT * np.sin(np.radians(44.57))])
+    np.testing.assert_allclose(
+        field_nT[0],
+        [level * np.cos(np.radians(4.57)), level * np.sin(np.radians(4.57)), -STRENGTH_NT * np.sin(np.radians(44.57))],
+    )
 
 
 @pytest.mark.parametrize(("yaw", "pitch"), [(90.0, -33.1), (90.0, 20.0), (200.0, 5.0)])

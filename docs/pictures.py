@@ -1,0 +1,188 @@
+"""Makes the pictures of README and docs, and the tables that come from the code, from the program itself: `make docs`.
+
+Report figures are drawn by the report's own functions; the viewer's pictures are screenshots of rerun on a recording.
+Where the viewer cannot start, one line says so and its pictures stay as they are.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import rerun_cli
+import tables
+from PIL import Image
+from rerun.experimental import ViewerClient
+
+from sim.dataset import read_run
+from sim.scenario import load_checked
+from validation.outcome import Outcome
+from validation.pipeline import run_scenario
+from validation.plots.effects import draw_effect_sizes, draw_effects
+from validation.plots.field import draw_norm, draw_residuals, draw_sphere
+from validation.plots.motion import draw_path, draw_vehicle
+from validation.plots.style import STYLE, Draw
+
+PICTURES = Path(__file__).parent / "pictures"
+WIDTH_PX, COLOURS, MOST_BYTES = 1400, 256, 200_000
+PORT, MOST_WAIT_S, BAR_PX = 9897, 120.0, 36
+EYE = np.array([-0.45, -0.6, 0.55])
+"""From the middle of the path to the eye, in lengths of the path's diagonal."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a scenario's report."""
+
+    file: str
+    scenario: str
+    draw: Draw
+
+
+@dataclass(frozen=True)
+class View:
+    """The viewer on a scenario's recording at a moment; `phases`: what the path's eye sees, none for the whole."""
+
+    file: str
+    scenario: str
+    time_s: float
+    phases: tuple[str, ...] = ()
+
+
+FIGURES = (
+    Figure("path-spiral.png", "auv-spiral-excited", draw_path),
+    Figure("path-comb.png", "quad-comb", draw_path),
+    Figure("sphere.png", "tumble", draw_sphere),
+    Figure("residuals.png", "auv-dive", draw_residuals),
+    Figure("strength.png", "quad-comb", draw_norm),
+    Figure("sizes.png", "quad-comb", draw_effect_sizes),
+    Figure("effects.png", "auv-dive", draw_effects),
+    Figure("vehicle.png", "quad-calibration", draw_vehicle),
+)
+VIEWS = (
+    View("viewer-auv-dive.png", "auv-dive", 9_500.0, ("spiral", "comb")),
+    View("viewer-quad-comb.png", "quad-comb", 170.0),
+)
+
+
+def main() -> None:
+    """Every run once, its figures, its views, then the tables."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name in dict.fromkeys(picture.scenario for picture in (*FIGURES, *VIEWS)):
+            place = Path(folder) / name
+            outcome = run_scenario(load_checked(name), place)
+            for figure in FIGURES:
+                if figure.scenario == name:
+                    save(figure.file, draw(figure.draw, outcome))
+        look(Path(folder), VIEWS)
+    tables.write_all()
+
+
+def draw(function: Draw, outcome: Outcome) -> bytes:
+    """A report's figure as PNG."""
+    file = io.BytesIO()
+    with matplotlib.rc_context(STYLE):
+        function(outcome).savefig(file, format="png", dpi=WIDTH_PX / 11.0)
+    return file.getvalue()
+
+
+def save(name: str, png: bytes) -> None:
+    """Write a PNG no wider than WIDTH_PX, in as many colours as MOST_BYTES allows."""
+    image = Image.open(io.BytesIO(png)).convert("RGB")
+    if image.width > WIDTH_PX:
+        image = image.resize((WIDTH_PX, round(image.height * WIDTH_PX / image.width)), Image.Resampling.LANCZOS)
+    colours = COLOURS
+    while True:
+        file = io.BytesIO()
+        image.quantize(colours, Image.Quantize.MAXCOVERAGE, kmeans=8, dither=Image.Dither.NONE).save(
+            file, format="png", optimize=True
+        )
+        if file.tell() <= MOST_BYTES or colours <= 16:
+            break
+        colours //= 2
+    (PICTURES / name).write_bytes(file.getvalue())
+    print(f"{name}: {file.tell() // 1000} kB")
+
+
+def look(folder: Path, views: Iterable[View]) -> None:
+    """Screenshots of the viewer, without a display."""
+    program = Path(next(iter(rerun_cli.__path__))) / "rerun"
+    try:
+        with (
+            silent(),
+            ViewerClient.spawn(
+                headless=True, port=PORT, executable_path=str(program), hide_welcome_screen=True
+            ) as viewer,
+        ):
+            for view in views:
+                viewer.open(str(folder / view.scenario / "recording.rrd"))
+                settled(viewer)
+                viewer.set_time("time", duration=view.time_s)
+                if view.phases:
+                    aim(viewer, folder / view.scenario, view)
+                save(view.file, cropped(settled(viewer)))
+                viewer.close("all")
+    except (RuntimeError, OSError, ConnectionError) as error:
+        reason = str(error).strip().splitlines()[0]
+        do = "it needs a Vulkan driver: apt-get install mesa-vulkan-drivers"
+        print(f"pictures of the viewer are not made: the rerun viewer does not start ({reason}); {do}", file=sys.stderr)
+
+
+@contextlib.contextmanager
+def silent() -> Iterator[None]:
+    """Without the viewer's own log, which it writes to this process's standard error."""
+    kept = os.dup(2)
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+
+
+def settled(viewer: ViewerClient) -> bytes:
+    """A screenshot once two in a row are the same."""
+    last, end = b"", time.monotonic() + MOST_WAIT_S
+    while time.monotonic() < end:
+        time.sleep(2.0)
+        now = viewer.take_screenshot()
+        if now == last:
+            return now
+        last = now
+    raise RuntimeError("the picture does not come to rest")
+
+
+def cropped(png: bytes) -> bytes:
+    """The screenshot without the window's own bar."""
+    image, file = Image.open(io.BytesIO(png)), io.BytesIO()
+    image.crop((0, BAR_PX, image.width, image.height)).save(file, format="png")
+    return file.getvalue()
+
+
+def aim(viewer: ViewerClient, place: Path, view: View) -> None:
+    """Turn the path's eye to some phases."""
+    recording, truth = read_run(place)
+    assert recording.phase is not None
+    pos_m = truth.pos_enu_m[np.isin(recording.phase, view.phases)]
+    low, high = pos_m.min(axis=0), pos_m.max(axis=0)
+    target = (low + high) / 2
+    layout: dict[str, Any] = viewer.get_blueprint().blueprint
+    path = next(key for key, value in layout.items() if value.get("ViewBlueprint", {}).get("display_name") == "Path")
+    position = target + EYE * float(np.linalg.norm(high - low))
+    layout[f"{path}/EyeControls3D"] = {"EyeControls3D": {"look_target": target.tolist(), "position": position.tolist()}}
+    viewer.set_blueprint(layout, of="recording")
+
+
+if __name__ == "__main__":
+    main()

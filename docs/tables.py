@@ -1,0 +1,237 @@
+"""The tables of docs that come from the code, written between marks in the pages: effects, keys, units, tracking.
+
+A page holds `<!-- table: NAME -->` and `<!-- end -->`; what stands between them is made here. `tests/test_readme.py`
+checks that the pages are what the code says, all but `tracking`, which is a measurement.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+import numpy as np
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from scipy.spatial.transform import Rotation
+
+from scenarios.load import load
+from scenarios.paths import PHASES
+from scenarios.spec import (
+    AuvSpec,
+    FieldSpec,
+    NavigationSpec,
+    QuadrotorSpec,
+    SamplingSpec,
+    Scenario,
+    SensorSpec,
+    ThermalSpec,
+)
+from sim.dataset.units import UNITS
+from sim.effects import EFFECTS
+from sim.effects.base import Effect
+from sim.effects.values import Parameter
+from sim.motion import Motion, drive
+from sim.streams import stream
+from validation.plots.motion import euler_deg
+
+DOCS = Path(__file__).parent
+MARKS = re.compile(r"(<!-- table: ([\w-]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+STAGES = ("field", "vehicle", "sensor", "electronics")
+TRACKED = (
+    *("auv-spiral", "auv-spiral-excited", "auv-comb"),
+    *("quad-spiral", "quad-comb", "quad-calibration"),
+    *("turntable-twelve-stops", "turntable-three-turns", "tumble"),
+)
+TYPES = {"float": "number", "int": "whole number", "str": "text", "date": "date", "bool": "true or false"}
+
+
+def fill(page: str, *, measured: bool = True) -> str:
+    """The text of a page with its tables made anew; measured=False leaves tables of measurements as they are."""
+
+    def made(found: re.Match[str]) -> str:
+        keep = found[2] in MEASURED and not measured
+        return found[1] + (found[3] if keep else TABLES[found[2]]()) + found[4]
+
+    return MARKS.sub(made, page)
+
+
+def write_all() -> None:
+    """Fill every page of docs."""
+    for page in sorted(DOCS.glob("*.md")):
+        page.write_text(fill(page.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+# effects
+
+
+def effects() -> str:
+    """Every effect by stage: what it adds, and its parameters."""
+    parts = [_stage(stage, [cls for cls in EFFECTS if cls.stage == stage]) for stage in STAGES]
+    return "\n".join(parts)
+
+
+def _stage(stage: str, classes: list[type[Effect]]) -> str:
+    rows = ((f"`{cls.name}`", _equations(cls), "<br>".join(map(_parameter, cls.parameters()))) for cls in classes)
+    return f"### {stage.capitalize()}\n\n" + _table(("effect", "what it adds", "parameters"), rows)
+
+
+def _equations(cls: type[Effect]) -> str:
+    """The first paragraph of the documentation, and the others that hold an equation."""
+    first, *others = re.split(r"\n\s*\n", cls.__doc__ or "")
+    text = " ".join([first, *(part for part in others if "``" in part)])
+    return " ".join(text.replace("``", "`").split())
+
+
+def _parameter(p: Parameter) -> str:
+    if p.options:
+        return f"`{p.name}`: {p.doc}"
+    return f"`{p.name}`: {p.doc}" + (f" [{p.unit}]" if p.unit else "")
+
+
+def static() -> str:
+    """The effects that a calibration of the instrument can take out, and that the hold-out keeps."""
+    return ", ".join(f"`{cls.name}`" for cls in EFFECTS if cls.static) + "\n"
+
+
+# measured logs
+
+
+def units() -> str:
+    """Units that `--map` understands."""
+    return _table(("columns", "units"), ((kind, ", ".join(f"`{u}`" for u in table)) for kind, table in UNITS.items()))
+
+
+# scenario files
+
+
+def keys(*models: type[BaseModel]) -> Callable[[], str]:
+    """Table of the keys of one or more tables of a scenario file."""
+    return lambda: _table(("key", "value", "default", "range", "meaning"), (row for m in models for row in _keys(m)))
+
+
+def phases() -> str:
+    """Every kind of phase with its keys."""
+    parts = []
+    for kind, model in PHASES.items():
+        who = ", ".join(model.vehicles)
+        head = f'**`kind = "{kind}"`** ({who}). {_summary(model)}'
+        parts.append(head + "\n\n" + _table(("key", "value", "default", "range", "meaning"), _keys(model)))
+    return "\n".join(parts)
+
+
+def _summary(model: type[BaseModel]) -> str:
+    return " ".join((model.__doc__ or "").split("\n\n")[0].split())
+
+
+def _keys(model: type[BaseModel]) -> Iterable[tuple[str, ...]]:
+    for name, info in model.model_fields.items():
+        if name not in ("kind", "name", "summary", "field", "vehicle", "phases"):
+            yield (f"`{info.alias or name}`", _kind(info.annotation), _default(info), _range(info), _meaning(info))
+
+
+def _kind(annotation: Any) -> str:
+    if get_origin(annotation) is Literal:
+        return ", ".join(f'"{word}"' for word in get_args(annotation))
+    parts = [part for part in get_args(annotation) if part is not type(None)]
+    if get_origin(annotation) is tuple:
+        return {"float": f"{len(parts)} numbers", "str": "list of names"}.get(parts[0].__name__, "array of tables")
+    if get_origin(annotation) is dict:
+        return "tables"
+    if parts:
+        return _kind(parts[0])
+    return TYPES.get(annotation.__name__, "table")
+
+
+def _default(info: FieldInfo) -> str:
+    if info.is_required():
+        return "required"
+    value = info.default
+    if value is None or not isinstance(value, int | float | str | tuple) or isinstance(value, BaseModel):
+        return "–"
+    if isinstance(value, tuple):
+        return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in value if isinstance(v, float | str))
+    return f"{value:.7g}" if isinstance(value, float) else str(value)
+
+
+def _range(info: FieldInfo) -> str:
+    signs = {"ge": "≥", "gt": ">", "le": "≤", "lt": "<"}
+    found = [
+        f"{sign} {getattr(rule, key):g}" for rule in info.metadata for key, sign in signs.items() if hasattr(rule, key)
+    ]
+    return ", ".join(found) or "–"
+
+
+def _meaning(info: FieldInfo) -> str:
+    return info.description or ""
+
+
+# tracking
+
+
+def tracking() -> str:
+    """How far each vehicle is from its reference, after the run-in of each phase (`settle_s`)."""
+    rows = (row for name in TRACKED for row in _tracked(load(name)))
+    return _table(("scenario", "phase", "position, rms", "largest", "attitude, rms", "pitch", "roll"), rows)
+
+
+def _tracked(scenario: Scenario) -> Iterable[tuple[str, ...]]:
+    parts: dict[int, list[Motion]] = {}
+    for motion in drive(scenario, stream(scenario.seed, 0, "flow")):
+        parts.setdefault(motion.phase, []).append(motion)
+    for index, motions in parts.items():
+        settled = np.concatenate([m.phase_time_s for m in motions]) > scenario.phases[index].settle_s
+        figures = np.concatenate([_errors(scenario.vehicle.kind, m) for m in motions])[settled]
+        yield (f"`{scenario.name}`", scenario.phases[index].kind, *_cells(scenario.vehicle.kind, figures))
+
+
+def _errors(vehicle: str, motion: Motion) -> Any:
+    """Rows (n, 4): distance from the reference in m, angle from it in degrees, pitch and roll in degrees."""
+    apart_m = np.linalg.norm(motion.reference[:, :3] - motion.kinematics.pos_enu_m, axis=1)
+    wanted = Rotation.from_euler("ZYX", motion.reference[:, 9:12])
+    apart_deg = np.degrees((wanted.inv() * Rotation.from_matrix(motion.R_wb)).magnitude())
+    yaw_deg, pitch_deg, roll_deg = euler_deg(motion.kinematics.q).T
+    if vehicle == "quadrotor":  # its tilt follows from its acceleration: only the heading is commanded
+        apart_deg = (yaw_deg - np.degrees(motion.reference[:, 9]) + 180.0) % 360.0 - 180.0
+    return np.column_stack([apart_m, apart_deg, pitch_deg, roll_deg])
+
+
+def _cells(vehicle: str, figures: Any) -> tuple[str, ...]:
+    rms = np.sqrt(np.mean(figures[:, :2] ** 2, axis=0))
+    still = vehicle == "turntable"
+    distance = ("–", "–") if still else (_length(rms[0]), _length(figures[:, 0].max()))
+    low, high = np.round(figures[:, 2:], 1).min(axis=0) + 0.0, np.round(figures[:, 2:], 1).max(axis=0) + 0.0
+    turns = (f"{a:.1f} to {b:.1f}°" for a, b in zip(low, high, strict=True))
+    return (*distance, "< 0.001°" if rms[1] < 1e-3 else f"{rms[1]:.2g}°", *turns)
+
+
+def _length(metres: float) -> str:
+    return f"{1e3 * metres:.2g} mm" if metres < 0.0995 else f"{metres:.2g} m"
+
+
+def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    lines = [heads, ("---",) * len(heads), *rows]
+    return "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |\n" for line in lines)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "effects": effects,
+    "static": static,
+    "units": units,
+    "phases": phases,
+    "field": keys(FieldSpec),
+    "auv": keys(AuvSpec),
+    "quadrotor": keys(QuadrotorSpec),
+    "sampling": keys(SamplingSpec),
+    "thermal": keys(ThermalSpec),
+    "navigation": keys(NavigationSpec),
+    "sensors": keys(SensorSpec),
+    "tracking": tracking,
+}
+"""Every table by the name that a page asks for."""
+MEASURED = ("tracking",)
+
+
+if __name__ == "__main__":
+    write_all()

@@ -1,0 +1,185 @@
+"""README and docs are true: commands and snippets run, links lead somewhere, tables are what the code says."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import io
+import re
+import shlex
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import magbench.viewer
+import sim.scenario
+from magbench.cli import main
+from scenarios.load import catalogue
+from scenarios.paths import PHASES
+from scenarios.spec import Scenario
+from sim.dataset import read_manifest
+from sim.effects import EFFECTS
+from tests.conftest import ROOT
+from tests.short import cuts
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+OTHERS = [ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "REFERENCES.md")]
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+NOT_OURS = ("polars", "duckdb")
+"""Packages that a snippet may use and the project does not install."""
+
+
+def blocks(page: Path) -> list[tuple[str, str]]:
+    return FENCE.findall(page.read_text(encoding="utf-8"))
+
+
+def shell_lines(page: Path) -> list[str]:
+    text = "\n".join(code for language, code in blocks(page) if language == "sh")
+    return [line for line in text.replace("\\\n", " ").splitlines() if line.strip()]
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A directory to work in, with the logs that the pages speak of; the catalogue's scenarios are cut short."""
+    monkeypatch.chdir(tmp_path)
+    load = sim.scenario.load_checked
+
+    def short(name: str, overrides: Sequence[str] = ()) -> Scenario:
+        return load(name, [*overrides, *(cuts(str(name)) if str(name) in catalogue() else ())])
+
+    monkeypatch.setattr(sim.scenario, "load_checked", short)
+    rng = np.random.default_rng(0)
+    field = rng.standard_normal((300, 3))
+    field *= 48.152 / np.linalg.norm(field, axis=1, keepdims=True)
+    time_ms = 100.0 * np.arange(300)[:, None]
+    mag = field * [1.1, 0.9, 1.0] + [3.0, -2.0, 5.0] + 0.01 * rng.standard_normal((300, 3))
+    write(tmp_path / "log.csv", "t,bx,by,bz,wheel", np.hstack([time_ms, mag, time_ms]))
+    write(tmp_path / "frd.csv", "t,mx,my,mz,gx,gy,gz", np.hstack([time_ms, 10 * mag, mag]))
+    return tmp_path
+
+
+def write(path: Path, header: str, rows: np.ndarray) -> None:
+    np.savetxt(path, rows, delimiter=",", header=header, comments="")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_and_snippets_run(page: Path, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[Path] = []
+    monkeypatch.setattr(magbench.viewer, "view", lambda file, **_: shown.append(file))
+    for language, code in blocks(page):
+        if language == "toml":
+            (place / code.split("\n")[0].removeprefix("# ")).write_text(code, encoding="utf-8")
+        elif language == "python":
+            run_snippet(code, page)
+        elif language == "sh":
+            for line in code.replace("\\\n", " ").splitlines():
+                run_line(line)
+    assert all(file.is_file() for file in shown)
+
+
+def run_line(line: str) -> None:
+    program, *arguments = shlex.split(line)
+    assert program in ("magbench", "make"), f"a command that this test cannot check: {line}"
+    if program == "make":
+        return
+    if arguments[0] == "simulate" and "--jobs" not in arguments:
+        arguments[1:1] = ["--jobs", "1"]  # a pool takes longer to start than these short runs
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told), contextlib.redirect_stderr(io.StringIO()) as complaints:
+        arguments, target = (arguments[:-2], arguments[-1]) if ">" in arguments else (arguments, None)
+        status = main(arguments)
+    assert status == 0, f"{line}\n{complaints.getvalue()}"
+    if target:
+        Path(target).write_text(told.getvalue(), encoding="utf-8")
+
+
+def run_snippet(code: str, page: Path) -> None:
+    compiled = compile(code, page.name, "exec")
+    if not any(f"import {name}" in code and importlib.util.find_spec(name) is None for name in NOT_OURS):
+        with contextlib.redirect_stdout(io.StringIO()):
+            exec(compiled, {"__name__": "snippet"})
+
+
+@pytest.mark.parametrize("page", [*PAGES, *OTHERS], ids=lambda page: page.name)
+def test_links_and_pictures_exist(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    targets = [t for t in re.findall(r"\]\(([^)\s]+)\)", text) if "://" not in t]
+    assert not [t for t in targets if not (page.parent / t.split("#")[0]).exists()]
+
+
+def test_every_picture_is_shown_and_small() -> None:
+    texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    for picture in (ROOT / "docs" / "pictures").iterdir():
+        assert f"pictures/{picture.name})" in texts, f"no page shows {picture.name}"
+        assert picture.stat().st_size <= 200_000
+
+
+def test_every_page_is_linked_from_the_readme() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert not [page.name for page in PAGES[1:] if f"(docs/{page.name})" not in text]
+
+
+def test_make_targets_exist() -> None:
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    for page in [*PAGES, *OTHERS]:
+        text = page.read_text(encoding="utf-8")
+        named = re.findall(r"`make ([a-z]+)", text) + re.findall(r"^make ([a-z]+)", text, re.MULTILINE)
+        assert set(named) <= targets, page.name
+
+
+def test_scenarios_effects_and_files_named_exist() -> None:
+    """`magbench run NAME` in the text, and paths of source files."""
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        named = re.findall(r"`magbench (?:run|simulate) ([\w-]+)", text)
+        assert set(named) <= set(catalogue()), page.name
+        files = re.findall(r"`((?:scenarios|sim|calib|validation|tests)/[\w/.]+\.(?:py|toml))`", text)
+        assert not [file for file in files if not (ROOT / file).exists()], page.name
+
+
+@pytest.fixture(scope="module")
+def tables() -> Iterator[ModuleType]:
+    """The module docs/tables.py."""
+    spec = importlib.util.spec_from_file_location("docs_tables", ROOT / "docs" / "tables.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules[spec.name]
+
+
+@pytest.mark.parametrize("page", PAGES[1:], ids=lambda page: page.name)
+def test_tables_are_what_the_code_says(page: Path, tables: ModuleType) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert tables.fill(text, measured=False) == text, "run `make docs`"
+
+
+def test_the_tables_leave_nothing_out() -> None:
+    docs = {page.stem: page.read_text(encoding="utf-8") for page in PAGES}
+    assert not [cls.name for cls in EFFECTS if f"| `{cls.name}` |" not in docs["effects"]]
+    assert not [p.name for cls in EFFECTS for p in cls.parameters() if f"`{p.name}`" not in docs["effects"]]
+    assert not [kind for kind in PHASES if f'kind = "{kind}"' not in docs["scenarios"]]
+    assert not [key for key in Scenario.model_fields if not re.search(rf"[`\[]{key}[`\].]", docs["scenarios"])]
+    assert not [name for name in catalogue() if f"`{name}`" not in docs["scenarios"]]
+    assert f"all {len(EFFECTS)} effects" in docs["README"]
+
+
+def test_scores_and_columns_are_named_as_they_are(place: Path) -> None:
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        assert main(["simulate", "auv-spiral", "-o", "out"]) == 0
+        spec = sim.scenario.load_checked("auv-spiral")
+    outcome = magbench.run_scenario(spec, place / "out")
+    scores = (ROOT / "docs" / "scores.md").read_text(encoding="utf-8")
+    told = set(re.findall(r"^\| `(\w+)` \|", scores, re.MULTILINE))
+    assert told == {score.name for found in outcome.scores.values() for score in found}
+    dataset = (ROOT / "docs" / "dataset.md").read_text(encoding="utf-8")
+    rows = [line.split("|")[1] for line in dataset.splitlines() if line.startswith("| `")]
+    names = {name for cell in rows for name in re.findall(r"`(\w+)`", cell)}
+    assert names <= {column.name for column in read_manifest(place / "out").columns}
+    assert {column.group for column in read_manifest(place / "out").columns} >= {"mag", "truth", "effect"}
