@@ -97,7 +97,7 @@ def test_a_short_arc_is_unobservable():
 
 def test_an_offset_passes_for_a1_and_b2():
     recording = turn()
-    shifted = replace(recording, mag_nT=recording.mag_nT + [10.0, -20.0, 0.0])
+    shifted = replace(recording, mag_nT=recording.mag_nT + np.array([10.0, -20.0, 0.0]))
     moved = five(DeTurntable().fit(shifted, REFERENCE)) - TRUTH
     assert moved[0] == pytest.approx(10.0 / UP_NT, rel=0.05)
     assert moved[2] == pytest.approx(-20.0 / UP_NT, rel=0.05)
