@@ -207,8 +207,8 @@ def _population_rows(results: Results, few: int) -> Iterable[Row]:
     tight = np.array([_first(run["history"]) for run in _found(results, TIGHT, few)])
     yield Row("NP = 50 without noise: iterations to an rms of 1e-4 nT", "about 2,000", _text(when),
               "holds" if np.median(when) <= FACTOR * 2000 else "does not hold",
-              f"{few} seeds; rms of our objective, offsets within +-5,200 nT; in a search space a quarter wider than the "
-              f"paper's errors {_text(tight)}; the printed formulas of F and CR are lost")
+              f"{few} seeds; rms of our objective, offsets within +-5,200 nT; in a search space a quarter wider than "
+              f"the paper's errors {_text(tight)}; the printed formulas of F and CR are lost")
 
 
 def _first(history: Array) -> float:
