@@ -23,7 +23,7 @@ def fit_all(recording: Recording, reference: Reference, names: Sequence[str], se
     Raises InputError for a name that is not registered.
     """
     methods = {name: calib.get(name) for name in names}
-    results = {}
+    results: dict[str, Calibration] = {}
     for name, method in methods.items():
         parts = sensors(recording, name)
         if method.whole_array:
