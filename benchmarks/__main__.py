@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import closed_loop, dataset
+from benchmarks import closed_loop, dataset, kalman, population
 
 if __name__ == "__main__":
-    rows = [*closed_loop.rows(), *dataset.rows()]
+    rows = [*closed_loop.rows(), *dataset.rows(), *population.rows(), *kalman.rows()]
     width = max(len(row.what) for row in rows)
     for row in rows:
         verdict = "holds" if row.holds else "MISSED"

@@ -180,29 +180,42 @@ def noise_sums(p: Array, x: Array) -> tuple[float, Array, Array]:
     r and q vary together, and r has a mean:  E[r q] = q(u, T u; no c) + q(P T T u, x) / |y|
     + (|T|^2 - |T u|^2) / (2 |y|) q(u, x),  q(a, x) = Y(x)^T a,  P = I - u u^T
     """
-    T = np.array([[p[0], p[1], p[2]], [p[1], p[3], p[4]], [p[2], p[4], p[5]]])
-    size = np.sum(T * T)
+    size = p[0] ** 2 + p[3] ** 2 + p[5] ** 2 + 2.0 * (p[1] ** 2 + p[2] ** 2 + p[4] ** 2)
     outer, expected = np.zeros((9, 9)), np.zeros(9)
     q, varied, turned = np.empty(9), np.empty(9), np.empty(9)
+    u, lean, across = np.empty(3), np.empty(3), np.empty(3)
     total = 0.0
     for k in range(len(x)):
-        y = np.dot(T, x[k]) - p[6:]
-        length = np.sqrt(np.dot(y, y))
-        u = y / length
-        lean = np.dot(T, u)
-        steep = np.dot(lean, lean)
-        turn = np.dot(T, lean)
+        _turned(p, x[k], u)
+        for i in range(3):
+            u[i] -= p[6 + i]
+        length = np.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
+        for i in range(3):
+            u[i] /= length
+        _turned(p, u, lean)
+        _turned(p, lean, across)
+        steep = lean[0] ** 2 + lean[1] ** 2 + lean[2] ** 2
+        along = u[0] * across[0] + u[1] * across[1] + u[2] * across[2]
+        for i in range(3):
+            across[i] = (across[i] - u[i] * along) / length
         _through(u, x[k], q)
         _through(u, lean, varied)
-        _through((turn - u * np.dot(u, turn)) / length, x[k], turned)
-        varied[6:] = 0.0
+        _through(across, x[k], turned)
         mean = (size - steep) / (2.0 * length)
         total += steep
         for i in range(9):
-            expected[i] += varied[i] + turned[i] + mean * q[i]
+            expected[i] += (varied[i] if i < 6 else 0.0) + turned[i] + mean * q[i]
             for j in range(i, 9):
                 outer[i, j] += steep * q[i] * q[j]
     return total, outer, expected
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _turned(p: Array, x: Array, out: Array) -> None:
+    """T x (3,) into out."""
+    out[0] = p[0] * x[0] + p[1] * x[1] + p[2] * x[2]
+    out[1] = p[1] * x[0] + p[3] * x[1] + p[4] * x[2]
+    out[2] = p[2] * x[0] + p[4] * x[1] + p[5] * x[2]
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]

@@ -1,0 +1,59 @@
+"""Pictures like those of [Ding2021]: convergence by population and method, the tensor before and after."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from calib.de_gradiometer import DeGradiometer
+from calib.ga_gradiometer import GaGradiometer
+from calib.gradiometer import TENSOR_NAMES, tensor
+from calib.ide_gradiometer import IdeGradiometer
+from calib.least_squares_gradiometer import LeastSquaresGradiometer
+from validation.palette import SOFT
+from validation.reproduce.ding2021_trials import BASELINE_M, REFERENCE, SearchTask, search, simulate
+
+
+def convergence(results: dict[Any, Any], sizes: tuple[int, ...]) -> Figure:
+    """Rms of the objective over the iterations without noise: each population, and each method with NP = 50."""
+    figure = Figure(figsize=(11.0, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    for size in sizes:
+        task = SearchTask(IdeGradiometer(polish=False, population=size), 0)
+        left.loglog(results[task]["history"], label=f"NP = {size}")
+    left.set_title("Improved differential evolution, by population")
+    methods = {"improved": IdeGradiometer(polish=False), "classic": DeGradiometer(polish=False),
+               "genetic algorithm": GaGradiometer(polish=False)}
+    for name, method in methods.items():
+        task = SearchTask(method, 0)
+        right.loglog((results.get(task) or search(task))["history"], label=name)
+    right.set_title("Methods, NP = 50")
+    left.set_ylabel("rms of the objective (nT)")
+    for axis in (left, right):
+        axis.axhline(1e-4, color=SOFT, linewidth=0.7, linestyle=":")
+        axis.set_xlabel("iteration")
+        axis.legend()
+    return figure
+
+
+def tensor_before_after() -> Figure:
+    """Tensor components of simulation 1 with 10 nT of noise, raw and corrected; the true tensor is zero."""
+    array = simulate(1, 10.0, 0)
+    raw_nT = array.recording.array_mag_nT
+    assert raw_nT is not None
+    fit = LeastSquaresGradiometer(start="two_step").fit(array.recording, REFERENCE)
+    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
+    axes = figure.subplots(2, 1, sharex=True)
+    fields_nT = (raw_nT, fit.apply_array(array.recording))
+    for axis, field_nT, title in zip(axes, fields_nT, ("raw", "corrected"), strict=True):
+        components = tensor(field_nT, BASELINE_M)
+        for column, name in enumerate(TENSOR_NAMES):
+            rms = np.sqrt(np.mean(components[:, column] ** 2))
+            axis.plot(components[:, column], label=f"{name}, rms {rms:.3g}")
+        axis.set_title(f"Simulation 1, noise 10 nT: {title}")
+        axis.set_ylabel("nT/m")
+        axis.legend(ncols=5, loc="lower right", bbox_to_anchor=(1.0, 0.99))
+    axes[1].set_xlabel("attitude")
+    return figure

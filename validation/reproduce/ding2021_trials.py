@@ -1,0 +1,261 @@
+"""The trials behind the reproduction of [Ding2021]: arrays simulated and calibrated, one seed a task."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from calib import Calibration, Reference
+from calib.de_gradiometer import DeGradiometer
+from calib.ga_gradiometer import GaGradiometer
+from calib.gradiometer import Problem, corrected, free_parameters, maps, parameter_units, problem, tensor
+from calib.gradiometer_fit import Found, GradiometerCalibrator, polished
+from calib.ide_gradiometer import IdeGradiometer
+from calib.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.two_step_gradiometer import TwoStepGradiometer
+from sim.chain import apply_deterministic
+from sim.dataset import Recording
+from sim.effects.papers import ding2021
+from sim.state import State
+from sim.streams import stream
+
+Array = NDArray[np.float64]
+STRENGTH_NT, DECLINATION_DEG, INCLINATION_DEG, BASELINE_M = 52_000.0, -7.0, 54.0, 0.4
+REFERENCE = Reference(STRENGTH_NT)
+SENSORS = 4
+OFFSET, SCALE, AXES, TURN = (slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12))
+
+
+@dataclass(frozen=True)
+class Case:
+    """Half widths of the even distributions that a simulation of the paper draws its errors from."""
+
+    offset_nT: float
+    scale: float
+    axes_deg: float
+    turn_deg: float
+
+
+CASES = {1: Case(200.0, 0.1, 2.0, 2.0), 2: Case(100.0, 1e-4, 0.1, 1.0)}
+
+
+@dataclass(frozen=True, eq=False)
+class Array4:
+    """One simulated array: recording, true field (4, n, 3) in the array's frame (nT), true parameters (48,)."""
+
+    recording: Recording
+    clean_nT: Array
+    parameters: Array
+
+
+def field_enu_nT() -> Array:
+    """The paper's field, east, north, up."""
+    d, i = np.radians(DECLINATION_DEG), np.radians(INCLINATION_DEG)
+    return STRENGTH_NT * np.array([np.cos(i) * np.sin(d), np.cos(i) * np.cos(d), -np.sin(i)])
+
+
+def simulate(case: int, noise_nT: float, seed: int, n: int = 200, common: bool = False) -> Array4:
+    """n random attitudes; noise even within +-noise_nT on each axis, `common`: the same for the four sensors."""
+    truth, draw = CASES[case], stream(2021, seed, case, n)
+    turn = Rotation.random(n, rng=draw)
+    state = _state(turn)
+    noise = stream(2021, seed, case, n, "noise").uniform(-1.0, 1.0, (SENSORS, n, 3))
+    clean, parameters = [], []
+    for i in range(SENSORS):
+        offset_nT, scale = draw.uniform(-1, 1, 3) * truth.offset_nT, 1 + draw.uniform(-1, 1, 3) * truth.scale
+        psi, phi, theta = draw.uniform(-1, 1, 3) * truth.axes_deg
+        euler = draw.uniform(-1, 1, 3) * truth.turn_deg * (i > 0)
+        effects = ding2021(_three(offset_nT), _three(scale), psi, phi, theta, _three(euler))
+        clean.append(state.field_nT + sum(apply_deterministic(effects, state)[1].values()))
+        parameters.append([*offset_nT / STRENGTH_NT, *scale, *np.radians([psi, phi, theta]), *np.radians(euler)])
+    clean_nT = np.array(clean)
+    array_nT = clean_nT + noise_nT * (noise[:1] if common else noise)
+    recording = Recording(np.arange(n, dtype=float), array_nT[0], array_mag_nT=array_nT)
+    return Array4(recording, clean_nT, np.concatenate(parameters))
+
+
+def _state(turn: Rotation) -> State:
+    n = len(turn)
+    none, field = np.zeros((n, 3)), field_enu_nT()
+    return State(np.arange(n, dtype=float), 1.0, none, turn.as_matrix(), none, field, turn.inv().apply(field), none,
+                 np.full(n, 20.0), np.zeros((n, 0)))
+
+
+def _three(values: Array) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def vector_of(fit: Calibration) -> Array:
+    """The parameter vector (48,) of a calibration, in the order and units of `calib.gradiometer`."""
+    values = np.array(list(fit.parameters.values())[: 12 * SENSORS])
+    return np.asarray(values / parameter_units(SENSORS, STRENGTH_NT))
+
+
+def largest_errors(found: Array, truth: Array) -> Array:
+    """Largest error (4,) of offset (nT), scale, non-orthogonality (degrees), misalignment (degrees)."""
+    error = np.abs(found - truth).reshape(SENSORS, 12)
+    parts = (OFFSET, STRENGTH_NT), (SCALE, 1.0), (AXES, np.degrees(1.0)), (TURN, np.degrees(1.0))
+    return np.array([unit * error[:, part].max() for part, unit in parts])
+
+
+def residual_rms(parameters: Array, array_nT: Array) -> Array:
+    """Rms (6,) of the corrected total against F (nT) and of the five tensor components (nT/m)."""
+    h_nT = STRENGTH_NT * corrected(parameters, array_nT / STRENGTH_NT)
+    total = np.linalg.norm(h_nT, axis=2) - STRENGTH_NT
+    return np.sqrt([np.mean(total**2), *np.mean(tensor(h_nT, BASELINE_M) ** 2, axis=0)])
+
+
+def bound(truth: Array4, noise_std_nT: float) -> Array:
+    """Cramer-Rao bound (45, 45) of the free parameters, vector units, for white noise on every axis.
+
+    m_i = S_i h + b_i with |h| = F: the direction of h is a nuisance of each sample and is projected out.
+    """
+    p, free = truth.parameters, free_parameters(SENSORS)
+    h = corrected(p, truth.clean_nT / STRENGTH_NT)[0]
+    forward = _measured(p, h)
+    columns = [(_measured(p + step, h) - _measured(p - step, h)) / 2e-6 for step in 1e-6 * np.eye(len(p))[free]]
+    G = np.stack(columns, axis=2)
+    one = np.cross(h, [0.3, 0.5, 0.8])
+    tangents = np.stack((one, np.cross(h, one)), axis=1) * 1e-6
+    N = np.stack([_measured(p, h + tangents[:, k]) - forward for k in range(2)], axis=2)
+    Q = np.linalg.qr(N)[0]
+    seen = G - Q @ (Q.transpose(0, 2, 1) @ G)
+    information = np.einsum("tdp,tdq->pq", seen, seen) * (STRENGTH_NT / noise_std_nT) ** 2
+    return np.asarray(np.linalg.inv(information))
+
+
+def _measured(p: Array, h: Array) -> Array:
+    """Measurements (n, 12) in units of F of true fields h (n, 3)."""
+    matrix, _ = maps(p, SENSORS)
+    offset = p.reshape(SENSORS, 12)[:, OFFSET]
+    return np.concatenate([h @ np.linalg.inv(matrix[i]).T + offset[i] for i in range(SENSORS)], axis=1)
+
+
+@dataclass(frozen=True)
+class SpreadTask:
+    """Calibrate one array by least squares, two steps, and on request by the evolution alone."""
+
+    case: int
+    noise_nT: float
+    seed: int
+    common: bool = False
+    evolve: bool = False
+
+
+def spread(task: SpreadTask) -> dict[str, Any]:
+    """Errors and residuals of one array, see the keys."""
+    array = simulate(task.case, task.noise_nT, task.seed, common=task.common)
+    array_nT = array.recording.array_mag_nT
+    assert array_nT is not None
+    fit = LeastSquaresGradiometer(start="two_step").fit(array.recording, REFERENCE)
+    found, two = vector_of(fit), vector_of(TwoStepGradiometer().fit(array.recording, REFERENCE))
+    free = free_parameters(SENSORS)
+    out: dict[str, Any] = {"status": fit.status.kind, "errors": largest_errors(found, array.parameters)}
+    out |= {"two_step": largest_errors(two, array.parameters), "rms": residual_rms(found, array_nT),
+            "raw": residual_rms(_nominal(), array_nT)}
+    h_nT = STRENGTH_NT * corrected(found, array.clean_nT / STRENGTH_NT)
+    out["systematic"] = float(np.abs(tensor(h_nT, BASELINE_M)).max())
+    if task.noise_nT:
+        std = np.sqrt(np.diag(bound(array, task.noise_nT / np.sqrt(3.0))))
+        out["over_bound"] = (found - array.parameters)[free] / std
+        out["bound_offset_nT"] = STRENGTH_NT * std[np.isin(free % 12, (0, 1, 2))].max()
+    if task.evolve:
+        std = np.sqrt(np.diag(bound(array, max(task.noise_nT, 1.0) / np.sqrt(3.0))))
+        evolved = searched(IdeGradiometer(polish=False), array, task.seed)
+        out["evolved_errors"] = largest_errors(evolved.parameters, array.parameters)
+        out["evolved_apart"] = float(np.abs((evolved.parameters - found)[free] / std).max())
+        weighted = [searched(IdeGradiometer(polish=False, components=c, tensor=t, invariants=v), array, task.seed)
+                    for c, t, v in WEIGHTS]
+        out["weights"] = [float(np.abs((w.parameters - found)[free] / std).max()) for w in weighted]
+        out["weights_errors"] = [largest_errors(w.parameters, array.parameters)[0] for w in weighted]
+    return out
+
+
+WEIGHTS = ((1 / 3, 1.0, 0.0), (3.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 3.0, 0.0), (1.0, 1.0, 1.0))
+"""Weights of components, tensor and invariants tried beside (1, 1, 0)."""
+
+
+def _nominal() -> Array:
+    return np.tile([0.0] * 3 + [1.0] * 3 + [0.0] * 6, SENSORS)
+
+
+def task_of(array: Array4, method: GradiometerCalibrator) -> Problem:
+    """The objective of an array with a method's weights."""
+    assert array.recording.array_mag_nT is not None
+    return problem(array.recording.array_mag_nT, STRENGTH_NT, method.components, method.tensor, method.invariants)
+
+
+def searched(method: GradiometerCalibrator, array: Array4, seed: int) -> Found:
+    """A method's own search without the polish and the checks that follow it."""
+    return method.search(task_of(array, method), array.recording, REFERENCE, stream(2021, seed, "search"))
+
+
+@dataclass(frozen=True)
+class SearchTask:
+    """One search without noise in simulation 1."""
+
+    method: GradiometerCalibrator
+    seed: int
+    n: int = 200
+
+
+def search(task: SearchTask) -> dict[str, Any]:
+    """History of the objective's rms (nT), rms of total plus tensor in the end, offset error (nT)."""
+    array = simulate(1, 0.0, task.seed, task.n)
+    assert array.recording.array_mag_nT is not None
+    found = searched(task.method, array, task.seed)
+    history = np.array(found.history)
+    return {"history": history, "errors": largest_errors(found.parameters, array.parameters),
+            "rms": float(residual_rms(found.parameters, array.recording.array_mag_nT).sum())}
+
+
+@dataclass(frozen=True)
+class StartTask:
+    """Levenberg-Marquardt from random starts in boxes of growing size, in simulation 1 with 10 nT of noise."""
+
+    seed: int
+
+
+STARTS = {"the paper's ranges": (200.0, 0.1, 2.0), "our search space": (5_200.0, 0.2, 5.0),
+          "20 % of F, 0.5 to 1.5, 30 deg": (10_400.0, 0.5, 30.0), "F, 0.2 to 1.8, 90 deg": (52_000.0, 0.8, 90.0)}
+"""Half widths of the starts: offset (nT), scale, angles (degrees)."""
+
+
+def starts(task: StartTask) -> dict[str, bool]:
+    """Whether the minimum of the two-step start was reached, for each box and from nominal."""
+    array = simulate(1, 10.0, task.seed)
+    objective = task_of(array, IdeGradiometer())
+    best = vector_of(LeastSquaresGradiometer(start="two_step").fit(array.recording, REFERENCE))
+    draw = stream(2021, task.seed, "starts")
+    tried = {"nominal": _nominal()}
+    for name, (offset_nT, scale, angle_deg) in STARTS.items():
+        reach = np.tile([offset_nT / STRENGTH_NT] * 3 + [scale] * 3 + [np.radians(angle_deg)] * 6, SENSORS)
+        tried[name] = _nominal() + draw.uniform(-1, 1, 48) * reach
+        tried[name][9:12] = 0.0
+    return {name: _same(objective, start, best) for name, start in tried.items()}
+
+
+def _same(objective: Problem, start: Array, best: Array) -> bool:
+    try:
+        with np.errstate(all="ignore"):
+            found = polished(objective, Found(start)).parameters
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError):
+        return False
+    ours, theirs = (maps(p, SENSORS)[0] for p in (found, best))
+    return bool(np.abs(ours - theirs).max() < 1e-6)
+
+
+def grid(values: tuple[tuple[float, float], ...]) -> list[GradiometerCalibrator]:
+    """Improved and classic evolution for each (F, CR)."""
+    improved = [IdeGradiometer(polish=False, mutation=f, crossover=c) for f, c in values]
+    return [*improved, *(DeGradiometer(polish=False, mutation=f, crossover=c) for f, c in values)]
+
+
+def populations(sizes: tuple[int, ...]) -> list[GradiometerCalibrator]:
+    """The improved evolution for each population, and the genetic algorithm with 50."""
+    return [*(replace(IdeGradiometer(polish=False), population=n) for n in sizes), GaGradiometer(polish=False)]
