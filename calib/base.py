@@ -11,6 +11,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.colour import inflation, residual_of
 from calib.observability import covariance_status
 from calib.reference import Reference
 from calib.result import Calibration, Status
@@ -89,8 +90,22 @@ class Calibrator(ABC):
             return Calibration(self.name, Status("not_converged", "the computation gave values that are not finite"))
         if result.status.kind not in ("ok", "not_converged"):
             return result
+        result = self._inflated(result, recording, reference)
         worse = covariance_status(result, reference.strength_nT)
         return result if worse is None else replace(result, status=worse)
+
+    def _inflated(self, result: Calibration, recording: Recording, reference: Reference) -> Calibration:
+        """The result with its claimed covariance made true to residuals that are not white, see `calib.colour`.
+
+        A sequential filter is left alone: its process noise is in its covariance, and its last estimate need not fit
+        the beginning of the recording.
+        """
+        if self.sequential or result.covariance is None or result.offset_covariance_nT2 is None:
+            return result
+        vector = {"attitude", "field_vector"} <= set(self.needs)
+        factor = inflation(residual_of(result, recording, reference, vector=vector))
+        parameters = result.parameters | {"covariance_inflation": factor}
+        return replace(result, covariance=factor * result.covariance, parameters=parameters)
 
     def _usable(self, recording: Recording, reference: Reference) -> Status | None:
         if len(recording) < self.min_samples:

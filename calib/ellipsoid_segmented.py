@@ -68,7 +68,8 @@ class EllipsoidSegmented(Calibrator):
     def _found(self, recording: Recording, reference: Reference) -> list[Piece] | Status:
         """Fits to the segments that pay, or the status of a whole record that cannot be fitted."""
         whole = _piece(recording, reference, 0, len(recording))
-        if whole.fit.status.kind not in ("ok", "not_converged"):
+        coloured = whole.fit.parameters.get("covariance_inflation", 1.0) > 1.0  # what cuts may take out
+        if whole.fit.status.kind not in ("ok", "not_converged") and not coloured:
             return whole.fit.status
         rows = Rows.of(recording.mag_nT, whole.fit, reference.strength_nT)
         pieces = _fitted(recording, reference, find_cuts(rows, self.blocks, self.penalty, self.max_std_fraction))

@@ -9,18 +9,29 @@ from magbench.console import show_table
 from validation.outcome import Outcome
 
 
+COLUMNS = {
+    "offset_error": "offset",
+    "holdout_sphere_component_rms": "all attitudes",
+    "holdout_level_component_rms": "level survey",
+    "heading_rms": "heading",
+    "anomaly_rms": "anomaly",
+    "in_sample_norm_rms": "in-sample norm",
+}
+"""The scores that fit a terminal, and their short titles; all of them are in the report and in scores.json."""
+
+
 def show_scores(outcome: Outcome) -> None:
-    """Calibrators by score, best first; in-sample figures are marked and rank nothing."""
+    """A row a calibrator, best first; in-sample figures rank nothing."""
     order, ranked_by = outcome.ranking()
-    names = list(dict.fromkeys(score.name for scores in outcome.scores.values() for score in scores))
-    scores = {c: {s.name: s for s in outcome.scores[c]} for c in order}
+    units = {s.name: s.unit for scores in outcome.scores.values() for s in scores}
     rows = []
-    for name in names:
-        some = next(s[name] for s in scores.values() if name in s)
-        title = name.replace("_", " ") + (f", {some.unit}" if some.unit else "")
-        rows.append([title, *(f"{scores[c][name].value:.4g}" if name in scores[c] else "-" for c in order)])
-    rows.append(["status", *(outcome.calibrations[c].status.kind for c in order)])
-    show_table(f"{outcome.scenario.name}: scores, best first by {ranked_by.replace('_', ' ')}", ["score", *order], rows)
+    for calibrator in order:
+        values = {s.name: s.value for s in outcome.scores[calibrator]}
+        figures = (f"{values[name]:.4g}" if name in values else "-" for name in COLUMNS)
+        rows.append([calibrator, *figures, outcome.calibrations[calibrator].status.kind])
+    titles = (f"{title}, {units.get(name, 'nT')}" for name, title in COLUMNS.items())
+    title = f"{outcome.scenario.name}: errors against truth, best first by {ranked_by.replace('_', ' ')}"
+    show_table(title, ["calibrator", *titles, "status"], rows)
 
 
 def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:

@@ -101,7 +101,7 @@ def _turned_scores(calibration: Calibration, truth: HoldOut, turn: Array, free: 
     matrix_error = float(np.linalg.norm(turn @ calibration.matrix @ truth.matrix - np.eye(3)))
     scores = [Score("matrix_error", matrix_error, "", rotation_removed=free)]
     for name, data in (("sphere", truth.sphere), ("level", truth.level)):
-        field_nT = calibration.apply(data.recording()) @ turn.T
+        field_nT = calibration.static().apply(data.recording()) @ turn.T
         norm_nT = np.linalg.norm(field_nT, axis=1) - np.linalg.norm(data.true_nT, axis=1)
         scores += [
             Score(f"holdout_{name}_norm_rms", rms(norm_nT), "nT"),
@@ -123,7 +123,7 @@ def heading_error_rad(field_nT: Array, data: Pairs) -> Array:
 
 def anomaly_rms_nT(calibration: Calibration, truth: HoldOut) -> float:
     """Rms of the total-field anomaly's error along the survey line, each anomaly taken from its own mean."""
-    total_nT = np.linalg.norm(calibration.apply(truth.line.recording()), axis=1)
+    total_nT = np.linalg.norm(calibration.static().apply(truth.line.recording()), axis=1)
     error_nT = total_nT - truth.line_anomaly_nT
     return rms(error_nT - error_nT.mean())
 

@@ -39,8 +39,11 @@ METHODS = ("ide_gradiometer", "de_gradiometer", "ga_gradiometer", "least_squares
 def draw(seed, n=200, noise_nT=0.0, k=4, spread_rad=None):
     """A recording of k sensors, and its parameters (k, 12): offset (nT), scale, psi, phi, theta, alpha, beta, gamma."""
     rng = np.random.default_rng(seed)
-    turn = Rotation.random(n, rng=rng) if spread_rad is None else Rotation.from_rotvec(
-        rng.uniform(-spread_rad, spread_rad, (n, 3)))
+    turn = (
+        Rotation.random(n, rng=rng)
+        if spread_rad is None
+        else Rotation.from_rotvec(rng.uniform(-spread_rad, spread_rad, (n, 3)))
+    )
     field = turn.apply([0.0, 0.6 * STRENGTH_NT, -0.8 * STRENGTH_NT])
     truth = np.column_stack((rng.uniform(-200, 200, (k, 3)), rng.uniform(0.9, 1.1, (k, 3)), rng.uniform(-2, 2, (k, 6))))
     truth[0, 9:] = 0.0
@@ -61,15 +64,18 @@ def found(fit, k=4):
 
 def test_model_is_the_simulators():
     recording, truth, field = draw(0)
-    np.testing.assert_allclose(STRENGTH_NT * corrected(vector(truth), recording.array_mag_nT / STRENGTH_NT),
-                               np.tile(field, (4, 1, 1)), atol=1e-7)
+    np.testing.assert_allclose(
+        STRENGTH_NT * corrected(vector(truth), recording.array_mag_nT / STRENGTH_NT),
+        np.tile(field, (4, 1, 1)),
+        atol=1e-7,
+    )
 
 
 def test_parameters_come_back_out_of_matrices():
     _, truth, _ = draw(1)
     p = vector(truth)
     matrix, _ = maps(p, 4)
-    back = [parameters_of(p[12 * i:12 * i + 3], matrix[i]) for i in range(4)]
+    back = [parameters_of(p[12 * i : 12 * i + 3], matrix[i]) for i in range(4)]
     np.testing.assert_allclose(np.concatenate(back), p, atol=1e-13)
 
 
@@ -144,8 +150,12 @@ def test_other_numbers_of_sensors(k):
 @pytest.mark.parametrize("name", METHODS)
 def test_statuses(name):
     recording, _, _ = draw(7, noise_nT=5.0)
-    ten = replace(recording, time_s=recording.time_s[:10], mag_nT=recording.mag_nT[:10],
-                  array_mag_nT=recording.array_mag_nT[:, :10])
+    ten = replace(
+        recording,
+        time_s=recording.time_s[:10],
+        mag_nT=recording.mag_nT[:10],
+        array_mag_nT=recording.array_mag_nT[:, :10],
+    )
     assert get(name).fit(ten, REFERENCE).status.kind == "not_applicable"
     one = get(name).fit(recording.sensor(0), REFERENCE).status
     assert (one.kind, "mag1_x_nT" in one.reason) == ("not_applicable", True)

@@ -24,8 +24,11 @@ def convergence(results: dict[Any, Any], sizes: tuple[int, ...]) -> Figure:
         task = SearchTask(IdeGradiometer(polish=False, population=size), 0)
         left.loglog(results[task]["history"], label=f"NP = {size}")
     left.set_title("Improved differential evolution, by population")
-    methods = {"improved": IdeGradiometer(polish=False), "classic": DeGradiometer(polish=False),
-               "genetic algorithm": GaGradiometer(polish=False)}
+    methods = {
+        "improved": IdeGradiometer(polish=False),
+        "classic": DeGradiometer(polish=False),
+        "genetic algorithm": GaGradiometer(polish=False),
+    }
     for name, method in methods.items():
         task = SearchTask(method, 0)
         right.loglog((results.get(task) or search(task))["history"], label=name)

@@ -81,8 +81,18 @@ def simulate(case: int, noise_nT: float, seed: int, n: int = 200, common: bool =
 def _state(turn: Rotation) -> State:
     n = len(turn)
     none, field = np.zeros((n, 3)), field_enu_nT()
-    return State(np.arange(n, dtype=float), 1.0, none, turn.as_matrix(), none, field, turn.inv().apply(field), none,
-                 np.full(n, 20.0), np.zeros((n, 0)))
+    return State(
+        np.arange(n, dtype=float),
+        1.0,
+        none,
+        turn.as_matrix(),
+        none,
+        field,
+        turn.inv().apply(field),
+        none,
+        np.full(n, 20.0),
+        np.zeros((n, 0)),
+    )
 
 
 def _three(values: Array) -> tuple[float, float, float]:
@@ -156,8 +166,11 @@ def spread(task: SpreadTask) -> dict[str, Any]:
     found, two = vector_of(fit), vector_of(TwoStepGradiometer().fit(array.recording, REFERENCE))
     free = free_parameters(SENSORS)
     out: dict[str, Any] = {"status": fit.status.kind, "errors": largest_errors(found, array.parameters)}
-    out |= {"two_step": largest_errors(two, array.parameters), "rms": residual_rms(found, array_nT),
-            "raw": residual_rms(_nominal(), array_nT)}
+    out |= {
+        "two_step": largest_errors(two, array.parameters),
+        "rms": residual_rms(found, array_nT),
+        "raw": residual_rms(_nominal(), array_nT),
+    }
     h_nT = STRENGTH_NT * corrected(found, array.clean_nT / STRENGTH_NT)
     out["systematic"] = float(np.abs(tensor(h_nT, BASELINE_M)).max())
     if task.noise_nT:
@@ -169,8 +182,10 @@ def spread(task: SpreadTask) -> dict[str, Any]:
         evolved = searched(IdeGradiometer(polish=False), array, task.seed)
         out["evolved_errors"] = largest_errors(evolved.parameters, array.parameters)
         out["evolved_apart"] = float(np.abs((evolved.parameters - found)[free] / std).max())
-        weighted = [searched(IdeGradiometer(polish=False, components=c, tensor=t, invariants=v), array, task.seed)
-                    for c, t, v in WEIGHTS]
+        weighted = [
+            searched(IdeGradiometer(polish=False, components=c, tensor=t, invariants=v), array, task.seed)
+            for c, t, v in WEIGHTS
+        ]
         out["weights"] = [float(np.abs((w.parameters - found)[free] / std).max()) for w in weighted]
         out["weights_errors"] = [largest_errors(w.parameters, array.parameters)[0] for w in weighted]
     return out
@@ -210,8 +225,11 @@ def search(task: SearchTask) -> dict[str, Any]:
     assert array.recording.array_mag_nT is not None
     found = searched(task.method, array, task.seed)
     history = np.array(found.history)
-    return {"history": history, "errors": largest_errors(found.parameters, array.parameters),
-            "rms": float(residual_rms(found.parameters, array.recording.array_mag_nT).sum())}
+    return {
+        "history": history,
+        "errors": largest_errors(found.parameters, array.parameters),
+        "rms": float(residual_rms(found.parameters, array.recording.array_mag_nT).sum()),
+    }
 
 
 @dataclass(frozen=True)
@@ -221,8 +239,12 @@ class StartTask:
     seed: int
 
 
-STARTS = {"the paper's ranges": (200.0, 0.1, 2.0), "our search space": (5_200.0, 0.2, 5.0),
-          "20 % of F, 0.5 to 1.5, 30 deg": (10_400.0, 0.5, 30.0), "F, 0.2 to 1.8, 90 deg": (52_000.0, 0.8, 90.0)}
+STARTS = {
+    "the paper's ranges": (200.0, 0.1, 2.0),
+    "our search space": (5_200.0, 0.2, 5.0),
+    "20 % of F, 0.5 to 1.5, 30 deg": (10_400.0, 0.5, 30.0),
+    "F, 0.2 to 1.8, 90 deg": (52_000.0, 0.8, 90.0),
+}
 """Half widths of the starts: offset (nT), scale, angles (degrees)."""
 
 

@@ -66,8 +66,18 @@ def turning(samples: int, noise_std_nT: float = NOISE_STD_NT) -> State:
     turn = _attitude(time_s)
     rate: Array = (_attitude(time_s - 1e-5).inv() * _attitude(time_s + 1e-5)).as_rotvec() / 2e-5
     field = turn.inv().apply(FIELD_ENU_NT)
-    return State(time_s, INTERVAL_S, np.zeros((samples, 3)), turn.as_matrix(), rate, np.array(FIELD_ENU_NT), field,
-                 -np.cross(rate, field), np.full(samples, 20.0), np.zeros((samples, 0)))
+    return State(
+        time_s,
+        INTERVAL_S,
+        np.zeros((samples, 3)),
+        turn.as_matrix(),
+        rate,
+        np.array(FIELD_ENU_NT),
+        field,
+        -np.cross(rate, field),
+        np.full(samples, 20.0),
+        np.zeros((samples, 0)),
+    )
 
 
 def _attitude(time_s: Array) -> Rotation:
@@ -93,8 +103,14 @@ def outcome(data: VectorData, steps: Track) -> Outcome:
     clean = replace(data, difference_nT=data.observation() @ TRUE_STATE)
     error = compensated(steps.state[-1], clean) - data.field_nT
     total = np.linalg.norm(data.field_nT + error, axis=1) - REFERENCE.strength_nT
-    return Outcome(error_pct[-1], float(_rms(total)), _rms(error), float(np.nanmedian(steps.ratio[len(error) // 2 :])),
-                   float(steps.noise_variance_nT2[-1]), int(outside[-1]) + 1 if len(outside) else 0)
+    return Outcome(
+        error_pct[-1],
+        float(_rms(total)),
+        _rms(error),
+        float(np.nanmedian(steps.ratio[len(error) // 2 :])),
+        float(steps.noise_variance_nT2[-1]),
+        int(outside[-1]) + 1 if len(outside) else 0,
+    )
 
 
 def compensated(state: Array, data: VectorData) -> Array:
