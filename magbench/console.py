@@ -35,7 +35,7 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
     """A table on standard output: the first column to the left, numbers to the right."""
     table = Table(title=title or None, title_justify="left")
     for index, column in enumerate(columns):
-        table.add_column(column, justify="right" if numbers and index else "left", overflow="fold")
+        table.add_column(column, justify="right" if numbers and index else "left", overflow="fold", no_wrap=not index)
     for row in rows:
         table.add_row(*row)
     Console(soft_wrap=not sys.stdout.isatty(), highlight=False, markup=False).print(table)

@@ -8,20 +8,18 @@ from calib.result import Calibration
 from magbench.console import show_table
 from validation.outcome import Outcome
 
-
 COLUMNS = {
     "offset_error": "offset",
     "holdout_sphere_component_rms": "all attitudes",
     "holdout_level_component_rms": "level survey",
     "heading_rms": "heading",
     "anomaly_rms": "anomaly",
-    "in_sample_norm_rms": "in-sample norm",
 }
 """The scores that fit a terminal, and their short titles; all of them are in the report and in scores.json."""
 
 
 def show_scores(outcome: Outcome) -> None:
-    """A row a calibrator, best first; in-sample figures rank nothing."""
+    """A row a calibrator, best first."""
     order, ranked_by = outcome.ranking()
     units = {s.name: s.unit for scores in outcome.scores.values() for s in scores}
     rows = []
