@@ -15,14 +15,19 @@ from validation.plots.style import Figure
 from validation.reproduce import li2017_figures as figures
 from validation.reproduce.base import Findings, Progress, Reproduction, Row, Verdict
 from validation.reproduce.li2017_trials import (
+    ANGLE_RATES_RAD_S,
     CALM,
+    INTERVAL_S,
     LOUD,
+    MOTIONS,
     SOURCES,
     Marquardt,
     Outcome,
     Survey,
+    changing_noise,
     long_run,
     marquardt,
+    motion,
     sensitivity,
     simulated,
     survey,
@@ -33,6 +38,8 @@ SURVEYS = 5
 """Most seeds of the survey, whose simulation takes seconds."""
 MARQUARDTS = 10
 LONG = (50_000, 200_000)
+ALL_MOTIONS = ((ANGLE_RATES_RAD_S, INTERVAL_S), *MOTIONS)
+STATE_VARIANCES = (1e-10, 1e-9, 1e-8, 1e-7)
 Task = tuple[str, Any]
 Results = dict[str, list[Any]]
 Trials = list[dict[str, Outcome]]
@@ -54,13 +61,16 @@ class Li2017(Reproduction):
         results: Results = {}
         for k, (kind, _) in enumerate(tasks):
             results.setdefault(kind, []).append(done[k])
-        rows = (*_original(results), *_proposed(results["trial"]), *_parts(results["trial"]), *_adaptation(results),
+        rows = (*_original(results), *_proposed(results["trial"]), _motions(results["motion"]),
+                *_parts(results["trial"]), *_adaptation(results),
                 *_survey(results), *_marquardt(results["marquardt"]))
         return Findings(rows, _figures())
 
     def _tasks(self) -> list[Task]:
         surveys = range(min(self.seeds, SURVEYS))
-        return [*(("long", n) for n in LONG), ("sensitivity", None), *(("trial", s) for s in range(self.seeds)),
+        return [*(("long", n) for n in LONG), *(("motion", m) for m in ALL_MOTIONS),
+                *(("changing", q) for q in STATE_VARIANCES), ("sensitivity", None),
+                *(("trial", s) for s in range(self.seeds)),
                 *(("survey", (s, ())) for s in surveys), *(("without", (s, SOURCES)) for s in surveys),
                 *((name, (s, (name,))) for name in SOURCES for s in surveys[:1]),
                 *(("marquardt", s) for s in range(min(self.seeds, MARQUARDTS)))]
@@ -70,7 +80,8 @@ def _numbered(numbered: tuple[int, Task]) -> Any:
     kind, argument = numbered[1]
     if kind == "sensitivity":
         return sensitivity()
-    works: dict[str, Callable[[Any], Any]] = {"long": long_run, "trial": trial, "marquardt": marquardt}
+    works: dict[str, Callable[[Any], Any]] = {"long": long_run, "trial": trial, "marquardt": marquardt,
+                                               "motion": motion, "changing": changing_noise}
     return works.get(kind, survey)(argument)
 
 
@@ -144,9 +155,20 @@ def _proposed(trials: Trials) -> list[Row]:
             f"judged by the worst axis of the medians; all three below 6.1 nT in {100 * (worst <= 6.1).mean():.0f} % "
             "of the seeds; the printed run has one bad axis too"),
         Row("rescaled + fuzzy: settles", "near sample 4,000", _spread(settled, "samples", 4),
-            "holds" if 2000 < np.median(settled) < 6000 else "does not hold",
-            "every parameter within 20 % from there on; the motion is chosen, so is this"),
+            "not comparable", "every parameter within 20 % from there on; it follows from the motion and from that "
+            "limit, neither of which is printed: see the next row"),
     ]
+
+
+def _motions(runs: list[tuple[float, float, list[int]]]) -> Row:
+    text = "; ".join(
+        f"{'/'.join(f'{r:g}' for r in rates)} rad/s every {interval:g} s: {T_p:.2f} %, {mean:.3g} %, settled {settled}"
+        for (rates, interval), (T_p, mean, settled) in zip(ALL_MOTIONS, runs, strict=True))
+    good = sum(mean <= 0.4 for _, mean, _ in runs)
+    return Row("other motions: T_p error of the original, mean error of the proposed, settled within 20, 5, 2 %",
+               "-99.988 %, 0.3734 %, near 4,000", text, "holds" if good == len(runs) else "does not hold",
+               f"mean error at or below 0.4 % on {good} of {len(runs)} motions; the first, used throughout, was taken "
+               "after trying all of these, for its T_p error; one seed")
 
 
 def _parts(trials: Trials) -> list[Row]:
@@ -157,7 +179,7 @@ def _parts(trials: Trials) -> list[Row]:
     ratio = [t["both"].ratio for t in trials]
     fallen = max(t["no floor"].noise_nT2 for t in trials)
     return [
-        Row("rescaling alone: mean parameter error", "(not separated)", _spread(alone, "%"), "better",
+        Row("rescaling alone: mean parameter error", "(not separated)", _spread(alone, "%"), "not comparable",
             f"the whole improvement: with the fuzzy part {_spread(both, '%')}"),
         Row("fuzzy part alone (T_p in nT): T_p error", "(not separated)", f"{nT.mean():.3f} %", "not comparable",
             "no improvement over the original filter"),
@@ -174,6 +196,8 @@ def _adaptation(results: Results) -> list[Row]:
     total = [np.array([t[name].total_nT for t in trials]) for name in ("calm", "calm+fuzzy")]
     ratio = [float(np.median([t[name].ratio for t in trials])) for name in ("calm", "calm+fuzzy")]
     noise = [t["calm+fuzzy"].noise_nT2 for t in trials]
+    others = "; ".join(f"{q:g}: {a:.3g}, {b:.3g} nT"
+                       for q, (a, b) in zip(STATE_VARIANCES, results["changing"], strict=True))
     same = max(float(np.abs(t["changing"].state_error_pct - t["changing+fuzzy"].state_error_pct).max()) for t in trials)
     table: dict[tuple[int, float], tuple[int, float]] = results["sensitivity"][0]
     helps: Verdict = "holds" if np.median(total[1]) < np.median(total[0]) else "does not hold"
@@ -182,7 +206,8 @@ def _adaptation(results: Results) -> list[Row]:
         Row(f"adapting to changing noise, {loud}", "strong adaptivity to time-varying noise",
             f"total-field error {_spread(total[1], 'nT')} against {_spread(total[0], 'nT')} with R fixed at 25 nT^2; "
             f"mean parameter error {_spread(fuzzy, '%')} against {_spread(fixed, '%')}", helps,
-            f"ROR {ratio[1]:.2f} against {ratio[0]:.1f}; R ends at {_spread(noise, 'nT^2', 4)}, truth 2500"),
+            f"ROR {ratio[1]:.2f} against {ratio[0]:.1f}; R ends at {_spread(noise, 'nT^2', 4)}, truth 2500; Q and the "
+            f"place of the jump are chosen so that it matters; total-field error fixed and adapted at other Q: {others}"),
         Row("the same noise under the paper's Q = 1e-5", "strong adaptivity to time-varying noise",
             f"{same:.1g} % largest change by the fuzzy part", "does not hold", "Q hides the measurement noise"),
         Row("window n and exponent b (neither printed), first case", "b > 1 faster but oscillating, b < 1 slow",
@@ -207,16 +232,19 @@ def _survey(results: Results) -> list[Row]:
                        for n, rms in one.items())
     return [
         Row("quadrotor: raw component error x, y, z", "3660, 4813, 2793 nT", _vector(raw) + " nT rms",
-            "holds" if np.abs(raw / [3660, 4813, 2793] - 1).max() < 0.15 else "does not hold",
-            "scenario quad-comb, whose iron is chosen for this"),
-        Row("quadrotor: original filter", "668, 998, 851 nT", _vector(kf) + " nT rms", _limit(kf.max(), 998)),
-        Row("quadrotor: rescaled + fuzzy", "568, 845, 761 nT", _vector(proposed) + " nT rms",
-            _limit(proposed.max(), 845), "in all of these the order is the paper's: raw, original, proposed"
-            if (proposed < kf).all() else "not below the original filter on every axis"),
+            "not comparable", "scenario quad-comb, whose iron is chosen to give about these"),
+        Row("quadrotor: original filter", "668, 998, 851 nT", _vector(kf) + " nT rms", "not comparable",
+            "smaller because the scenario disturbs less than the paper's site, not because the filter is better"),
+        Row("quadrotor: rescaled + fuzzy", "568, 845, 761 nT", _vector(proposed) + " nT rms", "not comparable",
+            "as above; rescaling alone gives the same"),
+        Row("quadrotor: order on every axis", "proposed below original below raw", "proposed / original "
+            + _vector(proposed / kf) + "; original / raw " + _vector(kf / raw),
+            "holds" if (proposed < kf).all() and (kf < raw).all() else "does not hold", "paper: 0.85, 0.85, 0.89"),
         Row("quadrotor: the four named error sources removed", "alignment, reference field, gradient, surroundings",
             f"rescaled + fuzzy {_vector(mean(without, 'kalman_fuzzy'))}, least squares of 21 parameters "
-            f"{_vector(mean(without, 'vector_lm'))} against {_vector(lm)} nT rms with them", "holds",
-            f"one at a time: {shares}; the rest is motor current, gyro noise and Q"),
+            f"{_vector(mean(without, 'vector_lm'))} against {_vector(lm)} nT rms with them",
+            "holds" if (mean(without, "vector_lm") < lm).all() else "does not hold",
+            f"one at a time: {shares}; at the scenario's sizes the alignment rules, the other three hardly show"),
         Row("quadrotor: iterations until A settles, original and proposed", "149 and 29",
             f"{_spread(settled['kalman'], '', 4)} and {_spread(settled['kalman_fuzzy'], '', 4)}",
             "holds" if np.median(settled["kalman_fuzzy"]) < 0.5 * np.median(settled["kalman"]) else "does not hold",
@@ -232,12 +260,13 @@ def _marquardt(runs: list[Marquardt]) -> list[Row]:
         "vector, 200 spread": "linear in the unknowns: no failure from any start, scaled or not",
         "total field, 200 spread": "the paper writes N equations for N points, N >= 21: the total field's, which say "
                                    "nothing of a rotation; the strength fits to a few nT all the same",
-        "vector, 21 consecutive": "the motion of 21 samples in a row does not excite 21 columns",
-        "total field, 21 consecutive": "both together",
+        "vector, 21 consecutive": "21 samples in a row do not excite 21 columns: the printed order of size; a likely "
+                                  "cause found by trying, the paper does not say which samples it took",
+        "total field, 21 consecutive": "both together: the printed order of size too; likely, not printed",
     }
     verdicts: dict[str, Verdict] = {"vector, 200 spread": "does not hold"}
     return [Row(f"Levenberg-Marquardt, {name} samples: component errors", paper, _vector(rms) + " nT rms (medians)",
-                verdicts.get(name, "holds" if rms.max() > 50_000 else "not comparable"), notes[name])
+                verdicts.get(name, "not comparable"), notes[name])
             for name, rms in medians.items()]
 
 
