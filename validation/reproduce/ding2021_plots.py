@@ -54,6 +54,6 @@ def tensor_before_after() -> Figure:
             axis.plot(components[:, column], label=f"{name}, rms {rms:.3g}")
         axis.set_title(f"Simulation 1, noise 10 nT: {title}")
         axis.set_ylabel("nT/m")
-        axis.legend(ncols=5, loc="lower right", bbox_to_anchor=(1.0, 0.99))
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     axes[1].set_xlabel("attitude")
     return figure
