@@ -207,7 +207,7 @@ def _adaptation(results: Results) -> list[Row]:
             f"total-field error {_spread(total[1], 'nT')} against {_spread(total[0], 'nT')} with R fixed at 25 nT^2; "
             f"mean parameter error {_spread(fuzzy, '%')} against {_spread(fixed, '%')}", helps,
             f"ROR {ratio[1]:.2f} against {ratio[0]:.1f}; R ends at {_spread(noise, 'nT^2', 4)}, truth 2500; Q and the "
-            f"place of the jump are chosen so that it matters; total-field error fixed and adapted at other Q: {others}"),
+            f"place of the jump are chosen so that it matters; total-field error fixed, adapted by Q: {others}"),
         Row("the same noise under the paper's Q = 1e-5", "strong adaptivity to time-varying noise",
             f"{same:.1g} % largest change by the fuzzy part", "does not hold", "Q hides the measurement noise"),
         Row("window n and exponent b (neither printed), first case", "b > 1 faster but oscillating, b < 1 slow",
