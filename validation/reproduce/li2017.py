@@ -168,7 +168,7 @@ def _motions(runs: list[tuple[float, float, list[int]]]) -> Row:
     return Row("other motions: T_p error of the original, mean error of the proposed, settled within 20, 5, 2 %",
                "-99.988 %, 0.3734 %, near 4,000", text, "holds" if good == len(runs) else "does not hold",
                f"mean error at or below 0.4 % on {good} of {len(runs)} motions; the first, used throughout, was taken "
-               "after trying all of these, for its T_p error; one seed")
+               "after trying all of these, for its T_p error and settling; one seed")
 
 
 def _parts(trials: Trials) -> list[Row]:
@@ -257,7 +257,7 @@ def _marquardt(runs: list[Marquardt]) -> list[Row]:
     paper = "194,580, 80,290, 325,380 nT"
     medians = {name: np.median([r.rms_nT[name] for r in runs], axis=0) for name in runs[0].rms_nT}
     notes = {
-        "vector, 200 spread": "linear in the unknowns: no failure from any start, scaled or not",
+        "vector, 200 spread": "no failure, from the start of table 1 and without any scaling",
         "total field, 200 spread": "the paper writes N equations for N points, N >= 21: the total field's, which say "
                                    "nothing of a rotation; the strength fits to a few nT all the same",
         "vector, 21 consecutive": "21 samples in a row do not excite 21 columns: the printed order of size; a likely "
