@@ -34,7 +34,7 @@ ANGLE_RATES_RAD_S = (0.30, 0.37, 0.23)
 INTERVAL_S = 0.01
 MOTIONS = (((0.30, 0.37, 0.23), 0.05), ((1.0, 0.7, 0.43), 0.01), ((1.0, 0.7, 0.43), 0.1), ((0.10, 0.13, 0.07), 0.05),
            ((0.10, 0.13, 0.07), 0.01))
-"""The other rates and intervals tried; the one above was taken for its T_p error and settling, near the printed ones."""
+"""The other rates and intervals tried; the one above was taken for its T_p error and settling, near the printed."""
 NOISE_STD_NT = 5.0
 SAMPLES = 10_000
 CALM = KalmanSettings(1000.0, state_variance=1e-8, noise_variance_nT2=NOISE_STD_NT**2)
