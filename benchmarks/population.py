@@ -44,9 +44,15 @@ def rows() -> list[Row]:
     measured = recording()
     problem = Problem.of(measured.mag_nT, STRENGTH_NT, Pso.most_gain)
     assert problem is not None
-    cost = [_cost(method, calls, measured, problem) for method, calls in (
-        (Pso(polish=False), (201, 0)), (Ga(polish=False), (201, 0)), (PsoGa(polish=False), (201, 200)),
-        (PsoGa(), (201, 200)))]
+    cost = [
+        _cost(method, calls, measured, problem)
+        for method, calls in (
+            (Pso(polish=False), (201, 0)),
+            (Ga(polish=False), (201, 0)),
+            (PsoGa(polish=False), (201, 200)),
+            (PsoGa(), (201, 200)),
+        )
+    ]
     return cost + [_against(name, peer, problem) for name, peer in PEERS.items()]
 
 
@@ -94,8 +100,16 @@ def _own(problem: Problem, iterations: int, seed: int) -> float:
 def _scipy(problem: Problem, iterations: int, seed: int) -> float:
     bounds = list(zip(problem.lower, problem.upper, strict=True))
     found = differential_evolution(
-        lambda x: problem.costs(np.ascontiguousarray(x.T)), bounds, vectorized=True, updating="deferred", polish=False,
-        popsize=11, maxiter=iterations, tol=0.0, rng=seed)
+        lambda x: problem.costs(np.ascontiguousarray(x.T)),
+        bounds,
+        vectorized=True,
+        updating="deferred",
+        polish=False,
+        popsize=11,
+        maxiter=iterations,
+        tol=0.0,
+        rng=seed,
+    )
     return float(found.fun)
 
 
@@ -112,8 +126,16 @@ def _pygad(problem: Problem, iterations: int, seed: int) -> float:
 
     space = [{"low": low, "high": high} for low, high in zip(problem.lower, problem.upper, strict=True)]
     ga = pygad.GA(
-        iterations, 50, lambda _, x, __: (-problem.costs(np.ascontiguousarray(x))).tolist(), fitness_batch_size=100,
-        sol_per_pop=100, num_genes=9, gene_space=space, random_seed=seed, suppress_warnings=True)
+        iterations,
+        50,
+        lambda _, x, __: (-problem.costs(np.ascontiguousarray(x))).tolist(),
+        fitness_batch_size=100,
+        sol_per_pop=100,
+        num_genes=9,
+        gene_space=space,
+        random_seed=seed,
+        suppress_warnings=True,
+    )
     ga.run()
     return -float(ga.best_solution()[1])
 
@@ -134,4 +156,8 @@ def _pymoo(problem: Problem, iterations: int, seed: int) -> float:
 
 
 PEERS: dict[str, Peer] = {
-    "scipy differential_evolution": _scipy, "pyswarms": _pyswarms, "pygad": _pygad, "pymoo": _pymoo}
+    "scipy differential_evolution": _scipy,
+    "pyswarms": _pyswarms,
+    "pygad": _pygad,
+    "pymoo": _pymoo,
+}

@@ -110,7 +110,14 @@ def _rows(results: Results, seeds: int, few: int, evolved: int) -> Iterable[Row]
     yield _genetic(results, few)
     yield _factors(results, evolved)
     yield from _count_rows(results, few)
-    yield from _least_squares_rows(results, seeds, few)
+    yield from _least_squares_rows(results, seeds)
+    yield Row(
+        "real array, 60 samples: total rms after (evolution, genetic, least squares)",
+        "3.398, 18.197, 14.210 nT",
+        "no data",
+        "not comparable",
+        "the paper's measurements are not published",
+    )
 
 
 def _spread(results: Results, key: str, case: int, noise: float, seeds: int, common: bool = False) -> Array:
@@ -301,7 +308,7 @@ def _count_rows(results: Results, few: int) -> Iterable[Row]:
         )
 
 
-def _least_squares_rows(results: Results, seeds: int, few: int) -> Iterable[Row]:
+def _least_squares_rows(results: Results, seeds: int) -> Iterable[Row]:
     tried = [results[StartTask(seed)] for seed in range(seeds)]
     for name in ("nominal", *STARTS):
         share = np.mean([one[name] for one in tried])

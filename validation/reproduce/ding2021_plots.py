@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from calib.de_gradiometer import DeGradiometer
 from calib.ga_gradiometer import GaGradiometer
@@ -13,6 +12,7 @@ from calib.gradiometer import TENSOR_NAMES, tensor
 from calib.ide_gradiometer import IdeGradiometer
 from calib.least_squares_gradiometer import LeastSquaresGradiometer
 from validation.palette import SOFT
+from validation.plots.style import Figure
 from validation.reproduce.ding2021_trials import BASELINE_M, REFERENCE, SearchTask, search, simulate
 
 
@@ -57,6 +57,6 @@ def tensor_before_after() -> Figure:
             axis.plot(components[:, column], label=f"{name}, rms {rms:.3g}")
         axis.set_title(f"Simulation 1, noise 10 nT: {title}")
         axis.set_ylabel("nT/m")
-        axis.legend(ncols=5, loc="lower right", bbox_to_anchor=(1.0, 0.99))
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     axes[1].set_xlabel("attitude")
     return figure

@@ -77,9 +77,10 @@ def test_starts_near_the_truth_reach_the_minimum():
 
 
 def test_error_row_compares_with_what_is_printed():
-    results = {SpreadTask(1, 2.0, seed): {
-        "errors": np.full(4, value), "two_step": np.ones(4), "over_bound": np.ones(45)}
-        for seed, value in enumerate((0.2, 0.3, 0.5))}
+    results = {
+        SpreadTask(1, 2.0, seed): {"errors": np.full(4, value), "two_step": np.ones(4), "over_bound": np.ones(45)}
+        for seed, value in enumerate((0.2, 0.3, 0.5))
+    }
     assert _error_row(results, 3, 1, 0, 2.0, PRINTED[1, 0][0]).verdict == "holds"
     assert _error_row(results, 3, 1, 0, 2.0, 0.6).verdict == "better"
     assert _error_row(results, 3, 1, 0, 2.0, 0.25).verdict == "does not hold"

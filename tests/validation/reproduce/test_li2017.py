@@ -60,8 +60,10 @@ def test_original_filter_leaves_the_permanent_field_behind_and_rescaling_finds_i
 
 def test_fuzzy_part_matters_only_where_the_state_variance_is_small():
     data = simulated(2, loud=LOUD)
-    idle = outcome(data, track(data, MICROTESLA)).state_error_pct - outcome(
-        data, fuzzy_track(data, MICROTESLA)).state_error_pct
+    idle = (
+        outcome(data, track(data, MICROTESLA)).state_error_pct
+        - outcome(data, fuzzy_track(data, MICROTESLA)).state_error_pct
+    )
     assert np.abs(idle).max() < 0.01
     fixed, adapted = outcome(data, track(data, CALM)), outcome(data, fuzzy_track(data, CALM))
     assert adapted.total_nT < 0.6 * fixed.total_nT
