@@ -43,6 +43,8 @@ def write_recording(outcome: Outcome, path: Path) -> None:
     stream = rr.RecordingStream(f"magbench_{outcome.scenario.name}")
     # rerun's own file writer does not say that a disk is full: it waits for ever, or leaves the file without its end.
     memory = stream.memory_recording()
+    if stream.get_application_id() is None:
+        raise InputError("turns recordings off", where="environment variable RERUN", do="unset it")
     try:
         stream.send_blueprint(_blueprint(outcome), make_active=False, make_default=True)
         _send_properties(stream, outcome)

@@ -166,6 +166,13 @@ def test_a_full_disk_is_told_and_leaves_nothing(room: float, outcome: Outcome, p
     assert not list(tmp_path.iterdir())
 
 
+def test_switched_off_by_the_environment(outcome: Outcome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RERUN", "off")
+    with pytest.raises(InputError, match="RERUN"):
+        write_recording(outcome, tmp_path / "recording.rrd")
+    assert not list(tmp_path.iterdir())
+
+
 def test_long_recordings_stay_workable(tmp_path: Path) -> None:
     """500 000 samples: full-resolution series in a few seconds, at most 45 bytes a sample and vector."""
     outcome = example.example_outcome(500_000, duration_s=10_000.0)
