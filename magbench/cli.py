@@ -12,6 +12,7 @@ from magbench.commands import apply, calibrate, listing, reproduce, run, schema,
 from scenarios.errors import InputError
 
 EPILOG = "Exit status: 0 done, 2 wrong use or bad input (one line says what, where and what to do)."
+INTERRUPTED = 130
 app = typer.Typer(
     name="magbench",
     help="Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth.",
@@ -39,12 +40,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (InputError, typer.TyperException) as error:
         return _refuse(error.format_message() if isinstance(error, typer.TyperException) else str(error))
     except (typer.Abort, KeyboardInterrupt):
-        return _refuse("interrupted; the same command resumes", 130)
+        status = INTERRUPTED
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
         return _refuse(f"{error.filename or 'system'}: {error.strerror or error} (free space, or choose another place)")
+    if status == INTERRUPTED:  # typer turns Ctrl-C into this status
+        return _refuse("interrupted; the same command resumes", INTERRUPTED)
     return status if isinstance(status, int) else 0
 
 

@@ -15,6 +15,8 @@ from rich.table import Table
 
 Report = Callable[[int, int], object]
 """Told (pieces done, pieces in all)."""
+WIDTH = 160
+"""Columns of a table that goes to a file."""
 PLAIN_LINES = 10
 """Progress lines for a whole piece of work where there is no terminal."""
 messages = Console(stderr=True, soft_wrap=True, highlight=False)
@@ -38,7 +40,8 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
         table.add_column(column, justify="right" if numbers and index else "left", overflow="fold", no_wrap=not index)
     for row in rows:
         table.add_row(*row)
-    Console(soft_wrap=not sys.stdout.isatty(), highlight=False, markup=False).print(table)
+    width = None if sys.stdout.isatty() else WIDTH
+    Console(width=width, highlight=False, markup=False).print(table)
 
 
 @contextmanager

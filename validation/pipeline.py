@@ -14,8 +14,8 @@ from calib import Calibration, Reference
 from scenarios.spec import Scenario
 from sim import effects as effect_table
 from sim.dataset import Recording, Truth, read_run
-from sim.dataset.files import write_text
-from sim.generate import generate
+from sim.dataset.files import alone_in, write_text
+from sim.generate import write_runs
 from validation.calibration_file import write_calibrations
 from validation.fitting import fit_all, sensors
 from validation.holdout import HoldOut, Surroundings, hold_out
@@ -38,12 +38,18 @@ def run_scenario(
     """Write the dataset, scores.json, calibration.json, report.html and recording.rrd into `out`.
 
     A dataset of the same scenario and seed that is there already is used again. Raises InputError for a bad scenario,
-    an unknown calibrator, an `out` that holds another dataset, and when the system refuses to write.
+    an unknown calibrator, an `out` that holds another dataset or that another process writes to, and when the
+    system refuses to write.
     """
     for name in scenario.calibrators:
         calib.get(name)
+    with alone_in(out):
+        return _run(scenario, out, seed, progress)
+
+
+def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress) -> Outcome:
     progress(0, STAGES)
-    generate(scenario, out, seed=seed)
+    write_runs(scenario, out, seed=seed)
     progress(1, STAGES)
     recording, truth = read_run(out)
     outcome = judge(scenario, recording, truth)

@@ -13,7 +13,7 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 from scenarios.errors import InputError
-from sim.dataset.files import beside
+from sim.dataset.files import beside, told
 from validation.outcome import Array, Outcome, envelope, every_nth
 from validation.palette import LINES, RAW, XYZ, phase_colours, rgb
 from validation.shapes import gimbals, reach_m, solids
@@ -37,20 +37,25 @@ def write_recording(outcome: Outcome, path: Path) -> None:
     `norm/<what>`, `residual/<calibrator>` (see Outcome.residual_nT). In space, at most 20 000 poses: `world` (m, ENU)
     and `cloud` (nT, body frame). Of an array it shows sensor 1.
 
-    The file is written beside `path` and renamed; on failure nothing is left.
+    The file is made in memory, written beside `path` and renamed; on failure nothing is left.
     Raises InputError where it cannot be written.
     """
-    with beside(path) as part:
-        stream = rr.RecordingStream(f"magbench_{outcome.scenario.name}")
-        stream.save(part, default_blueprint=_blueprint(outcome))
-        try:
-            _send_properties(stream, outcome)
-            _send_world(stream, outcome)
-            _send_clouds(stream, outcome)
-            _send_series(stream, outcome)
-        finally:
-            stream.flush()
-            stream.disconnect()
+    stream = rr.RecordingStream(f"magbench_{outcome.scenario.name}")
+    # rerun's own file writer does not say that a disk is full: it waits for ever, or leaves the file without its end.
+    memory = stream.memory_recording()
+    if stream.get_application_id() is None:
+        raise InputError("turns recordings off", where="environment variable RERUN", do="unset it")
+    try:
+        stream.send_blueprint(_blueprint(outcome), make_active=False, make_default=True)
+        _send_properties(stream, outcome)
+        _send_world(stream, outcome)
+        _send_clouds(stream, outcome)
+        _send_series(stream, outcome)
+        whole = memory.drain_as_bytes()
+    finally:
+        stream.disconnect()
+    with beside(path) as part, told(path):
+        part.write_bytes(whole)
 
 
 def read_series(path: Path, entity: str) -> tuple[Array, Array]:

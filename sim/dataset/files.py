@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,42 @@ def told(path: Path, do: str = "free some space, or choose a directory that can 
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else str(error).splitlines()[0]
         raise InputError(reason[0].lower() + reason[1:], where=str(path), do=do) from error
+
+
+@contextmanager
+def alone_in(out: Path) -> Iterator[None]:
+    """Makes a directory and keeps other magbench processes out of it; the lock ends with the process, however it ends.
+
+    The lock is on the directory itself, so that it leaves no file behind; a file system that cannot lock a directory
+    goes without. A directory that was made and stayed empty is removed again.
+    Raises InputError where the directory cannot be made, and where another process holds it.
+    """
+    made = not out.exists()
+    with told(out, "choose another output directory"):
+        out.mkdir(parents=True, exist_ok=True)
+        handle = os.open(out, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        do = "wait for it to end, or choose another output directory"
+        raise InputError("another magbench is writing here", where=str(out), do=do) from None
+    except OSError:
+        pass  # some network file systems lock files only
+    try:
+        yield
+    finally:
+        if made:
+            with suppress(OSError):  # not empty
+                out.rmdir()
+        os.close(handle)
+
+
+def remove_leftovers(out: Path) -> None:
+    """Remove what killed processes left half-written; InputError where that is refused."""
+    for leftover in out.glob(f"*{PART}"):
+        with told(leftover):
+            leftover.unlink()
 
 
 def write_text(path: Path, text: str) -> None:

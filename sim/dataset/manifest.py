@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 
 from scenarios.errors import InputError
 from sim.dataset.columns import Column
-from sim.dataset.files import PART, canonical_json, plain, told, write_text
+from sim.dataset.files import canonical_json, plain, remove_leftovers, told, write_text
 from sim.dataset.writer import FORMAT, METADATA_KEY, RunFile, run_file
 
 MANIFEST = "dataset.json"
@@ -100,9 +100,7 @@ def open_dataset_for_writing(
     todo = sorted(set(range(runs)) - set(done))
     if old and done and todo:
         _refuse("packages", old.packages, new.packages, out)
-    for leftover in out.glob(f"*{PART}"):
-        with told(leftover):
-            leftover.unlink()
+    remove_leftovers(out)
     packages = new.packages if old is None or todo else old.packages
     known = tuple(entry for entry in (old.files if old else ()) if entry.run in done)
     write_text(out / MANIFEST, replace(new, packages=packages, files=known).to_json())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from sim.dataset import read_manifest
+from sim.dataset.files import alone_in
 from sim.generate import generate
 from tests.short import cuts, short
 
@@ -44,6 +46,34 @@ def _wait_for_work(out: Path, process: subprocess.Popen[bytes]) -> None:
     before = len(list(out.glob("run-*.parquet"))) if out.exists() else 0
     while process.poll() is None and len(list(out.glob("run-*"))) <= before:
         time.sleep(0.005)
+
+
+def test_interrupted_it_ends_at_once_with_one_line_and_resumes(tmp_path: Path) -> None:
+    """Ctrl-C reaches the program alone, or its workers too; either way they stop, and nothing is half-written."""
+    for group in (False, True):
+        process = subprocess.Popen(
+            [*command(tmp_path, 1000), "--jobs", "2"], stderr=subprocess.PIPE, text=True, start_new_session=True
+        )
+        _wait_for_work(tmp_path, process)  # type: ignore[arg-type]
+        (os.killpg if group else os.kill)(process.pid, signal.SIGINT)
+        _, told = process.communicate(timeout=30)
+        assert process.returncode == 130
+        assert [line for line in told.splitlines() if not line.startswith("simulating")] == [
+            "magbench: interrupted; the same command resumes"
+        ]
+        assert not list(tmp_path.glob("*.part"))
+
+
+def test_two_at_once_are_refused(tmp_path: Path) -> None:
+    first = subprocess.Popen(command(tmp_path, 1000), stderr=subprocess.DEVNULL)
+    _wait_for_work(tmp_path, first)
+    second = subprocess.run(command(tmp_path, 1000), capture_output=True, text=True, check=False)
+    assert second.returncode == 2
+    assert "another magbench is writing here" in second.stderr.splitlines()[-1]
+    first.kill()
+    first.wait()
+    with alone_in(tmp_path):
+        assert {path.suffix for path in tmp_path.iterdir()} <= {".json", ".parquet", ".part"}
 
 
 def test_more_runs_keep_those_that_are_there(tmp_path: Path) -> None:

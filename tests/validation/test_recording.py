@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.util
+import resource
 import time
 from pathlib import Path
 
@@ -152,6 +153,26 @@ def test_failure_leaves_nothing(outcome: Outcome, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("room", [10_000, 100_000, 0.5, 0.999])
+def test_a_full_disk_is_told_and_leaves_nothing(room: float, outcome: Outcome, path: Path, tmp_path: Path) -> None:
+    most = int(room * path.stat().st_size) if room < 1 else int(room)
+    whole = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, whole[1]))
+    try:
+        with pytest.raises(InputError, match=r"recording\.rrd: file too large"):
+            write_recording(outcome, tmp_path / "recording.rrd")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, whole)
+    assert not list(tmp_path.iterdir())
+
+
+def test_switched_off_by_the_environment(outcome: Outcome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RERUN", "off")
+    with pytest.raises(InputError, match="RERUN"):
+        write_recording(outcome, tmp_path / "recording.rrd")
+    assert not list(tmp_path.iterdir())
+
+
 def test_long_recordings_stay_workable(tmp_path: Path) -> None:
     """500 000 samples: full-resolution series in a few seconds, at most 45 bytes a sample and vector."""
     outcome = example.example_outcome(500_000, duration_s=10_000.0)

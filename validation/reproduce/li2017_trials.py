@@ -32,8 +32,13 @@ TRUE_STATE = np.concatenate((PERMANENT_NT, np.ravel(INDUCED), np.ravel(EDDY_S)))
 ANGLE_RATES_RAD_S = (0.30, 0.37, 0.23)
 """Yaw, pitch, roll: steady Euler rates turn all axes and excite all 21 columns."""
 INTERVAL_S = 0.01
-MOTIONS = (((0.30, 0.37, 0.23), 0.05), ((1.0, 0.7, 0.43), 0.01), ((1.0, 0.7, 0.43), 0.1), ((0.10, 0.13, 0.07), 0.05),
-           ((0.10, 0.13, 0.07), 0.01))
+MOTIONS = (
+    ((0.30, 0.37, 0.23), 0.05),
+    ((1.0, 0.7, 0.43), 0.01),
+    ((1.0, 0.7, 0.43), 0.1),
+    ((0.10, 0.13, 0.07), 0.05),
+    ((0.10, 0.13, 0.07), 0.01),
+)
 """The other rates and intervals tried; the one above was taken for its T_p error and settling, near the printed."""
 NOISE_STD_NT = 5.0
 SAMPLES = 10_000
@@ -70,8 +75,18 @@ def turning(samples: int, rates_rad_s: Vector = ANGLE_RATES_RAD_S, interval_s: f
     before, after = _attitude(time_s - 1e-5, rates_rad_s), _attitude(time_s + 1e-5, rates_rad_s)
     rate: Array = (before.inv() * after).as_rotvec() / 2e-5
     field = turn.inv().apply(FIELD_ENU_NT)
-    return State(time_s, interval_s, np.zeros((samples, 3)), turn.as_matrix(), rate, np.array(FIELD_ENU_NT), field,
-                 -np.cross(rate, field), np.full(samples, 20.0), np.zeros((samples, 0)))
+    return State(
+        time_s,
+        interval_s,
+        np.zeros((samples, 3)),
+        turn.as_matrix(),
+        rate,
+        np.array(FIELD_ENU_NT),
+        field,
+        -np.cross(rate, field),
+        np.full(samples, 20.0),
+        np.zeros((samples, 0)),
+    )
 
 
 def _attitude(time_s: Array, rates_rad_s: Vector) -> Rotation:
@@ -97,8 +112,14 @@ def outcome(data: VectorData, steps: Track) -> Outcome:
     clean = replace(data, difference_nT=data.observation() @ TRUE_STATE)
     error = compensated(steps.state[-1], clean) - data.field_nT
     total = np.linalg.norm(data.field_nT + error, axis=1) - REFERENCE.strength_nT
-    return Outcome(error_pct[-1], float(_rms(total)), _rms(error), float(np.nanmedian(steps.ratio[len(error) // 2 :])),
-                   float(steps.noise_variance_nT2[-1]), int(outside[-1]) + 1 if len(outside) else 0)
+    return Outcome(
+        error_pct[-1],
+        float(_rms(total)),
+        _rms(error),
+        float(np.nanmedian(steps.ratio[len(error) // 2 :])),
+        float(steps.noise_variance_nT2[-1]),
+        int(outside[-1]) + 1 if len(outside) else 0,
+    )
 
 
 def compensated(state: Array, data: VectorData) -> Array:
@@ -135,16 +156,21 @@ def motion(rates: tuple[Vector, float]) -> tuple[float, float, list[int]]:
     original, steps = outcome(data, track(data, KalmanSettings())), fuzzy_track(data, MICROTESLA)
     worst = np.abs(100.0 * (steps.state - TRUE_STATE) / TRUE_STATE).max(axis=1)
     settled = [int(np.flatnonzero(worst > limit)[-1]) + 1 for limit in (20.0, 5.0, 2.0)]
-    return (float(original.state_error_pct[:3].mean()), float(np.abs(outcome(data, steps).state_error_pct).mean()),
-            settled)
+    return (
+        float(original.state_error_pct[:3].mean()),
+        float(np.abs(outcome(data, steps).state_error_pct).mean()),
+        settled,
+    )
 
 
 def changing_noise(state_variance: float) -> tuple[float, float]:
     """Mean total-field error, nT, over five seeds with R fixed and adapted, under changing noise, for another Q."""
     settings = replace(CALM, state_variance=state_variance)
     runs = [simulated(seed, loud=LOUD) for seed in range(5)]
-    return (float(np.mean([outcome(d, track(d, settings)).total_nT for d in runs])),
-            float(np.mean([outcome(d, fuzzy_track(d, settings)).total_nT for d in runs])))
+    return (
+        float(np.mean([outcome(d, track(d, settings)).total_nT for d in runs])),
+        float(np.mean([outcome(d, fuzzy_track(d, settings)).total_nT for d in runs])),
+    )
 
 
 def long_run(samples: int) -> Array:
