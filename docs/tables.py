@@ -1,4 +1,4 @@
-"""The tables of docs that come from the code, written between marks in the pages: effects, keys, units, tracking.
+"""The tables of docs that come from the code, written between marks in the pages: effects, calibrators, keys, units.
 
 A page holds `<!-- table: NAME -->` and `<!-- end -->`; what stands between them is made here. `tests/test_readme.py`
 checks that the pages are what the code says, all but `tracking`, which is a measurement.
@@ -16,6 +16,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from scipy.spatial.transform import Rotation
 
+from calib import CALIBRATORS, Calibrator
 from scenarios.load import load
 from scenarios.paths import PHASES
 from scenarios.spec import (
@@ -93,6 +94,28 @@ def _parameter(p: Parameter) -> str:
 def static() -> str:
     """The effects that a calibration of the instrument can take out, and that the hold-out keeps."""
     return ", ".join(f"`{cls.name}`" for cls in EFFECTS if cls.static) + "\n"
+
+
+# calibrators
+
+NEED_TEXT = {
+    "attitude": "attitude",
+    "gyro": "gyro",
+    "accel": "accelerometer",
+    "scalar": "channel `scalar_nT`",
+    "array": "array of sensors",
+    "field_vector": "field vector",
+}
+
+
+def calibrators() -> str:
+    """Every calibrator: what it is, what it needs beside the field's strength, and the fewest samples."""
+    rows = ((f"`{name}`", cls.summary, _needs(cls), str(cls.min_samples)) for name, cls in CALIBRATORS.items())
+    return _table(("name", "method", "needs", "least samples"), rows)
+
+
+def _needs(cls: type[Calibrator]) -> str:
+    return ", ".join(NEED_TEXT[need] for need in cls.needs) or "–"
 
 
 # measured logs
@@ -218,6 +241,7 @@ def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 TABLES: dict[str, Callable[[], str]] = {
     "effects": effects,
     "static": static,
+    "calibrators": calibrators,
     "units": units,
     "phases": phases,
     "field": keys(FieldSpec),

@@ -17,6 +17,7 @@ import pytest
 
 import magbench.viewer
 import sim.scenario
+from calib import CALIBRATORS
 from magbench.cli import main
 from scenarios.load import catalogue
 from scenarios.paths import PHASES
@@ -25,10 +26,15 @@ from sim.dataset import read_manifest
 from sim.effects import EFFECTS
 from tests.conftest import ROOT
 from tests.short import cuts
+from validation.export import FORMATS
+from validation.reproduce import PAPERS
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 OTHERS = [ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "REFERENCES.md")]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+KEY = re.compile(r"\[([A-Z][A-Za-z]+[12]\d{3})(?:, ([A-Z][A-Za-z]+[12]\d{3}))?\]")
+QUICKEST = "zhou2012"
+"""The paper that stands for all where a page reproduces one."""
 NOT_OURS = ("polars", "duckdb")
 """Packages that a snippet may use and the project does not install."""
 
@@ -88,6 +94,9 @@ def run_line(line: str) -> None:
         return
     if arguments[0] == "simulate" and "--jobs" not in arguments:
         arguments[1:1] = ["--jobs", "1"]  # a pool takes longer to start than these short runs
+    if arguments[0] == "reproduce":
+        assert arguments[1] in (*PAPERS, "all"), line
+        arguments = ["reproduce", QUICKEST, *arguments[2:], "--seeds", "2", "--jobs", "1"]
     told = io.StringIO()
     with contextlib.redirect_stdout(told), contextlib.redirect_stderr(io.StringIO()) as complaints:
         arguments, target = (arguments[:-2], arguments[-1]) if ">" in arguments else (arguments, None)
@@ -168,6 +177,21 @@ def test_the_tables_leave_nothing_out() -> None:
     assert not [key for key in Scenario.model_fields if not re.search(rf"[`\[]{key}[`\].]", docs["scenarios"])]
     assert not [name for name in catalogue() if f"`{name}`" not in docs["scenarios"]]
     assert f"all {len(EFFECTS)} effects" in docs["README"]
+    families = docs["calibrators"].split("## Families")[1].split("\n## ")[0]
+    assert not [name for name in CALIBRATORS if f"`{name}`" not in families]
+    assert docs["README"].count(f"{len(CALIBRATORS)} calibrators") == 1
+    assert f"all {len(CALIBRATORS)} methods" in docs["README"]
+    assert not [form for form, (file, _) in FORMATS.items() if f"| `{form}` | `{file}` |" not in docs["measured"]]
+    assert not [key for key in PAPERS if f"`{key}`" not in docs["reproduce"]]
+
+
+def test_every_source_that_the_code_cites_is_in_the_references() -> None:
+    known = set(re.findall(r"^\| (\w+) \|", (ROOT / "REFERENCES.md").read_text(encoding="utf-8"), re.MULTILINE))
+    folders = ("scenarios", "sim", "calib", "validation", "magbench", "tests")
+    code = [path.read_text(encoding="utf-8") for folder in folders for path in (ROOT / folder).rglob("*.py")]
+    cited = {key for text in code for found in KEY.findall(text) for key in found if key}
+    assert {"Ding2021", "Markley1988"} <= cited
+    assert not cited - known
 
 
 def test_scores_and_columns_are_named_as_they_are(place: Path) -> None:
