@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -22,15 +23,48 @@ def design(x: Array) -> Array:
     return np.concatenate((x * x, 2 * x[:, [1, 0, 0]] * x[:, [2, 2, 1]], 2 * x), axis=1)
 
 
-def design_gradient(x: Array) -> Array:
-    """d xi / dx: (n, 9, 3) for points (n, 3)."""
-    out = np.zeros((len(x), 9, 3))
+def _gradient_terms() -> Array:
+    """L (9, 3, 4) of the linear gradient d xi_r / dx_k = sum_c L_rkc (x, y, z, 1)_c."""
+    terms = np.zeros((9, 3, 4))
     for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))):
-        out[:, row, i] += 2 * x[:, j]
+        terms[row, i, j] += 2.0
         if i != j:
-            out[:, row, j] += 2 * x[:, i]
-    out[:, [6, 7, 8], [0, 1, 2]] = 2.0
-    return out
+            terms[row, j, i] += 2.0
+    terms[[6, 7, 8], [0, 1, 2], 3] = 2.0
+    return terms
+
+
+_TERMS = _gradient_terms()
+_NOISE_FROM_SECOND = np.einsum("rkc,skd->rscd", _TERMS, _TERMS).reshape(81, 16)
+"""G G^T is quadratic in x: its mean follows from the second moments of (x, y, z, 1) alone."""
+
+
+@njit(cache=True)
+def weighted_sums(x: Array, theta: Array) -> tuple[Array, Array]:
+    """Sums over points x (n, 3) of w xi xi^T (10, 10; upper triangle) and w u u^T (4, 4), in one pass.
+
+    xi with its constant 1, u = (x, y, z, 1), w = 1 / |dQ/dx|^2 at theta.
+    """
+    fourth, second = np.zeros((10, 10)), np.zeros((4, 4))
+    xi, u = np.ones(10), np.ones(4)
+    a, b, c, f, g, h, p, q, r = theta[:9]
+    for i in range(x.shape[0]):
+        x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
+        s0, s1, s2 = a * x0 + h * x1 + g * x2 + p, h * x0 + b * x1 + f * x2 + q, g * x0 + f * x1 + c * x2 + r
+        w = 0.25 / (s0 * s0 + s1 * s1 + s2 * s2)
+        xi[0], xi[1], xi[2] = x0 * x0, x1 * x1, x2 * x2
+        xi[3], xi[4], xi[5] = 2 * x1 * x2, 2 * x0 * x2, 2 * x0 * x1
+        xi[6], xi[7], xi[8] = 2 * x0, 2 * x1, 2 * x2
+        u[0], u[1], u[2] = x0, x1, x2
+        for j in range(10):
+            v = w * xi[j]
+            for k in range(j, 10):
+                fourth[j, k] += v * xi[k]
+        for j in range(4):
+            v = w * u[j]
+            for k in range(4):
+                second[j, k] += v * u[k]
+    return fourth, second
 
 
 def shape_matrix(theta: Array) -> Array:
@@ -77,15 +111,12 @@ def refit(x: Array, theta: Array) -> QuadricFit:
     adds to M, hence the bias of the plain algebraic fit; the weights make Q a distance (Sampson). Covariance by
     perturbation: sigma^2 / n sum_k lambda_k / (lambda_k - lambda_1)^2 u_k u_k^T. [Kanatani1994] (renormalisation).
     """
-    gradient = design_gradient(x)
-    steepness = np.einsum("nij,i->nj", gradient, theta[:9])
-    weight = 1.0 / np.einsum("nj,nj->n", steepness, steepness)
-    weight /= weight.mean()
-    rows = design(x)
-    mean = weight @ rows / len(x)
-    centred = rows - mean
-    moment = (centred * weight[:, None]).T @ centred / len(x)
-    noise = np.tensordot(gradient * weight[:, None, None], gradient, ((0, 2), (0, 2))) / len(x)
+    fourth, second = weighted_sums(np.ascontiguousarray(x), theta)
+    total = fourth[9, 9]
+    fourth = fourth + np.triu(fourth, 1).T
+    mean = fourth[:9, 9] / total
+    moment = fourth[:9, :9] / total - np.outer(mean, mean)
+    noise = (_NOISE_FROM_SECOND @ (second.ravel() / total)).reshape(9, 9)
     values, vectors = scipy.linalg.eigh(moment, noise)
     variance = max(float(values[0]) * len(x) / max(len(x) - 9, 1), ROUNDING_VARIANCE)
     gap = np.maximum(values[1:] - values[0], ROUNDING_VARIANCE)
