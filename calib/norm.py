@@ -81,7 +81,7 @@ def parameters_of(T: Array, c: Array) -> Array:
     return np.concatenate((T[np.triu_indices(3)], c))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def norm_cost(p: Array, x: Array) -> float:
     """f(p) = sum_i (|T x_i - c| - 1)^2."""
     total = 0.0
@@ -94,7 +94,7 @@ def norm_cost(p: Array, x: Array) -> float:
     return total
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def norm_sums(p: Array, x: Array) -> tuple[float, Array, Array, Array]:
     """f, the sums of r q (9,) and q q^T / |y| (9, 9; upper triangle), and the moments of (x, 1) weighted by r / |y|.
 
@@ -173,7 +173,7 @@ def norm_fit(p: Array, x: Array, history: tuple[float, ...]) -> NormFit:
     return NormFit(root @ c, root, covariance, float(np.sqrt(variance)), history)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def noise_sums(p: Array, x: Array) -> tuple[float, Array, Array]:
     """sum |T u|^2, sum |T u|^2 q q^T (9, 9; upper triangle) and sum E[r q] (9,) for noise of variance one on x.
 
@@ -210,7 +210,7 @@ def noise_sums(p: Array, x: Array) -> tuple[float, Array, Array]:
     return total, outer, expected
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _turned(p: Array, x: Array, out: Array) -> None:
     """T x (3,) into out."""
     out[0] = p[0] * x[0] + p[1] * x[1] + p[2] * x[2]
@@ -218,7 +218,7 @@ def _turned(p: Array, x: Array, out: Array) -> None:
     out[2] = p[2] * x[0] + p[4] * x[1] + p[5] * x[2]
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _through(a: Array, x: Array, out: Array) -> None:
     """Y(x)^T a (9,) into out."""
     out[0], out[1], out[2] = a[0] * x[0], a[0] * x[1] + a[1] * x[0], a[0] * x[2] + a[2] * x[0]
