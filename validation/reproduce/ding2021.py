@@ -60,7 +60,7 @@ class Ding2021(Reproduction):
     minimum.
     """
 
-    key: ClassVar[str] = "ding2021"
+    key: ClassVar[str] = "Ding2021"
     title: ClassVar[str] = "Gradiometer of four sensors by improved differential evolution"
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:

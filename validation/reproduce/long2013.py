@@ -26,7 +26,7 @@ RAW_ROLL_DEG, RAW_PITCH_DEG = 27.0, 13.0
 class Long2013(Reproduction):
     """The paper's simulation with its printed errors, and its rolling test on a simulated turntable."""
 
-    key: ClassVar[str] = "long2013"
+    key: ClassVar[str] = "Long2013"
     title: ClassVar[str] = "Ellipsoid calibration of a three-axis magnetometer by maximum likelihood"
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:

@@ -49,7 +49,7 @@ MAIN, SHORT, LONGER = (SETTINGS[k].label for k in (0, 3, 4))
 class Zhang2018(Reproduction):
     """The spiral of the paper with the errors of the scenario `auv-dive`, calibrated by the paper's methods."""
 
-    key: ClassVar[str] = "zhang2018"
+    key: ClassVar[str] = "Zhang2018"
     title: ClassVar[str] = "In-situ calibration of a vector magnetometer on an AUV: ellipsoid, PSO, GA, PSOGA"
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:

@@ -124,7 +124,7 @@ def bound(state: State) -> Array:
 class Zhou2012(Reproduction):
     """The paper's five values as the truth of a simulated turntable run, found again by its own algorithm."""
 
-    key: ClassVar[str] = "zhou2012"
+    key: ClassVar[str] = "Zhou2012"
     title: ClassVar[str] = "Joint correction of non-orthogonality and non-levelness by differential evolution"
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
