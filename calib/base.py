@@ -132,7 +132,7 @@ def _unusable_values(used: dict[str, object]) -> Status | None:
 
 
 def _constant(recording: Recording, reference: Reference) -> Status | None:
-    if np.ptp(recording.mag_nT, axis=0).max() > CONSTANT_FRACTION * reference.strength_nT:
+    if np.ptp(np.ascontiguousarray(recording.mag_nT.T), axis=1).max() > CONSTANT_FRACTION * reference.strength_nT:
         return None
     return Status("unobservable", "the measured field does not change: turn the vehicle about all its axes")
 

@@ -25,7 +25,7 @@ def inflation(residual: Array) -> float:
     CHANCE standard deviations (sqrt(2 / blocks / k)) of 1 counts as 1.
     """
     columns = residual[:, None] if residual.ndim == 1 else residual
-    columns = columns - columns.mean(axis=0)
+    columns = columns - np.ones(len(columns)) @ columns / len(columns)
     variance = float((columns**2).mean())
     worst = 1.0
     for blocks in BLOCKS:
@@ -44,7 +44,7 @@ def residual_of(fit: Calibration, recording: Recording, reference: Reference, *,
     order = np.argsort(recording.time_s, kind="stable")
     field_nT = fit.apply(recording)[order]
     if not vector:
-        return np.asarray(np.linalg.norm(field_nT, axis=1) - reference.strength_nT)
+        return np.asarray(np.sqrt(np.einsum("ni,ni->n", field_nT, field_nT)) - reference.strength_nT)
     assert recording.att_q is not None
     assert reference.field_enu_nT is not None
     return field_nT - world_to_body(recording.att_q[order], np.array(reference.field_enu_nT))

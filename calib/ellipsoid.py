@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.observability import planar_status, thinnest_direction, unobservable
+from calib.observability import planar_status, spread, thinnest_direction, unobservable
 from calib.quadric import (
     Ellipsoid,
     QuadricFit,
@@ -49,8 +49,8 @@ class EllipsoidCalibrator(Calibrator):
         flat = planar_status(recording.mag_nT, 0.0)
         if flat is not None:
             return Calibration(self.name, flat)
-        middle = recording.mag_nT.mean(axis=0)
-        scale = float(np.sqrt(((recording.mag_nT - middle) ** 2).sum(axis=1).mean()))
+        middle = np.ones(len(recording)) @ recording.mag_nT / len(recording)
+        scale = float(np.sqrt(np.trace(spread(recording.mag_nT))))
         fit, history, settled = self._rounds((recording.mag_nT - middle) / scale)
         found = ellipsoid_of(fit.theta)
         flat = planar_status(recording.mag_nT, fit.noise_std * scale)

@@ -43,9 +43,15 @@ def unobservable(direction: Array, why: str) -> Status:
     )
 
 
+def spread(x: Array) -> Array:
+    """Covariance (3, 3) of points (n, 3); products of matrices are far faster here than numpy's sums over rows."""
+    centred = x - np.ones(len(x)) @ x / len(x)
+    return np.asarray(centred.T @ centred / (len(x) - 1))
+
+
 def planar_status(mag_nT: Array, noise_std_nT: float) -> Status | None:
     """Unobservable when the measurements (n, 3) leave a plane by no more than five times the noise, rms; else None."""
-    variance, axes = np.linalg.eigh(np.cov(mag_nT.T))
+    variance, axes = np.linalg.eigh(spread(mag_nT))
     thickness = float(np.sqrt(max(variance[0], 0.0)))
     if thickness > max(SIGNIFICANT_THICKNESS * noise_std_nT, ROUNDING * float(np.sqrt(variance[-1]))):
         return None
@@ -54,7 +60,7 @@ def planar_status(mag_nT: Array, noise_std_nT: float) -> Status | None:
 
 def thinnest_direction(mag_nT: Array) -> Array:
     """The body direction (3,) in which measurements (n, 3) extend least."""
-    return np.asarray(np.linalg.eigh(np.cov(mag_nT.T))[1][:, 0])
+    return np.asarray(np.linalg.eigh(spread(mag_nT))[1][:, 0])
 
 
 def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:

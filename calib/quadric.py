@@ -159,6 +159,7 @@ def ellipsoid_jacobian(theta: Array, ellipsoid: Ellipsoid) -> Array:
 
     d centre = -A^-1 (dp + dA centre);  dT = dlevel A^-1 - level A^-1 dA A^-1;  root droot + droot root = dT
     """
+    upper = np.triu_indices(3)
     squares, axes = np.linalg.eigh(ellipsoid.level * ellipsoid.shape_inverse)
     sums = np.sqrt(squares)[:, None] + np.sqrt(squares)
     out = np.zeros((9, 10))
@@ -168,5 +169,5 @@ def ellipsoid_jacobian(theta: Array, ellipsoid: Ellipsoid) -> Array:
         d_square = d_level * inverse - ellipsoid.level * inverse @ d_shape @ inverse
         d_root = axes @ ((axes.T @ d_square @ axes) / sums) @ axes.T
         out[:3, k] = -inverse @ (step[6:9] + d_shape @ centre)
-        out[3:, k] = d_root[np.triu_indices(3)]
+        out[3:, k] = d_root[upper]
     return out
