@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from concurrent.futures.process import BrokenProcessPool
 
 import typer
 
@@ -34,6 +35,8 @@ app.command("schema")(schema.schema)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit status. Wrong use and bad input end as one line on standard error."""
+    if sys.stdout is None:  # closed by the shell: >&-
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     try:
         status = app(args=arguments, prog_name="magbench", standalone_mode=False)
         sys.stdout.flush()
@@ -41,9 +44,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse(error.format_message() if isinstance(error, typer.TyperException) else str(error))
     except (typer.Abort, KeyboardInterrupt):
         status = INTERRUPTED
-    except BrokenPipeError:
+    except (BrokenPipeError, SystemExit):  # a closed pipe; typer and rich turn it into an exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except (BrokenProcessPool, MemoryError):
+        return _refuse("the system ended a process, perhaps for want of memory (try fewer --jobs, or a shorter run)")
     except OSError as error:
         return _refuse(f"{error.filename or 'system'}: {error.strerror or error} (free space, or choose another place)")
     if status == INTERRUPTED:  # typer turns Ctrl-C into this status

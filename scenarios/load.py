@@ -71,7 +71,7 @@ def find(name_or_path: str | Path) -> Path:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         reason = error.strerror or "not readable"
         raise InputError(f"cannot be read: {reason}", where=str(path), do="give a readable TOML file") from None
@@ -79,6 +79,8 @@ def _read(path: Path) -> dict[str, Any]:
         raise InputError("not UTF-8 text", where=str(path), do="save the file as UTF-8 TOML") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"not TOML: {error}", where=str(path), do="mend the file there") from None
+    except (RecursionError, ValueError):  # tables in tables a thousand deep, a number of thousands of digits
+        raise InputError("nested too deep, or a number too long", where=str(path), do="give a scenario file") from None
 
 
 def _changed(data: dict[str, Any], changes: Sequence[Override]) -> dict[str, Any]:
@@ -90,7 +92,11 @@ def _changed(data: dict[str, Any], changes: Sequence[Override]) -> dict[str, Any
 def _validate(model: type[Spec], data: dict[str, Any], where: str, changes: Sequence[Override]) -> Spec:
     """Strictly: as JSON, so that arrays and dates are accepted, but no text for a number."""
     try:
-        return model.model_validate_json(json.dumps(data, default=str), strict=True)
+        text = json.dumps(data, default=str)
+    except RecursionError:
+        raise InputError("tables nested too deep", where=where, do="give a scenario file") from None
+    try:
+        return model.model_validate_json(text, strict=True)
     except ValidationError as error:
         path, what, do = first_problem(error, model)
         raise told(_blame(path, where, changes), path, what, do) from None

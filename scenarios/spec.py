@@ -9,7 +9,13 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from scenarios.paths import Phase
 
-Vec3 = tuple[float, float, float]
+Metres = Annotated[float, Field(ge=-1000, le=1000)]
+WaterSpeed = Annotated[float, Field(ge=-10, le=10)]
+WindSpeed = Annotated[float, Field(ge=-100, le=100)]
+FieldStrength = Annotated[float, Field(ge=-1e6, le=1e6)]
+MAX_SEED = 2**63 - 1
+MAX_DURATION_S = 864_000
+"""Ten days."""
 
 
 class Table(BaseModel):
@@ -25,7 +31,7 @@ class FieldSpec(Table):
     longitude_deg: float | None = Field(None, ge=-180, le=360)
     altitude_m: float = Field(0.0, ge=-12_000, le=600_000)
     date: datetime.date | None = None
-    enu_nT: Vec3 | None = Field(None, description="east, north, up")
+    enu_nT: tuple[FieldStrength, FieldStrength, FieldStrength] | None = Field(None, description="east, north, up")
 
     @model_validator(mode="after")
     def _one_of_two(self) -> FieldSpec:
@@ -47,7 +53,7 @@ class ThermalSpec(Table):
     deep_degC: float = Field(2.0, ge=-60, le=80)
     scale_depth_m: float = Field(500.0, gt=0)
     initial_degC: float | None = Field(None, ge=-60, le=120, description="default: in balance with the surroundings")
-    heating_K_W: float = Field(0.02, ge=0)
+    heating_K_W: float = Field(0.02, ge=0, le=100)
     time_constant_s: float = Field(300.0, gt=0)
 
 
@@ -55,7 +61,7 @@ class AuvSpec(Table):
     """The torpedo-shaped AUV, in a uniform ocean current."""
 
     kind: Literal["auv"]
-    current_enu_m_s: Vec3 = (0.0, 0.0, 0.0)
+    current_enu_m_s: tuple[WaterSpeed, WaterSpeed, WaterSpeed] = (0.0, 0.0, 0.0)
     depth_m: float = Field(0.0, ge=0, le=11_000, description="depth at the start")
     heading_deg: float = Field(0.0, ge=-360, le=360, description="counter-clockwise from east")
 
@@ -64,7 +70,7 @@ class QuadrotorSpec(Table):
     """The quadrotor, in a uniform wind with gusts."""
 
     kind: Literal["quadrotor"]
-    wind_enu_m_s: Vec3 = (0.0, 0.0, 0.0)
+    wind_enu_m_s: tuple[WindSpeed, WindSpeed, WindSpeed] = (0.0, 0.0, 0.0)
     gust_std_m_s: float = Field(0.0, ge=0, le=20)
     height_m: float = Field(30.0, ge=0, le=5_000, description="height at the start")
     heading_deg: float = Field(0.0, ge=-360, le=360, description="counter-clockwise from east")
@@ -79,7 +85,7 @@ class TurntableSpec(Table):
 class SamplingSpec(Table):
     """The sensors' sample rate; a whole number of physics steps (50 Hz) a sample."""
 
-    rate_hz: float = Field(10.0, gt=0, le=50)
+    rate_hz: float = Field(10.0, ge=0.01, le=50)
 
     @model_validator(mode="after")
     def _whole_steps(self) -> SamplingSpec:
@@ -91,22 +97,22 @@ class SamplingSpec(Table):
 class NavigationSpec(Table):
     """Errors of the instruments beside the magnetometer; white noise is per sample."""
 
-    gyro_noise_std_rad_s: float = Field(1e-3, ge=0)
-    gyro_bias_std_rad_s: float = Field(1e-4, ge=0, description="constant in a run, drawn once")
-    accel_noise_std_m_s2: float = Field(0.02, ge=0)
-    accel_bias_std_m_s2: float = Field(0.01, ge=0)
-    attitude_noise_std_deg: float = Field(0.02, ge=0)
+    gyro_noise_std_rad_s: float = Field(1e-3, ge=0, le=10)
+    gyro_bias_std_rad_s: float = Field(1e-4, ge=0, le=10, description="constant in a run, drawn once")
+    accel_noise_std_m_s2: float = Field(0.02, ge=0, le=100)
+    accel_bias_std_m_s2: float = Field(0.01, ge=0, le=100)
+    attitude_noise_std_deg: float = Field(0.02, ge=0, le=180)
     attitude_correlation_s: float = Field(60.0, gt=0, description="first-order Gauss-Markov")
-    position_noise_std_m: float = Field(0.2, ge=0)
+    position_noise_std_m: float = Field(0.2, ge=0, le=1e6)
     position_correlation_s: float = Field(60.0, gt=0)
-    temperature_noise_std_K: float = Field(0.01, ge=0)
-    current_noise_std_A: float = Field(0.01, ge=0)
+    temperature_noise_std_K: float = Field(0.01, ge=0, le=100)
+    current_noise_std_A: float = Field(0.01, ge=0, le=1000)
 
 
 class SensorSpec(Table):
     """One magnetometer: where it sits (body frame), and effects of its own beside the scenario's."""
 
-    position_m: Vec3 = (0.0, 0.0, 0.0)
+    position_m: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.0)
     effects: dict[str, Any] = Field(default_factory=dict)
 
 
@@ -134,7 +140,7 @@ class Scenario(Table):
 
     name: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")
     summary: str
-    seed: int = Field(0, ge=0)
+    seed: int = Field(0, ge=0, le=MAX_SEED)
     field: FieldSpec
     vehicle: VehicleSpec
     phases: tuple[Phase, ...] = Field(min_length=1)
@@ -146,6 +152,13 @@ class Scenario(Table):
     effect_order: tuple[str, ...] | None = Field(None, description="default: the physical order of sim.effects")
     vary: dict[str, Vary] = Field(default_factory=dict, description="dotted key -> distribution")
     calibrators: tuple[str, ...] = ("sphere", "ellipsoid", "vector_least_squares")
+
+    @model_validator(mode="after")
+    def _ends(self) -> Scenario:
+        total_s = sum(phase.duration_s for phase in self.phases)
+        if total_s > MAX_DURATION_S:
+            raise ValueError(f"the phases last {total_s:g} s together, at most {MAX_DURATION_S} s can be simulated")
+        return self
 
 
 class ModelSpec(Table):

@@ -17,6 +17,10 @@ from sim.state import Array
 llvm.load_library_permanently(str(next(Path(mujoco.__file__).parent.glob("*mujoco.*[0-9]*"))))
 
 
+# Whoever runs the loop asks the data for warnings; they shall not also go to a file in the working directory.
+mujoco.set_mju_user_warning(lambda _: None)
+
+
 def _c(name: str, *arguments: types.Type) -> types.ExternalFunction:
     return types.ExternalFunction(name, types.void(*arguments))
 

@@ -13,6 +13,9 @@ from sim.state import Array
 FIRST_DATE, LAST_DATE = datetime.date(1900, 1, 1), datetime.date(2030, 1, 1)
 """What IGRF-14 covers; its last five years are a forecast."""
 
+MOST_LATITUDE_DEG = 90.0 - 1e-6
+"""A decimetre from the pole, where the model divides by the distance from the axis."""
+
 
 def earth_field_enu_nT(field: FieldSpec) -> Array:
     """Field vector (3,) in nT, east, north, up: the given one, or IGRF-14 at geodetic latitude, longitude, altitude.
@@ -22,7 +25,8 @@ def earth_field_enu_nT(field: FieldSpec) -> Array:
     """
     if field.enu_nT is not None:
         return np.array(field.enu_nT)
-    assert field.date is not None  # FieldSpec: place and date go together
+    assert field.date is not None
+    assert field.latitude_deg is not None  # FieldSpec: place and date go together
     if not FIRST_DATE <= field.date <= LAST_DATE:
         covered = f"{FIRST_DATE} to {LAST_DATE}"
         raise InputError(f"IGRF-14 covers {covered}, found {field.date}", where="field.date", do="or give field.enu_nT")
@@ -30,5 +34,6 @@ def earth_field_enu_nT(field: FieldSpec) -> Array:
     import ppigrf
 
     midnight = datetime.datetime.combine(field.date, datetime.time())
-    parts = ppigrf.igrf(field.longitude_deg, field.latitude_deg, field.altitude_m / 1000.0, midnight)
+    latitude_deg = np.clip(field.latitude_deg, -MOST_LATITUDE_DEG, MOST_LATITUDE_DEG)
+    parts = ppigrf.igrf(field.longitude_deg, latitude_deg, field.altitude_m / 1000.0, midnight)
     return np.array([float(part.item()) for part in parts])

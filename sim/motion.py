@@ -52,6 +52,8 @@ class Loop:
 
     def __post_init__(self) -> None:
         self.model = self.vehicle.model()
+        # Without this the engine would start again from the initial pose where the state is no longer finite.
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.data = mujoco.MjData(self.model)
         self.vehicle.place(self.model, self.data)
         self.buffers = buffers_of(self.model, self.data, self.model.body(self.vehicle.body).id)
@@ -85,6 +87,11 @@ class Loop:
         self.steps += done
         return rows[: -(-done // self.every)], done
 
+    @property
+    def lost(self) -> bool:
+        """Whether the state is not finite, or the engine found it so on the way."""
+        return not np.isfinite(self.data.qpos).all() or bool(np.any(self.data.warning.number))
+
 
 def drive(scenario: Scenario, rng: np.random.Generator) -> Iterator[Motion]:
     """True motion of the scenario's vehicle through its phases, at the sensors' sample times.
@@ -95,6 +102,9 @@ def drive(scenario: Scenario, rng: np.random.Generator) -> Iterator[Motion]:
     loop = Loop(vehicle_for(scenario.vehicle), every, rng)
     for index, phase in enumerate(scenario.phases):
         yield from _phase(loop, phase, index)
+    if not loop.steps:
+        do = "lengthen them, or raise the rate"
+        raise InputError("the phases are shorter than a sample", where="sampling.rate_hz", do=do)
 
 
 def _phase(loop: Loop, phase: PhaseBase, index: int) -> Iterator[Motion]:
@@ -110,6 +120,10 @@ def _phase(loop: Loop, phase: PhaseBase, index: int) -> Iterator[Motion]:
         reference = np.ascontiguousarray(phase.reference(start, t_s))
         begin = loop.steps
         rows, done = loop.run(reference, gains, stop)
+        if loop.lost:
+            what = f"the simulated vehicle left its envelope before {STEP_S * loop.steps:g} s"
+            do = "ask for a gentler motion, wind or current"
+            raise InputError(what, where=f"phases.{index} ({phase.kind})", do=do)
         if len(rows):
             yield _motion(loop, rows, reference[:: loop.every], begin, index, t_s[:: loop.every])
         first += done
@@ -133,8 +147,6 @@ def _stop(phase: PhaseBase, start: Start) -> Array:
 
 
 def _motion(loop: Loop, rows: Array, reference: Array, begin: int, phase: int, phase_time_s: Array) -> Motion:
-    if not np.isfinite(rows[-1]).all():
-        raise InputError("the simulated vehicle left its envelope (state is not finite)", where=f"phases.{phase}")
     n, model = len(rows), loop.model
     time_s: Array = STEP_S * (begin + loop.every * np.arange(n, dtype=np.float64))
     kinematics = loop.vehicle.kinematics(model, rows)

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
 
-import magbench
+import magbench.cli
 from magbench.cli import main
 from scenarios.load import catalogue
 from sim.dataset import read_run
@@ -137,6 +142,31 @@ def test_json_alone_is_on_standard_output(tmp_path: Path, cli) -> None:  # type:
     assert done.returncode == 0
     assert json.loads(done.stdout)["runs"] == 1
     assert "simulating" in done.stderr
+
+
+@pytest.mark.parametrize("arguments", [("list", "effects"), ("schema",), ("--help",)])
+def test_a_reader_that_has_gone_is_no_error(arguments: tuple[str, ...]) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "magbench", *arguments]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_closed_output_is_no_error() -> None:
+    command = f"{sys.executable} -m magbench list effects --json >&-"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_processes_that_are_ended_are_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for cause in (BrokenProcessPool(), MemoryError()):
+        monkeypatch.setattr(magbench.cli, "app", mock.Mock(side_effect=cause))
+        assert main([]) == 2
+        assert "memory" in capsys.readouterr().err
 
 
 def test_every_public_name_is_there() -> None:

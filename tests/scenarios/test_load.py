@@ -79,6 +79,15 @@ BAD = {
     "effect is no table": ("[effects.white_noise]", "[effects]", r"effects\.std_nT: an effect is a table"),
     "sample rate": ("[field]", "[sampling]\nrate_hz = 7\n[field]", r"sampling: rate_hz must divide 50"),
     "place and vector": ("enu_nT", "latitude_deg = 3\nenu_nT", r"field: give either enu_nT"),
+    "ten years": ("turns = 2", "turns = 10000\nrun_in_s = 20", r"the phases last .* s together, at most 864000 s"),
+    "storm": ('kind = "auv"', 'kind = "auv"\ncurrent_enu_m_s = [1e6, 0, 0]', r"current_enu_m_s\.0: .*equal to 10"),
+    "field of a star": ("1000, 20000", "1e300, 20000", r"field\.enu_nT\.0: "),
+    "lost attitude": ("[field]", "[navigation]\nattitude_noise_std_deg = 1e300\n[field]", r"attitude_noise_std_deg"),
+    "hardly a sample": ("[field]", "[sampling]\nrate_hz = 1e-300\n[field]", r"rate_hz: .*equal to 0\.01"),
+    "seed too long": ('"test"', '"test"\nseed = 9223372036854775808', r"seed: "),
+    "number too long": ("radius_m = 20", "radius_m = " + 5000 * "2", r"number too long"),
+    "arrays too deep": ('"test"', '"test"\nx = ' + 5000 * "[" + 5000 * "]", r"nested too deep"),
+    "tables too deep": ("[field]", "[" + ".".join(3000 * "a") + "]\n[field]", r"nested too deep"),
     "vary unknown": ("[field]", '[vary]\n"phases.1.radius" = {uniform=[1,2]}\n[field]', r"phases\.1\.radius.*radius_m"),
     "vary no number": ("[field]", "[vary]\nname = {uniform=[1,2]}\n[field]", r"vary\.name: not a number"),
     "vary out of range": ("[field]", '[vary]\n"phases.1.radius_m" = {uniform=[-9,2]}\n[field]', r"vary: phases\.1\."),
@@ -159,6 +168,12 @@ def test_unreadable_files_are_told(tmp_path: Path) -> None:
     assert "cannot be read" in message(tmp_path)
     (tmp_path / "latin.toml").write_bytes(b'name = "\xe9"')
     assert "not UTF-8" in message(tmp_path / "latin.toml")
+
+
+def test_marks_and_line_ends_of_other_systems_do_not_matter(file: Path) -> None:
+    plain = load(file)
+    file.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
+    assert load(file) == plain
 
 
 def test_overrides_replace_values(file: Path) -> None:

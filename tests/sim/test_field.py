@@ -48,6 +48,12 @@ def test_longitude_wraps_and_the_field_changes_with_the_years():
     assert 10 < np.linalg.norm(change) < 300
 
 
+@pytest.mark.parametrize("pole", [-90, 90])
+def test_the_poles_have_a_field_too(pole):
+    date = datetime.date(2020, 1, 1)
+    np.testing.assert_allclose(field_at(pole, 30, date), field_at(pole * (1 - 1e-7), 30, date), atol=0.01)
+
+
 @pytest.mark.parametrize("date", [datetime.date(1899, 12, 31), datetime.date(2030, 1, 2)])
 def test_a_date_outside_the_model_is_refused(date):
     with pytest.raises(InputError, match="1900-01-01 to 2030-01-01"):

@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scenarios.errors import InputError
 from scenarios.load import catalogue
 from sim.dataset import Recording, Truth, read_run
 from sim.dataset.manifest import read_metadata
 from sim.generate import generate
 from sim.rotation import matrix_from_q, multiply_q, to_body
+from sim.vehicles.quadrotor import Quadrotor
 from tests.short import short
 
 NAMES = sorted(catalogue())
@@ -140,3 +142,21 @@ def test_metadata_says_how_to_make_the_run_again(tmp_path: Path) -> None:
     said = read_metadata(tmp_path / "run-00000.parquet")
     assert said is not None
     assert (said["seed"], said["run"], said["scenario"]["name"]) == (5, 0, "tumble")
+
+
+def test_a_vehicle_that_is_lost_is_told_and_nothing_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The engine itself would begin again from the start, for ever, and warn in a file of the working directory."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Quadrotor, "flow", lambda self, n, rng, memory: np.full((n, 3), 1e6))
+    with pytest.raises(InputError, match=r"phases\.0 \(hover\): the simulated vehicle left its envelope"):
+        generate(short("quad-calibration"), tmp_path / "out")
+    assert {path.name for path in tmp_path.rglob("*")} == {"out", "dataset.json"}
+    assert capfd.readouterr().err == ""
+
+
+def test_phases_shorter_than_a_sample_are_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="shorter than a sample"):
+        generate(short("tumble", "sampling.rate_hz=0.01", "phases.0.duration_s=40"), tmp_path)
+    assert not list(tmp_path.glob("*.parquet"))

@@ -101,7 +101,8 @@ def time_axis(axis: Any, outcome: Outcome) -> None:
     scale, unit = time_unit(outcome)
     time_s = outcome.recording.time_s
     axis.set_xlabel(f"time ({unit})")
-    axis.set_xlim(time_s[0] / scale, time_s[-1] / scale)
+    if time_s[-1] > time_s[0]:
+        axis.set_xlim(time_s[0] / scale, time_s[-1] / scale)
 
 
 def keep_readable(axis: Any, values: Array, outliers: float = 8.0) -> None:
