@@ -109,7 +109,8 @@ def _floats(path: Path, name: str, column: pa.ChunkedArray) -> Array | None:
 def _seconds(column: pa.ChunkedArray) -> Array:
     """Seconds since the first of the timestamps."""
     at_ns = column.cast(pa.timestamp("ns", column.type.tz))
-    return np.asarray(pc.subtract(at_ns, at_ns[0]).cast(pa.int64()).to_numpy() * 1e-9)
+    first = at_ns.drop_null()[0]
+    return np.asarray(pc.subtract(at_ns, first).cast(pa.int64()).to_numpy() * 1e-9)
 
 
 def _not_numbers(column: pa.ChunkedArray) -> tuple[str, str]:

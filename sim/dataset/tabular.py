@@ -31,8 +31,9 @@ def load_table(path: Path) -> pa.Table:
     Raises InputError for a file that is missing, a directory, unreadable, empty, damaged, of another kind, or ragged.
     """
     if is_parquet(path):
-        with damaged(path):
-            return pq.read_table(path, partitioning=None)
+        with damaged(path), pq.ParquetFile(path) as file:
+            table = file.read()
+        return _renamed(path, table)
     if path.suffix.lower() not in _TEXT_SUFFIXES:
         raise InputError("is neither Parquet nor CSV", where=str(path), do=_FORMATS)
     return _load_csv(path)
@@ -121,5 +122,5 @@ def _renamed(path: Path, table: pa.Table) -> pa.Table:
     names = [name.strip() for name in table.column_names]
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise InputError("the header has this column twice", where=f"{path}: {twice[0]}", do="rename one of them")
+        raise InputError("there are two columns of this name", where=f"{path}: {twice[0]}", do="rename one of them")
     return table.rename_columns(names)

@@ -108,6 +108,17 @@ def header_twice(lines: list[str]) -> list[str]:
     return [lines[0].replace("mag_y_nT", "mag_x_nT"), *lines[1:]]
 
 
+def column_twice(tmp: Path) -> Path:
+    table = pa.table(good())
+    pq.write_table(table.append_column("mag_x_nT", table.column("mag_x_nT")), tmp / "log.parquet")
+    return tmp / "log.parquet"
+
+
+def stamps_without_the_first(tmp: Path) -> Path:
+    stamps = pa.array([None, *range(1, N)], pa.timestamp("ms"))
+    return parquet(time_s=stamps)(tmp)
+
+
 def cell(line: int, old: str, new: str) -> Callable[[list[str]], list[str]]:
     def edit(lines: list[str]) -> list[str]:
         assert old in lines[line]
@@ -141,7 +152,9 @@ CASES: dict[str, tuple[Make, list[str], tuple[str, ...]]] = {
         ("holds 0 samples", "at least 10"),
     ),
     "one sample": (csv(lambda lines: lines[:2]), [], ("holds 1 samples", "at least 10", "longer")),
-    "header twice": (csv(header_twice), [], ("mag_x_nT", "twice", "rename")),
+    "column twice": (column_twice, [], ("log.parquet: mag_x_nT", "two columns of this name")),
+    "first timestamp missing": (stamps_without_the_first, [], ("time_s", "1 of 40", "row 1 is missing")),
+    "header twice": (csv(header_twice), [], ("mag_x_nT", "two columns", "rename")),
     "ragged, short": (csv(cell(5, ROW_5, "")), [], ("line 6 has 3 cells, the header has 4",)),
     "ragged, long": (csv(cell(5, ROW_5, "7,7,0.4,")), [], ("line 6 has 6 cells, the header has 4",)),
     "spaces between": (csv(lambda ls: [line.replace(",", " ") for line in ls]), [], ("no column time_s",)),

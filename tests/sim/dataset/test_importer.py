@@ -135,6 +135,13 @@ def test_timestamps_become_seconds(tmp_path: Path) -> None:
         np.testing.assert_allclose(recording.time_s, np.arange(N) * 0.1, atol=1e-9)
 
 
+def test_blanks_around_column_names_do_not_matter(tmp_path: Path) -> None:
+    table = pa.table(log())
+    pq.write_table(table.rename_columns([f" {name} " for name in table.column_names]), tmp_path / "log.parquet")
+    recording = read_measured(tmp_path / "log.parquet")
+    np.testing.assert_array_equal(recording.mag_nT[:, 0], log()["mag_x_nT"])
+
+
 @pytest.mark.parametrize("separator", [";", "\t", ", "])
 def test_separators_byte_order_mark_and_line_ends(tmp_path: Path, separator: str) -> None:
     path = write(tmp_path / "log.csv", log(phase=["spiral"] * N))
