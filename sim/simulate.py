@@ -61,8 +61,9 @@ class Plan:
 
     @property
     def effects_named(self) -> tuple[str, ...]:
-        """Names of all effects of all sensors, each once, in chain order."""
-        return tuple(dict.fromkeys(effect.name for sensor in self.effects for effect in sensor))
+        """Names of all effects of all sensors, each once, in chain order: that of every sensor, whichever it has."""
+        present = {effect.name for sensor in self.effects for effect in sensor}
+        return tuple(name for name in self.drawn.effect_order or effect_table.BY_NAME if name in present)
 
     @property
     def columns(self) -> tuple[Column, ...]:

@@ -11,8 +11,10 @@ from scenarios.errors import InputError
 from scenarios.load import catalogue
 from sim.dataset import Recording, Truth, read_run
 from sim.dataset.manifest import read_metadata
+from sim.effects import build
 from sim.generate import generate
 from sim.rotation import matrix_from_q, multiply_q, to_body
+from sim.simulate import plan
 from sim.vehicles.quadrotor import Quadrotor
 from tests.short import short
 
@@ -98,6 +100,16 @@ def test_array_sensors_sit_where_the_scenario_says(tmp_path: Path) -> None:
     label = truth.effects["field_gradient"]
     expected = to_body(R, (R @ across) @ np.diag([100.0, -50.0, -50.0]))
     np.testing.assert_allclose(label[0] - label[2], expected, atol=1e-6)
+
+
+def test_the_parameters_say_in_which_order_each_sensors_effects_act() -> None:
+    """Also where the first sensor lacks an effect that comes early in the chain of the others."""
+    ready = plan(short("gradiometer-turntable"))
+    parameters = ready.metadata["parameters"]
+    assert "misalignment" not in parameters["effects"][0]
+    for tables, effects in zip(parameters["effects"], ready.effects, strict=True):
+        order = [name for name in parameters["effect_order"] if name in tables]
+        assert build(tables, order, "run") == effects
 
 
 def test_same_seed_same_bytes_whatever_the_jobs(tmp_path: Path) -> None:
