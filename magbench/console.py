@@ -10,7 +10,15 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 
 Report = Callable[[int, int], object]
@@ -48,8 +56,9 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
 def progress(what: str) -> Iterator[Report]:
     """A bar on a terminal, plain lines elsewhere."""
     if messages.is_terminal:
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        with Progress(*columns, console=messages) as bar:
+        # One long run is one piece: the spinner and the clock show that it goes on.
+        pieces = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+        with Progress(SpinnerColumn(), TextColumn("{task.description}"), *pieces, console=messages) as bar:
             task = bar.add_task(what, total=None)
             yield lambda done, total: bar.update(task, completed=done, total=total)
     else:
