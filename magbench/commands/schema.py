@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from magbench.options import Json
 
-def schema() -> None:
-    """Print the JSON Schema of scenario files, for completion and checks in editors.
+
+def schema(json: Json = False) -> None:
+    """Print the JSON Schema of scenario files, for completion and checks in editors; with or without --json.
 
     Example: magbench schema > scenario.schema.json
     """

@@ -7,15 +7,19 @@ from typing import Annotated
 
 import typer
 
+from magbench.options import Json
+
 
 def show(
     path: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.rrd, or a directory that holds one.")],
     web: Annotated[bool, typer.Option("--web", help="Serve it to a browser on this machine instead.")] = False,
+    json: Json = False,
 ) -> None:
     """Open a recording in the rerun viewer.
 
     Example: magbench show out/auv-dive
     """
+    from magbench.console import emit
     from magbench.viewer import view
     from scenarios.errors import InputError
 
@@ -25,3 +29,5 @@ def show(
     if file.suffix != ".rrd":
         raise InputError("is not a rerun recording (.rrd)", where=str(file), do="`magbench run SCENARIO` writes one")
     view(file, web=web)
+    if json:
+        emit({"file": str(file)})

@@ -61,7 +61,7 @@ def test_every_effect_that_the_design_names(capsys: pytest.CaptureFixture[str]) 
 
 
 def test_schema_knows_every_effect_and_phase(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["schema"]) == 0
+    assert main(["schema", "--json"]) == 0
     schema = json.loads(capsys.readouterr().out)
     assert {"white_noise", "local_dipole"} <= set(schema["$defs"]["Effects"]["properties"])
     assert schema["additionalProperties"] is False
