@@ -10,7 +10,7 @@ from calib import CALIBRATORS, Reference
 from calib.vector_model import VectorData
 from sim.dataset import Recording
 
-MOST_RATIO = 1.25
+MOST_RATIO = 1.0
 FIELD_ENU_NT = (-1940.0, 31916.0, -41285.0)
 CASES = ("kalman", "kalman_rescaled", "kalman_fuzzy")
 
