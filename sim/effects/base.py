@@ -54,7 +54,8 @@ class Effect(ABC):
     they give `basis` for free), `stochastic` (draws from rng), `static` (decided by field, temperature, current and
     time at one instant: what a calibration of the instrument can take out, and the hold-out keeps), `units` (the unit
     values of a linear parameter whose components are not free, such as a symmetric matrix; otherwise each component
-    is one).
+    is one), `search` (values of the other parameters that the diagnosis tries, in every combination, before it refines
+    the best), `tangents` (small values of a parameter without `linear` whose contributions add up).
 
     Values are checked and brought to tuples of floats when an effect is made; `InputError` names the wrong one.
     """
@@ -66,6 +67,8 @@ class Effect(ABC):
     stochastic: ClassVar[bool] = False
     static: ClassVar[bool] = False
     units: ClassVar[dict[str, tuple[Any, ...]]] = {}
+    search: ClassVar[dict[str, tuple[Any, ...]]] = {}
+    tangents: ClassVar[dict[str, tuple[Any, ...]]] = {}
 
     def __post_init__(self) -> None:
         for p in self.parameters():

@@ -26,6 +26,7 @@ class EddyCurrent(Effect):
     stage: ClassVar[str] = "vehicle"
     needs: ClassVar[tuple[str, ...]] = ("rate",)
     linear: ClassVar[tuple[str, ...]] = ("matrix_s",)
+    search: ClassVar[dict[str, tuple[float, ...]]] = {"time_constant_s": (0.0, 0.1, 0.3, 1.0, 3.0)}
 
     matrix_s: Mat3 = parameter(ZERO33, "s", -10.0, 10.0, "B, on the field's rate in the body frame (nT/s)")
     time_constant_s: float = parameter(0.0, "s", 0.0, 100.0, "lag of the currents; 0: none")

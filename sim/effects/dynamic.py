@@ -22,6 +22,7 @@ class Bandwidth(Replacement):
 
     name: ClassVar[str] = "bandwidth"
     stage: ClassVar[str] = "sensor"
+    search: ClassVar[dict[str, tuple[float, ...]]] = {"cutoff_hz": (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)}
 
     cutoff_hz: float = parameter(0.0, "Hz", 0.0, 1e9, "f_c, where the power is halved; 0: no low-pass")
 
@@ -40,6 +41,7 @@ class Latency(Replacement):
 
     name: ClassVar[str] = "latency"
     stage: ClassVar[str] = "electronics"
+    search: ClassVar[dict[str, tuple[float, ...]]] = {"delay_s": (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)}
 
     delay_s: float = parameter(0.0, "s", 0.0, 60.0, "d")
 

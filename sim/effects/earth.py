@@ -25,6 +25,7 @@ class DiurnalDrift(Effect):
     stage: ClassVar[str] = "field"
     needs: ClassVar[tuple[str, ...]] = ("attitude",)
     linear: ClassVar[tuple[str, ...]] = ("amplitude_enu_nT",)
+    search: ClassVar[dict[str, tuple[float, ...]]] = {"phase_deg": (0.0, 45.0, 90.0, 135.0)}
 
     amplitude_enu_nT: Vec3 = parameter(ZERO3, "nT", -5e3, 5e3, "amplitude a east, north, up")
     period_s: float = parameter(86_400.0, "s", 1.0, 1e7, "period P")
@@ -89,6 +90,7 @@ class AttitudeMisalignment(Effect):
     name: ClassVar[str] = "attitude_misalignment"
     stage: ClassVar[str] = "field"
     needs: ClassVar[tuple[str, ...]] = ("attitude",)
+    tangents: ClassVar[dict[str, tuple[Vec3, ...]]] = {"angles_deg": ((0.01, 0, 0), (0, 0.01, 0), (0, 0, 0.01))}
 
     angles_deg: Vec3 = parameter(ZERO3, "deg", -180.0, 180.0, "turn about east, north, up")
 

@@ -23,6 +23,7 @@ class Misalignment(Effect):
     name: ClassVar[str] = "misalignment"
     stage: ClassVar[str] = "sensor"
     static: ClassVar[bool] = True
+    tangents: ClassVar[dict[str, tuple[Vec3, ...]]] = {"angles_deg": ((0.01, 0, 0), (0, 0.01, 0), (0, 0, 0.01))}
 
     angles_deg: Vec3 = parameter(ZERO3, "deg", -180.0, 180.0, "about forward, left, up")
     form: str = choice("rotation", ("rotation", "zhang2018"), "rotation, or the matrix of Zhang2018 eq. 2")
@@ -46,6 +47,7 @@ class NonOrthogonality(Effect):
     name: ClassVar[str] = "non_orthogonality"
     stage: ClassVar[str] = "sensor"
     static: ClassVar[bool] = True
+    tangents: ClassVar[dict[str, tuple[Vec3, ...]]] = {"angles_deg": ((0.01, 0, 0), (0, 0.01, 0), (0, 0, 0.01))}
 
     angles_deg: Vec3 = parameter(ZERO3, "deg", -60.0, 60.0, "xy, xz, yz: how far an axis leans to another")
 

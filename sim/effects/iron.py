@@ -53,6 +53,7 @@ class HardIronDrift(Effect):
     stage: ClassVar[str] = "vehicle"
     static: ClassVar[bool] = True
     linear: ClassVar[tuple[str, ...]] = ("rate_nT_h",)
+    search: ClassVar[dict[str, tuple[float, ...]]] = {"time_constant_s": (0.0, 100.0, 300.0, 1000.0)}
 
     rate_nT_h: Vec3 = parameter(ZERO3, "nT/h", -1e6, 1e6, "r at the start, forward, left, up")
     time_constant_s: float = parameter(0.0, "s", 0.0, 1e7, "tau with which it settles; 0: it does not settle")

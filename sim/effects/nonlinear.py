@@ -41,6 +41,9 @@ class Hysteresis(Effect):
     name: ClassVar[str] = "hysteresis"
     stage: ClassVar[str] = "sensor"
     linear: ClassVar[tuple[str, ...]] = ("gain",)
+    search: ClassVar[dict[str, tuple[float, ...]]] = {
+        "threshold_nT": (100.0, 300.0, 1000.0, 3000.0, 10_000.0, 30_000.0, 100_000.0)
+    }
 
     gain: Vec3 = parameter(ZERO3, "", -1.0, 1.0, "g of the axes x, y, z", per_axis=True)
     threshold_nT: float | tuple[float, ...] = parameter(

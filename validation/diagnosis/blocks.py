@@ -1,0 +1,135 @@
+"""Least squares cut into blocks of time: sums once, then every split, fit and held-out score from them alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.state import Array
+
+BLOCK_S = 5.0
+BLOCKS_A_SEGMENT = 4
+SPLITS, HELD = 5, 2
+"""Segments of 20 s go round: of every five, three train and two are held out, in five splits."""
+
+
+@dataclass(frozen=True)
+class Sums:
+    """Sums over m blocks of a problem's columns: base B (p), candidates E (k), target y (q outputs).
+
+    BB (m, p, p), BE (m, p, q, k), EE (m, k, k), By (m, p, q), Ey (m, k), yy (m,); B1 (m, p), E1 (m, q, k), y1 (m, q)
+    plain sums, for block means; count (m,) samples; q outputs share one base.
+    """
+
+    BB: Array
+    BE: Array
+    EE: Array
+    By: Array
+    Ey: Array
+    yy: Array
+    B1: Array
+    E1: Array
+    y1: Array
+    count: Array
+
+    @property
+    def width(self) -> int:
+        """How many candidate columns there are."""
+        return self.EE.shape[1]
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How n samples are cut: `length` samples a block, `m` whole blocks; what is left at the end is not used."""
+
+    length: int
+    m: int
+
+    @classmethod
+    def of(cls, n: int, interval_s: float) -> Cut:
+        """Blocks of 5 s, shorter where the record has not a hundred of them."""
+        length = max(2, min(round(BLOCK_S / interval_s), n // 100))
+        return cls(length, n // length)
+
+    def blocks(self, values: Array) -> Array:
+        """(n, ...) as (m, length, ...)."""
+        return values[: self.m * self.length].reshape(self.m, self.length, *values.shape[1:])
+
+    def held(self, split: int) -> NDArray[np.bool_]:
+        """Which blocks (m,) a split holds out."""
+        turn = (np.arange(self.m) // BLOCKS_A_SEGMENT - split) % SPLITS
+        return np.asarray(turn < HELD)
+
+
+def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) -> Sums:
+    """The sums of base (n, p), columns (n, q, k) and target (n, q)."""
+    B, E, y = cut.blocks(base), cut.blocks(columns), cut.blocks(target)
+    m, length, q, k = E.shape
+    Bt = B.transpose(0, 2, 1)
+    flat, rows = E.reshape(m, length, q * k), E.reshape(m, length * q, k)
+    weight = cut.blocks(usable)
+    return Sums(
+        BB=Bt @ B,
+        BE=(Bt @ flat).reshape(m, B.shape[2], q, k),
+        EE=rows.transpose(0, 2, 1) @ rows,
+        By=Bt @ y,
+        Ey=np.einsum("mrk,mr->mk", rows, y.reshape(m, length * q)),
+        yy=np.einsum("mlq,mlq->m", y, y),
+        B1=B.sum(axis=1),
+        E1=E.sum(axis=1),
+        y1=y.sum(axis=1),
+        count=weight.sum(axis=1),
+    )
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Base coefficients beta (p, q), candidates' c (k,), and the inverse normal matrix of c (k, k)."""
+
+    beta: Array
+    c: Array
+    covariance: Array
+
+
+def fit(s: Sums, use: NDArray[np.bool_]) -> Fit:
+    """Least squares on the blocks `use` (m,): c from the base's orthogonal complement, then beta."""
+    BB, BE, EE = s.BB[use].sum(axis=0), s.BE[use].sum(axis=0), s.EE[use].sum(axis=0)
+    By, Ey = s.By[use].sum(axis=0), s.Ey[use].sum(axis=0)
+    inverse = np.linalg.pinv(BB, rcond=1e-13, hermitian=True)
+    through = np.einsum("pr,rqk->pqk", inverse, BE)
+    S = EE - np.einsum("pqi,pqk->ik", BE, through)
+    size = np.sqrt(np.maximum(np.diag(EE), 1e-300))
+    covariance = np.linalg.pinv(S / np.outer(size, size), rcond=1e-9, hermitian=True) / np.outer(size, size)
+    c = covariance @ (Ey - np.einsum("pqk,pq->k", through, By))
+    return Fit(inverse @ By - np.einsum("pqk,k->pq", through, c), c, covariance)
+
+
+def squares(s: Sums, f: Fit, use: NDArray[np.bool_]) -> float:
+    """Sum of squared residuals on the blocks `use`."""
+    pulled = f.c @ s.EE[use].sum(axis=0) @ f.c - 2 * f.c @ s.Ey[use].sum(axis=0)
+    BB, By = s.BB[use].sum(axis=0), s.By[use].sum(axis=0)
+    based = np.einsum("pq,pr,rq->", f.beta, BB, f.beta) - 2 * np.einsum("pq,pq->", f.beta, By)
+    cross = 2 * np.einsum("pq,pqk,k->", f.beta, s.BE[use].sum(axis=0), f.c)
+    return float(s.yy[use].sum() + pulled + based + cross)
+
+
+def block_sums(s: Sums, f: Fit) -> Array:
+    """Sum of the residual in each block (m, q)."""
+    return np.asarray(s.y1 - s.B1 @ f.beta - s.E1 @ f.c)
+
+
+def colour(total: Array, count: Array) -> float:
+    """W: variance of block means over that of white noise of variance one, averaged over outputs; 1 if white."""
+    full = count > 0.5 * count.max()
+    return float((total[full] ** 2 / count[full, None]).mean()) if full.any() else 1.0
+
+
+def inflation(s: Sums, f: Fit, use: NDArray[np.bool_]) -> float:
+    """V = max(1, W_5s, W_20s) on the blocks `use`; segments of 20 s are whole in a split."""
+    total, count = block_sums(s, f)[use], s.count[use]
+    whole = len(total) // BLOCKS_A_SEGMENT * BLOCKS_A_SEGMENT
+    four = total[:whole].reshape(-1, BLOCKS_A_SEGMENT, total.shape[1]).sum(axis=1)
+    weight = count[:whole].reshape(-1, BLOCKS_A_SEGMENT).sum(axis=1)
+    return max(1.0, colour(total, count), colour(four, weight) if len(four) else 1.0)

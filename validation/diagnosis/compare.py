@@ -1,0 +1,142 @@
+"""Candidates judged on held-out segments: evidence, inflated by what is still coloured in the residual."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.state import Array
+from validation.diagnosis.blocks import HELD, SPLITS, Cut, Fit, Sums, fit, inflation, squares, sums
+from validation.diagnosis.candidates import Candidate
+from validation.diagnosis.problem import Problem
+from validation.diagnosis.search import searched
+
+ALPHA = 0.01
+THRESHOLD = math.log(1 / ALPHA)
+"""Least evidence D that is accepted, and the most by which look-alikes may fall short of the best."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a candidate explains beside those already in, on held-out data, and its fit on all blocks.
+
+    gain: nats of log-likelihood; V: by how much colour inflates them; strength: rms of what it adds after the base is refitted, in units of the noise; survival: the part of its raw
+    size that the base cannot take up; sums, fit: of [already in, candidate].
+    """
+
+    candidate: Candidate
+    gain: float
+    V: float
+    strength: float
+    survival: float
+    sums: Sums
+    fit: Fit
+    columns: Array
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.candidate.name
+
+    @property
+    def D(self) -> float:
+        """Evidence in nats, deflated by what is still coloured."""
+        return self.gain / self.V
+
+    @property
+    def width(self) -> int:
+        """How many columns the candidate has."""
+        return self.columns.shape[2]
+
+    @property
+    def coefficients(self) -> Array:
+        """The candidate's own coefficients."""
+        return self.fit.c[self.fit.c.size - self.width :]
+
+    def behind(self, best: Evidence) -> bool:
+        """Whether the data tell this candidate from a better one."""
+        return (best.gain - self.gain) / best.V > THRESHOLD
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A problem cut into blocks, with the columns (n, q, k) of the effects already in and their sums."""
+
+    problem: Problem
+    cut: Cut
+    inside: Array
+    sums: Sums
+
+    @classmethod
+    def of(cls, problem: Problem, inside: Array | None = None) -> Ground:
+        """The ground with the effects already in, none at first."""
+        n, q = problem.target.shape
+        columns = np.zeros((n, q, 0)) if inside is None else inside
+        cut = Cut.of(n, problem.state.interval_s)
+        return cls(problem, cut, columns, sums(cut, problem.base, columns, problem.target, problem.usable))
+
+    def residual(self, f: Fit | None = None) -> Array:
+        """What the base and the effects already in leave (n, q), in units of the noise."""
+        f = self.whole() if f is None else f
+        left = self.problem.target - self.problem.base @ f.beta - np.einsum("nqk,k->nq", self.inside, f.c)
+        return np.asarray(left * self.problem.usable[:, None])
+
+    def whole(self) -> Fit:
+        """The fit on all blocks."""
+        return fit(self.sums, np.ones(self.cut.m, bool))
+
+
+def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
+    """The evidence of a candidate, its searched or listed settings profiled on the training segments of each split.
+
+    The price of a search over many settings, ln of their number, is taken off.
+    """
+    problem = ground.problem
+    settings = searched(problem, ground.residual(), problem.base, list(members))
+    columns = [member.columns(problem) for member in settings]
+    usable = [i for i, c in enumerate(columns) if np.isfinite(c).all() and np.abs(c).max() > 0]
+    if not usable:
+        return None
+    joint = {i: _joined(ground, columns[i]) for i in usable}
+    gains, factor = [], 1.0
+    for split in range(SPLITS):
+        held = ground.cut.held(split)
+        before = squares(ground.sums, fit(ground.sums, ~held), held)
+        trained = {i: fit(s, ~held) for i, s in joint.items()}
+        best = min(usable, key=lambda i: squares(joint[i], trained[i], ~held))
+        gains.append((before - squares(joint[best], trained[best], held)) / 2)
+        factor = max(factor, inflation(joint[best], trained[best], held))
+    everything = np.ones(ground.cut.m, bool)
+    fits = {i: fit(s, everything) for i, s in joint.items()}
+    best = min(usable, key=lambda i: squares(joint[i], fits[i], everything))
+    chosen = settings[best]
+    gain = sum(gains) / HELD - factor * math.log(max(chosen.tried, 1))
+    strength, survival = _strength(ground, joint[best], fits[best], columns[best])
+    found = Evidence(chosen, gain, factor, strength, survival, joint[best], fits[best], columns[best])
+    return found if _possible(found) else None
+
+
+def _possible(found: Evidence) -> bool:
+    """Whether the fit is one that the effect can have: an effect of one sign must not come out with the other."""
+    effect = found.candidate.effect
+    return bool(effect.linear or effect.tangents or found.coefficients[0] > 0)
+
+
+def _joined(ground: Ground, columns: Array) -> Sums:
+    both = np.concatenate([ground.inside, columns], axis=2)
+    return sums(ground.cut, ground.problem.base, both, ground.problem.target, ground.problem.usable)
+
+
+def _strength(ground: Ground, s: Sums, f: Fit, columns: Array) -> tuple[float, float]:
+    """Rms of the candidate's part after the base, and that over its raw rms."""
+    k = columns.shape[2]
+    c = f.c[-k:]
+    raw = float(c @ s.EE.sum(axis=0)[-k:, -k:] @ c)
+    BB, BE = s.BB.sum(axis=0), s.BE.sum(axis=0)[:, :, -k:] @ c
+    taken = float(np.einsum("pq,pr,rq->", BE, np.linalg.pinv(BB, rcond=1e-13, hermitian=True), BE))
+    left = max(raw - taken, 0.0)
+    samples = max(float(s.count.sum()) * columns.shape[1], 1.0)
+    return math.sqrt(left / samples), math.sqrt(left / raw) if raw > 0 else 0.0

@@ -1,0 +1,188 @@
+"""The measured recording beside what the model says along the same motion: the two sides of a diagnosis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib import Reference, get
+from calib.rates import body_rate, smoothed_derivative
+from scenarios.errors import InputError
+from sim.chain import apply_deterministic
+from sim.dataset import Recording
+from sim.effects.base import Effect
+from sim.rotation import cross, matrix_from_q, to_body
+from sim.state import Array, State
+
+Mode = Literal["vector", "strength"]
+LEAST_SAMPLES = 200
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A recording and a model, as the linear problem ``y = B beta + E c + noise`` of q outputs a sample.
+
+    mode "vector": q = 3, y the measured axes, B = [predicted field, 1] on each axis: hard and soft iron fitted anew,
+    which also takes up a fixed turn of the sensor; y is what a first fit of B leaves. mode "strength": q = 1, y = |h| - F of the calibrated field h,
+    B the nine changes of offset and symmetric matrix. y (n, q) is divided by the noise of a sample, `sigma_nT` (q,);
+    `base` B (n, p); `usable` (n,) is 0 where a sample is no measurement (repeated, clipped, a spike), else 1.
+    `turn` (3, 3): from the undisturbed to the measured field; `clean_nT` (n, 3): what the fitted base predicts;
+    `predicted_nT` (n, 3): what the model as given predicts.
+    """
+
+    recording: Recording
+    state: State
+    effects: tuple[Effect, ...]
+    mode: Mode
+    base: Array
+    target: Array
+    sigma_nT: Array
+    usable: Array
+    turn: Array
+    clean_nT: Array
+    predicted_nT: Array
+    has: frozenset[str]
+
+    def whitened(self, contribution_nT: Array, stage: str) -> Array:
+        """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""
+        early = stage in ("field", "vehicle")
+        if self.mode == "vector":
+            moved = np.einsum("ij,njk->nik", self.turn, contribution_nT) if early else contribution_nT
+            return np.asarray(moved / self.sigma_nT[:, None] * self.usable[:, None, None])
+        direction = self.state.field_nT / np.linalg.norm(self.state.field_nT, axis=1, keepdims=True)
+        inward = direction if early else direction @ np.linalg.inv(self.turn)
+        scalar = np.einsum("ni,nik->nk", inward, contribution_nT)[:, None, :]
+        return np.asarray(scalar / self.sigma_nT * self.usable[:, None, None])
+
+    def without(self, samples: NDArray[np.bool_]) -> Problem:
+        """The same problem with some samples (n,) left out."""
+        keep = self.usable * ~samples
+        return replace(self, base=self.base * keep[:, None], target=self.target * keep[:, None], usable=keep)
+
+
+def pose(recording: Recording, field_enu_nT: Array | None, strength_nT: float, effects: tuple[Effect, ...]) -> Problem:
+    """The problem of a recording; with attitude and the field's vector in vector mode, else with its strength only.
+
+    Raises InputError for a recording too short to cut into training and held-out segments, and in strength mode for
+    one whose motion does not determine an ellipsoid.
+    """
+    if len(recording) < LEAST_SAMPLES:
+        what = f"{len(recording)} samples, at least {LEAST_SAMPLES} are needed"
+        raise InputError(what, where="recording", do="give a longer recording")
+    if recording.att_q is not None and field_enu_nT is not None:
+        return _vector(recording, field_enu_nT, effects)
+    return _strength(recording, strength_nT, effects)
+
+
+def noise_std(values: Array) -> Array:
+    """Noise (q,) of a sample of values (n, q) that vary slowly beside it, from second differences, robustly."""
+    second = np.diff(values, 2, axis=0) / np.sqrt(6.0)
+    spread = np.median(np.abs(second), axis=0) / 0.6744897501960817
+    return np.asarray(np.where(spread > 0, spread, np.maximum(second.std(axis=0), 1e-6)))
+
+
+def _has(recording: Recording) -> frozenset[str]:
+    present = {
+        "attitude": recording.att_q is not None,
+        "rate": recording.gyro_rad_s is not None or recording.att_q is not None,
+        "position": recording.pos_enu_m is not None,
+        "temperature": recording.temperature_degC is not None,
+        "current": recording.current_A is not None and recording.current_A.shape[1] > 0,
+    }
+    return frozenset(name for name, there in present.items() if there)
+
+
+def _common(recording: Recording) -> dict[str, Any]:
+    n = len(recording)
+    time_s = recording.time_s - recording.time_s[0]
+    zero = np.zeros((n, 3))
+    temperature = recording.temperature_degC
+    current = recording.current_A
+    return {
+        "time_s": time_s,
+        "interval_s": float(time_s[-1] / (n - 1)),
+        "pos_enu_m": zero if recording.pos_enu_m is None else recording.pos_enu_m,
+        "temperature_degC": np.zeros(n) if temperature is None else temperature,
+        "current_A": np.zeros((n, 0)) if current is None else current,
+        "attitude": "navigation",
+    }
+
+
+def _vector(recording: Recording, field_enu_nT: Array, effects: tuple[Effect, ...]) -> Problem:
+    assert recording.att_q is not None
+    R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
+    rate = body_rate(recording)
+    assert rate is not None
+    field = to_body(R_wb, field_enu_nT[None])
+    state = State(
+        R_wb=R_wb,
+        rate_rad_s=rate,
+        field_enu_nT=field_enu_nT,
+        field_nT=field,
+        field_rate_nT_s=-cross(rate, field),
+        **_common(recording),
+    )
+    predicted, _ = apply_deterministic(effects, state)
+    scale = float(np.linalg.norm(field_enu_nT))
+    base = np.column_stack([predicted / scale, np.ones(len(recording))])
+    beta = _robust_fit(base, recording.mag_nT)
+    clean = base @ beta
+    sigma = noise_std(recording.mag_nT - clean)
+    return Problem(
+        recording=recording, state=state, effects=effects, mode="vector", base=base,
+        target=(recording.mag_nT - clean) / sigma, sigma_nT=sigma, usable=np.ones(len(recording)),
+        turn=_carried(field, clean), clean_nT=clean,
+        predicted_nT=predicted, has=_has(recording),
+    )  # fmt: skip
+
+
+def _strength(recording: Recording, strength_nT: float, effects: tuple[Effect, ...]) -> Problem:
+    fit = get("ellipsoid").fit(recording, Reference(strength_nT, None), np.random.default_rng(0))
+    if not np.isfinite(fit.matrix).all() or fit.status.kind == "not_applicable":
+        do = "give a recording with attitude, or one that turns the sensor in all directions"
+        raise InputError(f"no attitude, and no ellipsoid fits: {fit.status.reason}", where="recording", do=do)
+    h = (recording.mag_nT - fit.offset_nT) @ fit.matrix.T
+    size = np.linalg.norm(h, axis=1, keepdims=True)
+    direction = h / size
+    field = direction * strength_nT
+    rate = body_rate(recording)
+    field_rate = smoothed_derivative(field, recording.time_s) if rate is None else -cross(rate, field)
+    n = len(recording)
+    state = State(
+        R_wb=np.tile(np.eye(3), (n, 1, 1)),
+        rate_rad_s=np.zeros((n, 3)) if rate is None else rate,
+        field_enu_nT=np.array([0.0, strength_nT, 0.0]),
+        field_nT=field,
+        field_rate_nT_s=field_rate,
+        **_common(recording),
+    )
+    pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+    base = np.column_stack([*(direction[:, i] * direction[:, j] for i, j in pairs), direction])
+    residual = size - strength_nT
+    sigma = noise_std(residual)
+    turn = np.linalg.inv(fit.matrix)
+    clean = field @ turn.T + fit.offset_nT
+    return Problem(
+        recording=recording, state=state, effects=effects, mode="strength", base=base, target=residual / sigma,
+        sigma_nT=sigma, usable=np.ones(n), turn=turn, clean_nT=clean,
+        predicted_nT=clean, has=_has(recording),
+    )  # fmt: skip
+
+
+def _carried(field: Array, clean: Array) -> Array:
+    """Matrix (3, 3) that carries the undisturbed field (n, 3) to the predicted measurement (n, 3)."""
+    design = np.column_stack([field, np.full(len(field), np.linalg.norm(field[0]))])
+    return np.asarray(np.linalg.lstsq(design, clean, rcond=1e-6)[0][:3].T)
+
+
+def _robust_fit(base: Array, measured: Array) -> Array:
+    """Least squares (p, q), repeated once without what lies far off: rare failures must not decide the base."""
+    beta = np.linalg.lstsq(base, measured, rcond=None)[0]
+    off = np.abs(measured - base @ beta)
+    far = (off > 8.0 * np.maximum(np.median(off, axis=0), 1e-9)).any(axis=1)
+    if 0 < np.count_nonzero(far) < 0.2 * len(far):
+        beta = np.linalg.lstsq(base[~far], measured[~far], rcond=None)[0]
+    return np.asarray(beta)

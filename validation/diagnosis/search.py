@@ -1,0 +1,169 @@
+"""Searches for parameters that a short list of values cannot find: moments, places, frequencies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from sim.state import Array
+from validation.diagnosis.blocks import BLOCK_S, Cut
+from validation.diagnosis.candidates import Candidate
+from validation.diagnosis.problem import Problem
+
+Search = Callable[[Problem, Array, Array, Candidate], list[Candidate]]
+BEST_TONES, BEST_PLACES = 3, 4
+MARGIN_M = 15.0
+COARSE = 7
+
+
+def searched(problem: Problem, residual: Array, deflate: Array, members: list[Candidate]) -> list[Candidate]:
+    """The members of a candidate after its search, if it has one: what fits the residual (n, q) best.
+
+    deflate (n, p): the base's columns, whose part of a candidate explains nothing.
+    """
+    search = SEARCHES.get(members[0].name)
+    if search is None:
+        return members
+    return [found for member in members for found in search(problem, residual, deflate, member)]
+
+
+def moments(problem: Problem, residual: Array, deflate: Array, member: Candidate) -> list[Candidate]:
+    """Steps: every second's suffix sums against the base's complement; the best moment and, around it, each sample."""
+    time = problem.state.time_s
+    B = deflate * problem.usable[:, None]
+    inverse = np.linalg.pinv(B.T @ B, rcond=1e-13, hermitian=True)
+    beyond_B = np.cumsum(B[::-1], axis=0)[::-1]
+    beyond_y = np.cumsum(residual[::-1], axis=0)[::-1]
+    beyond_1 = np.cumsum(problem.usable[::-1])[::-1]
+    y0 = residual - B @ (inverse @ (B.T @ residual))
+    beyond_y = np.cumsum(y0[::-1], axis=0)[::-1]
+    size = beyond_1 - np.einsum("np,pr,nr->n", beyond_B, inverse, beyond_B)
+    if problem.mode == "strength":
+        return _moments_of_strength(problem, y0, member)
+    gain = (beyond_y**2).sum(axis=1) / np.maximum(size, 1e-9)
+    gain[size < 0.02 * size.max()] = 0.0
+    best = int(np.argmax(gain))
+    return [_with(member, {"time_s": float(time[best])}, tried=len(time))]
+
+
+def _moments_of_strength(problem: Problem, y0: Array, member: Candidate) -> list[Candidate]:
+    """Steps seen through the direction: the sum of direction times residual beyond each moment."""
+    columns = member.columns(problem)[:, 0, :]
+    direction = np.where(columns != 0, columns, 0.0)
+    beyond = np.cumsum((direction * y0)[::-1], axis=0)[::-1]
+    count = np.arange(len(y0), 0, -1)
+    gain = (beyond**2).sum(axis=1) / count / (1 - count / (len(y0) + 1))
+    edge = max(2, len(y0) // 50)
+    best = edge + int(np.argmax(gain[edge:-edge]))
+    return [_with(member, {"time_s": float(problem.state.time_s[best])}, tried=len(y0))]
+
+
+def tones(problem: Problem, residual: Array, deflate: Array, member: Candidate) -> list[Candidate]:
+    """Frequencies: peaks of the spectrum of residual times current, refined between the lines; both phases."""
+    interval = problem.state.interval_s
+    motor = dict(member.nonlinear).get("motor", 0)
+    current = problem.state.current_A
+    drive = current[:, motor - 1] if motor else current.sum(axis=1)
+    spectrum = (np.abs(np.fft.rfft(residual * drive[:, None], axis=0)) ** 2).sum(axis=1)
+    f = np.fft.rfftfreq(len(drive), interval)
+    spectrum[f < 4 / (len(drive) * interval)] = 0.0
+    lines = []
+    for _ in range(BEST_TONES):
+        k = int(np.argmax(spectrum))
+        lines.append(_finer(residual, drive, problem.state.time_s, f[k], f[1]))
+        spectrum[max(0, k - 3) : k + 4] = 0.0
+    return [_with(member, {"frequency_hz": line}, tried=len(f)) for line in lines]
+
+
+def _finer(residual: Array, drive: Array, time_s: Array, frequency_hz: float, line_hz: float) -> float:
+    """The strongest frequency within a line of the spectrum, to a hundredth of a line."""
+    weighted = residual * drive[:, None]
+    centre, step = frequency_hz, line_hz / 2
+    for _ in range(4):
+        tried = centre + step * np.linspace(-1, 1, 9)
+        turn = np.exp(-2j * np.pi * tried[:, None] * time_s)
+        power = (np.abs(turn @ weighted) ** 2).sum(axis=1)
+        centre, step = float(tried[int(np.argmax(power))]), step / 4
+    return max(centre, 1e-6)
+
+
+def places(problem: Problem, residual: Array, deflate: Array, member: Candidate) -> list[Candidate]:
+    """Positions of a dipole: a coarse grid about the path on thinned samples, then the best few refined."""
+    thin = _thinned(problem, residual, deflate)
+    path = thin.state.pos_enu_m
+    low, high = path.min(axis=0) - MARGIN_M, path.max(axis=0) + MARGIN_M
+    axes = [
+        np.linspace(a, b, max(COARSE, min(2 * COARSE, round((b - a) / 10)))) for a, b in zip(low, high, strict=True)
+    ]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    near = np.array([np.sqrt(((path - p) ** 2).sum(axis=1).min()) for p in grid])
+    grid = grid[(near > 1.0) & (near < 60.0)]
+    if not len(grid):
+        return []
+    gains = np.array([thin.gain(place) for place in grid])
+    found = []
+    for start in grid[np.argsort(-gains)[:BEST_PLACES]]:
+        place = thin.refined(start)
+        found.append(_with(member, {"position_enu_m": tuple(float(v) for v in place)}, tried=len(grid)))
+    return found
+
+
+class _Thin:
+    """A problem on thinned samples for the search of a place: y (n, q) less its base part, B's orthonormal columns."""
+
+    def __init__(self, problem: Problem, y: Array, Q: Array, member_stage: str) -> None:
+        self.problem, self.state, self.y, self.Q, self.stage = problem, problem.state, y, Q, member_stage
+
+    def left(self, place: Array) -> Array:
+        """What the residual keeps (n q,) after the best moment at a place."""
+        E = self.problem.whitened(_unit_dipoles(self.state.pos_enu_m - place, self.state.R_wb), self.stage)
+        E = E - np.einsum("np,pqk->nqk", self.Q, np.einsum("np,nqk->pqk", self.Q, E))
+        flat = E.reshape(-1, E.shape[2])
+        c = np.linalg.lstsq(flat, self.y.ravel(), rcond=1e-10)[0]
+        return np.asarray(self.y.ravel() - flat @ c)
+
+    def gain(self, place: Array) -> float:
+        """Squares that a dipole at a place explains."""
+        return float((self.y**2).sum() - (self.left(place) ** 2).sum())
+
+    def refined(self, start: Array) -> Array:
+        """The place of least squares near a start (variable projection)."""
+        return np.asarray(least_squares(self.left, start, x_scale=5.0, max_nfev=25, diff_step=1e-4).x)
+
+
+def _unit_dipoles(way: Array, R_wb: Array) -> Array:
+    """Body field (n, 3, 3) of unit moments east, north, up: 100 (3 r r^T / r^5 - I / r^3) nT, turned."""
+    r = np.maximum(np.linalg.norm(way, axis=1), 0.3)[:, None, None]
+    outer = way[:, :, None] * way[:, None, :]
+    return np.asarray(R_wb.transpose(0, 2, 1) @ (100.0 * (3 * outer / r**5 - np.eye(3) / r**3)))
+
+
+def _thinned(problem: Problem, residual: Array, deflate: Array) -> _Thin:
+    """Means over about half a second, at most 3000 of them, as samples of a smaller problem."""
+    n = len(residual)
+    length = max(1, round(0.5 / problem.state.interval_s), -(-n // 3000))
+    cut = Cut(length, n // length)
+    middle = np.arange(cut.m) * length + length // 2
+    state = replace(
+        problem.state,
+        time_s=problem.state.time_s[middle],
+        pos_enu_m=problem.state.pos_enu_m[middle],
+        R_wb=problem.state.R_wb[middle],
+        field_nT=problem.state.field_nT[middle],
+    )
+    small = replace(problem, state=state, usable=np.ones(cut.m))
+    Q = np.linalg.qr(cut.blocks(deflate).mean(axis=1))[0]
+    y = cut.blocks(residual).mean(axis=1)
+    return _Thin(small, y - Q @ (Q.T @ y), Q, "field")
+
+
+def _with(member: Candidate, values: dict[str, object], tried: int) -> Candidate:
+    return replace(member, nonlinear=tuple((dict(member.nonlinear) | values).items()), tried=max(1, tried))
+
+
+SEARCHES: dict[str, Search] = {"offset_jump": moments, "current_ripple": tones, "local_dipole": places}
+"""The searches by effect; an effect without one is tried at the values of its `search`."""
+__all__ = ["BLOCK_S", "SEARCHES", "searched"]

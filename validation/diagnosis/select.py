@@ -1,0 +1,129 @@
+"""The loop: the best candidate goes in, the rest are judged beside it, until nothing gains or what is left is clean."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim.effects import BY_NAME
+from validation.diagnosis.battery import Battery, battery
+from validation.diagnosis.candidates import ABSORBED, Candidate, proposed
+from validation.diagnosis.compare import THRESHOLD, Evidence, Ground, judge
+from validation.diagnosis.problem import Problem
+
+MOST_EFFECTS = 3
+FORM_ERROR = 0.15
+"""A further effect below this part of the first is the first's form, not a name of its own."""
+UNSEEN = 1e-3
+"""Largest survival of an effect that the base takes up whole."""
+Progress = Callable[[str], object]
+
+
+@dataclass(frozen=True)
+class Found:
+    """An accepted effect, those that the data do not tell from it, and every candidate ranked beside it."""
+
+    evidence: Evidence
+    alternatives: tuple[str, ...]
+    ranking: tuple[Evidence, ...]
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.evidence.name
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What the loop found: effects in order, the ground with all of them in, and the tests before and after."""
+
+    found: tuple[Found, ...]
+    start: Ground
+    end: Ground
+    before: Battery
+    after: Battery
+    first_ranking: tuple[Evidence, ...]
+
+
+def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progress = lambda what: None) -> Selection:
+    """Effects one after the other, each accepted on held-out evidence.
+
+    without : names left out of the library (the bench's leave-one-out).
+    """
+    start = ground = Ground.of(problem)
+    members = proposed(problem, without)
+    before = now = tested(ground)
+    found: list[Found] = []
+    first: tuple[Evidence, ...] = ()
+    while len(found) < MOST_EFFECTS and not (found and now.clean):
+        say(f"candidates, round {len(found) + 1}")
+        ranking = _ranked(ground, members)
+        first = first or ranking
+        if not ranking or ranking[0].D <= THRESHOLD:
+            break
+        chosen = found_among(ranking)
+        if found and chosen.evidence.strength < FORM_ERROR * found[0].evidence.strength:
+            break
+        found.append(chosen)
+        ground = Ground.of(problem, np.concatenate([ground.inside, chosen.evidence.columns], axis=2))
+        now = tested(ground)
+    return Selection(tuple(found), start, ground, before, now, first)
+
+
+def found_among(ranking: tuple[Evidence, ...]) -> Found:
+    """The best of those that the data do not tell from the strongest: the one with the fewest columns."""
+    best = ranking[0]
+    close = [e for e in ranking if not e.behind(best) and e.D > THRESHOLD]
+    name = min(close, key=lambda e: (e.width, -e.gain))
+    return Found(name, tuple(e.name for e in close if e is not name), ranking)
+
+
+def tested(ground: Ground) -> Battery:
+    """The tests of what a ground leaves."""
+    fitted = ground.problem.base.shape[1] * ground.problem.target.shape[1] + ground.inside.shape[2]
+    return battery(ground.residual(), ground.problem.usable, ground.problem.state.interval_s, fitted)
+
+
+def base_changes(selection: Selection) -> tuple[Found, ...]:
+    """What of the base differs from the model as it was given: iron, offset, scale, axes, turn; vector mode only."""
+    problem = selection.end.problem
+    if problem.mode != "vector":
+        return ()
+    target = (problem.recording.mag_nT - problem.predicted_nT) / problem.sigma_nT * problem.usable[:, None]
+    bare = replace(problem, base=np.zeros((len(target), 1)), target=target)
+    ground = Ground.of(bare, selection.end.inside)
+    members = {name: [Candidate(BY_NAME[name])] for name in ABSORBED}
+    found: list[Found] = []
+    while len(found) < MOST_EFFECTS:
+        ranking = _ranked(ground, members)
+        if not ranking or ranking[0].D <= THRESHOLD:
+            break
+        found.append(found_among(ranking))
+        ground = Ground.of(bare, np.concatenate([ground.inside, found[-1].evidence.columns], axis=2))
+    return tuple(found)
+
+
+def unseen(problem: Problem) -> tuple[str, ...]:
+    """Effects that have the channels but that the base takes up whole on this motion."""
+    ground = Ground.of(problem)
+    return tuple(name for name, members in proposed(problem).items() if _survival(ground, members[0]) < UNSEEN)
+
+
+def _survival(ground: Ground, member: Candidate) -> float:
+    """Largest part of any combination of a candidate's columns that the base cannot take up."""
+    columns = member.columns(ground.problem)
+    n, q, k = columns.shape
+    Q = np.linalg.qr(ground.problem.base / np.linalg.norm(ground.problem.base, axis=0))[0]
+    raw = columns.reshape(n * q, k)
+    size = np.linalg.norm(raw, axis=0)
+    if not (size > 0).any():
+        return 0.0
+    left = (columns - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, columns))).reshape(n * q, k)
+    return float((np.linalg.norm(left, axis=0)[size > 0] / size[size > 0]).max())
+
+
+def _ranked(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
+    judged = (judge(ground, several) for several in members.values())
+    return tuple(sorted((e for e in judged if e is not None), key=lambda e: -e.gain))
