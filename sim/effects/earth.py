@@ -25,7 +25,6 @@ class DiurnalDrift(Effect):
     stage: ClassVar[str] = "field"
     needs: ClassVar[tuple[str, ...]] = ("attitude",)
     linear: ClassVar[tuple[str, ...]] = ("amplitude_enu_nT",)
-    search: ClassVar[dict[str, tuple[float, ...]]] = {"phase_deg": (0.0, 45.0, 90.0, 135.0)}
 
     amplitude_enu_nT: Vec3 = parameter(ZERO3, "nT", -5e3, 5e3, "amplitude a east, north, up")
     period_s: float = parameter(86_400.0, "s", 1.0, 1e7, "period P")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,11 +31,17 @@ class Battery:
         return not self.why
 
 
-def battery(residual: Array, usable: Array, interval_s: float, fitted: int) -> Battery:
-    """Test a residual (n, q) in units of the noise; `fitted` parameters were taken from it."""
+def battery(residual: Array, usable: Array, interval_s: float, fitted: int, memory: int = 1) -> Battery:
+    """Test a residual (n, q) in units of the noise; `fitted` parameters were taken from it.
+
+    memory : samples over which a low-pass or an interpolation colours the noise itself; 1: white.
+    """
     why: list[str] = []
     excess: dict[float, float] = {}
     variance = (residual**2).sum(axis=0) / max(usable.sum() - fitted / residual.shape[1], 1)
+    if memory > 1:
+        cut = Cut(memory, len(residual) // memory)
+        variance = variance * (cut.blocks(residual).sum(axis=1) ** 2).mean() / memory / variance.mean()
     for length_s in LENGTHS_S:
         length = round(length_s / interval_s)
         if length < 5 or len(residual) < 20 * length:
@@ -62,9 +69,8 @@ def _tones(residual: Array, interval_s: float) -> tuple[float, ...]:
     f = np.fft.rfftfreq(n, interval_s)[1:]
     width = max(20, len(power) // 200)
     edges = np.linspace(0, len(power), max(2, len(power) // width + 1)).astype(int)
-    level = np.concatenate([
-        np.full(b - a, np.median(power[a:b]) / chi2.median(2 * q) * 2 * q / q) for a, b in zip(edges, edges[1:], strict=False)
-    ])  # fmt: skip
-    odds = chi2.logsf(2 * q * power / (q * np.maximum(level, 1e-12)), 2 * q)
+    half = chi2.median(2 * q) / 2
+    level = np.concatenate([np.full(b - a, np.median(power[a:b]) / half) for a, b in itertools.pairwise(edges)])
+    odds = chi2.logsf(2 * power / np.maximum(level, 1e-12), 2 * q)
     found = np.flatnonzero(odds < np.log(TONE_ALARM / len(power)))
     return tuple(float(v) for v in f[found[np.argsort(odds[found])][:5]])

@@ -11,6 +11,7 @@ from sim.state import Array
 
 BLOCK_S = 5.0
 BLOCKS_A_SEGMENT = 4
+TOGETHER, LEAST_MEANS = (1, 4, 16), 8
 SPLITS, HELD = 5, 2
 """Segments of 20 s go round: of every five, three train and two are held out, in five splits."""
 
@@ -126,10 +127,14 @@ def colour(total: Array, count: Array) -> float:
     return float((total[full] ** 2 / count[full, None]).mean()) if full.any() else 1.0
 
 
-def inflation(s: Sums, f: Fit, use: NDArray[np.bool_]) -> float:
-    """V = max(1, W_5s, W_20s) on the blocks `use`; segments of 20 s are whole in a split."""
-    total, count = block_sums(s, f)[use], s.count[use]
-    whole = len(total) // BLOCKS_A_SEGMENT * BLOCKS_A_SEGMENT
-    four = total[:whole].reshape(-1, BLOCKS_A_SEGMENT, total.shape[1]).sum(axis=1)
-    weight = count[:whole].reshape(-1, BLOCKS_A_SEGMENT).sum(axis=1)
-    return max(1.0, colour(total, count), colour(four, weight) if len(four) else 1.0)
+def inflation(s: Sums, f: Fit) -> float:
+    """V = max(1, W over 5 s, 20 s and 80 s): by how much the residual's colour inflates a log-likelihood ratio."""
+    total, count = block_sums(s, f), s.count
+    worst = 1.0
+    for several in TOGETHER:
+        whole = len(total) // several * several
+        if whole < LEAST_MEANS * several:
+            break
+        sums_of = total[:whole].reshape(-1, several, total.shape[1]).sum(axis=1)
+        worst = max(worst, colour(sums_of, count[:whole].reshape(-1, several).sum(axis=1)))
+    return worst

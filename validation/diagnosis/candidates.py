@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.errors import InputError
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.state import Array, State
@@ -16,6 +17,7 @@ from validation.diagnosis.problem import Problem
 
 ABSORBED = ("soft_iron", "hard_iron", "misalignment", "non_orthogonality", "scale", "sensor_offset")
 """What the base takes up; a change of these is read from the base itself."""
+PHASE = "phase_deg"
 
 
 @dataclass(frozen=True)
@@ -34,16 +36,50 @@ class Candidate:
         """The effect's name."""
         return self.effect.name
 
+    @property
+    def settings(self) -> tuple[dict[str, Any], ...]:
+        """The values of the nonlinear parameters behind each group of columns: one, or two phases a quarter apart."""
+        given = dict(self.nonlinear)
+        if self.effect.tangents:
+            return tuple({**given, name: value} for name, values in self.effect.tangents.items() for value in values)
+        if self.phased:
+            return ({**given, PHASE: 0.0}, {**given, PHASE: 90.0})
+        return (given,)
+
+    @property
+    def phased(self) -> bool:
+        """Whether the effect has a phase: a sine and a cosine then span it."""
+        return any(p.name == PHASE for p in self.effect.parameters())
+
     def contribution_nT(self, problem: Problem) -> Array:
         """Columns (n, 3, k) in nT at the effect's place in the chain."""
         state, signal = problem.state, self._signal(problem)
-        given = dict(self.nonlinear)
         if self.effect.linear:
-            return self.effect.basis(state, signal, **given)
+            return np.concatenate([self.effect.basis(state, signal, **one) for one in self.settings], axis=2)
         rng = np.random.default_rng(0)
-        settings = [given, *()] if not self.effect.tangents else list(_tangents(self.effect, given))
-        parts = [self.effect(**setting).apply(state, signal, rng, {}) for setting in settings]
-        return np.stack(parts, axis=2)
+        return np.stack([self.effect(**one).apply(state, signal, rng, {}) for one in self.settings], axis=2)
+
+    def made(self, c: Array) -> Effect:
+        """The effect with fitted coefficients (k,) of its columns, brought into its bounds."""
+        given = dict(self.nonlinear)
+        if self.effect.tangents:
+            ((name, values),) = self.effect.tangents.items()
+            return self.effect(**given, **{name: tuple(c @ np.array(values))})
+        if not self.effect.linear:
+            return self.effect(**given)
+        if self.phased:
+            u, s, v = np.linalg.svd(c.reshape(2, -1).T, full_matrices=False)
+            phase = float(np.degrees(np.arctan2(v[0, 1], v[0, 0])))
+            try:
+                return self.effect.combine(u[:, 0] * s[0], **given, **{PHASE: phase})
+            except InputError:  # a short stretch of a long wave: amplitude and phase are one
+                c = c[: len(c) // 2]
+        return self.effect.combine(self._bounded(c), **given)
+
+    def _bounded(self, c: Array) -> Array:
+        """Coefficients (k,) within the bounds of their parameters."""
+        bounds = {p.name: (p.low, p.high) for p in self.effect.parameters()}
+        return np.array([np.clip(v, *bounds[name]) for v, (name, _) in zip(c, self.effect.linear_units(), strict=True)])
 
     def columns(self, problem: Problem) -> Array:
         """Columns E (n, q, k) of the problem."""
@@ -73,13 +109,6 @@ def _settings(effect: type[Effect], state: State) -> Iterator[dict[str, Any]]:
     if any(p.name == "motor" for p in effect.parameters()):
         motors = state.current_A.shape[1]
         grid["motor"] = tuple(range(motors + 1)) if motors > 1 else (0,)
-    for p in effect.parameters():
-        if p.name == "reference_degC":
-            grid[p.name] = (round(float(state.temperature_degC.mean()), 3),)
     for values in itertools.product(*grid.values()):
         yield dict(zip(grid, values, strict=True))
 
-
-def _tangents(effect: type[Effect], given: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    for name, values in effect.tangents.items():
-        yield from ({**given, name: value} for value in values)

@@ -12,7 +12,7 @@ from sim.state import Array
 from validation.diagnosis.blocks import HELD, SPLITS, Cut, Fit, Sums, fit, inflation, squares, sums
 from validation.diagnosis.candidates import Candidate
 from validation.diagnosis.problem import Problem
-from validation.diagnosis.search import searched
+from validation.diagnosis.search import refined, searched
 
 ALPHA = 0.01
 THRESHOLD = math.log(1 / ALPHA)
@@ -90,29 +90,41 @@ class Ground:
 
 
 def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
-    """The evidence of a candidate, its searched or listed settings profiled on the training segments of each split.
-
-    The price of a search over many settings, ln of their number, is taken off.
-    """
+    """The evidence of a candidate: its listed or searched settings, and the best of them refined."""
     problem = ground.problem
-    settings = searched(problem, ground.residual(), problem.base, list(members))
+    found = _judged(ground, searched(problem, ground.residual(), problem.base, list(members)))
+    if found is None or found.D <= THRESHOLD:
+        return found
+    finer = refined(found.candidate, lambda candidate: _misfit(ground, candidate))
+    better = _judged(ground, [finer]) if finer else None
+    return better if better is not None and better.gain > found.gain else found
+
+
+def _misfit(ground: Ground, candidate: Candidate) -> float:
+    everything = np.ones(ground.cut.m, bool)
+    s = _joined(ground, candidate.columns(ground.problem))
+    return squares(s, fit(s, everything), everything)
+
+
+def _judged(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
+    """Settings profiled on the training segments of each split; ln of the number tried is taken off."""
+    problem = ground.problem
     columns = [member.columns(problem) for member in settings]
     usable = [i for i, c in enumerate(columns) if np.isfinite(c).all() and np.abs(c).max() > 0]
     if not usable:
         return None
     joint = {i: _joined(ground, columns[i]) for i in usable}
-    gains, factor = [], 1.0
+    gains = []
     for split in range(SPLITS):
         held = ground.cut.held(split)
         before = squares(ground.sums, fit(ground.sums, ~held), held)
         trained = {i: fit(s, ~held) for i, s in joint.items()}
         best = min(usable, key=lambda i: squares(joint[i], trained[i], ~held))
         gains.append((before - squares(joint[best], trained[best], held)) / 2)
-        factor = max(factor, inflation(joint[best], trained[best], held))
     everything = np.ones(ground.cut.m, bool)
     fits = {i: fit(s, everything) for i, s in joint.items()}
     best = min(usable, key=lambda i: squares(joint[i], fits[i], everything))
-    chosen = settings[best]
+    chosen, factor = settings[best], inflation(joint[best], fits[best])
     gain = sum(gains) / HELD - factor * math.log(max(chosen.tried, 1))
     strength, survival = _strength(ground, joint[best], fits[best], columns[best])
     found = Evidence(chosen, gain, factor, strength, survival, joint[best], fits[best], columns[best])

@@ -84,6 +84,18 @@ def noise_std(values: Array) -> Array:
     return np.asarray(np.where(spread > 0, spread, np.maximum(second.std(axis=0), 1e-6)))
 
 
+def _quieter_rate(recording: Recording) -> Array:
+    """Body rate (n, 3) of the gyro or of the attitude's derivative, whichever is less noisy; a held attitude is none."""
+    derived = body_rate(replace(recording, gyro_rad_s=None))
+    assert derived is not None
+    gyro, q = recording.gyro_rad_s, recording.att_q
+    assert q is not None
+    held = np.mean((np.diff(q, axis=0) == 0).all(axis=1)) > 0.1
+    if gyro is not None and (held or noise_std(gyro).sum() < noise_std(derived).sum()):
+        return gyro
+    return derived
+
+
 def _has(recording: Recording) -> frozenset[str]:
     present = {
         "attitude": recording.att_q is not None,
@@ -114,8 +126,7 @@ def _common(recording: Recording) -> dict[str, Any]:
 def _vector(recording: Recording, field_enu_nT: Array, effects: tuple[Effect, ...]) -> Problem:
     assert recording.att_q is not None
     R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
-    rate = body_rate(recording)
-    assert rate is not None
+    rate = _quieter_rate(recording)
     field = to_body(R_wb, field_enu_nT[None])
     state = State(
         R_wb=R_wb,

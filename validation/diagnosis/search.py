@@ -6,15 +6,15 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize_scalar
 
 from sim.state import Array
-from validation.diagnosis.blocks import BLOCK_S, Cut
+from validation.diagnosis.blocks import Cut
 from validation.diagnosis.candidates import Candidate
 from validation.diagnosis.problem import Problem
 
 Search = Callable[[Problem, Array, Array, Candidate], list[Candidate]]
-BEST_TONES, BEST_PLACES = 3, 4
+BEST_TONES, BEST_PLACES = 1, 4
 MARGIN_M = 15.0
 COARSE = 7
 
@@ -30,13 +30,30 @@ def searched(problem: Problem, residual: Array, deflate: Array, members: list[Ca
     return [found for member in members for found in search(problem, residual, deflate, member)]
 
 
+def refined(member: Candidate, misfit: Callable[[Candidate], float]) -> Candidate | None:
+    """A member with its one listed number moved between its neighbours in the list to where the misfit is least."""
+    if len(member.effect.search) != 1 or member.name in SEARCHES:
+        return None
+    ((name, listed),) = member.effect.search.items()
+    value = dict(member.nonlinear)[name]
+    at = listed.index(value)
+    low, high = listed[max(at - 1, 0)], listed[min(at + 1, len(listed) - 1)]
+    floor = max(low, high * 1e-3)
+    best = minimize_scalar(
+        lambda x: misfit(_with(member, {name: float(np.exp(x))}, member.tried)),
+        bounds=(np.log(floor), np.log(high)),
+        method="bounded",
+        options={"xatol": 0.01, "maxiter": 12},
+    )
+    return _with(member, {name: float(np.exp(best.x))}, max(member.tried, len(listed)))
+
+
 def moments(problem: Problem, residual: Array, deflate: Array, member: Candidate) -> list[Candidate]:
     """Steps: every second's suffix sums against the base's complement; the best moment and, around it, each sample."""
     time = problem.state.time_s
     B = deflate * problem.usable[:, None]
     inverse = np.linalg.pinv(B.T @ B, rcond=1e-13, hermitian=True)
     beyond_B = np.cumsum(B[::-1], axis=0)[::-1]
-    beyond_y = np.cumsum(residual[::-1], axis=0)[::-1]
     beyond_1 = np.cumsum(problem.usable[::-1])[::-1]
     y0 = residual - B @ (inverse @ (B.T @ residual))
     beyond_y = np.cumsum(y0[::-1], axis=0)[::-1]
@@ -166,4 +183,3 @@ def _with(member: Candidate, values: dict[str, object], tried: int) -> Candidate
 
 SEARCHES: dict[str, Search] = {"offset_jump": moments, "current_ripple": tones, "local_dipole": places}
 """The searches by effect; an effect without one is tried at the values of its `search`."""
-__all__ = ["BLOCK_S", "SEARCHES", "searched"]

@@ -12,8 +12,10 @@ from validation.diagnosis.battery import Battery, battery
 from validation.diagnosis.candidates import ABSORBED, Candidate, proposed
 from validation.diagnosis.compare import THRESHOLD, Evidence, Ground, judge
 from validation.diagnosis.problem import Problem
+from validation.diagnosis.search import SEARCHES
 
 MOST_EFFECTS = 3
+MEMORY = 10
 FORM_ERROR = 0.15
 """A further effect below this part of the first is the first's form, not a name of its own."""
 UNSEEN = 1e-3
@@ -68,7 +70,7 @@ def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progres
             break
         found.append(chosen)
         ground = Ground.of(problem, np.concatenate([ground.inside, chosen.evidence.columns], axis=2))
-        now = tested(ground)
+        now = tested(ground, tuple(f.name for f in found))
     return Selection(tuple(found), start, ground, before, now, first)
 
 
@@ -80,10 +82,11 @@ def found_among(ranking: tuple[Evidence, ...]) -> Found:
     return Found(name, tuple(e.name for e in close if e is not name), ranking)
 
 
-def tested(ground: Ground) -> Battery:
-    """The tests of what a ground leaves."""
+def tested(ground: Ground, names: tuple[str, ...] = ()) -> Battery:
+    """The tests of what a ground leaves; after a low-pass or a delay the noise has a memory of some samples."""
     fitted = ground.problem.base.shape[1] * ground.problem.target.shape[1] + ground.inside.shape[2]
-    return battery(ground.residual(), ground.problem.usable, ground.problem.state.interval_s, fitted)
+    memory = MEMORY if {"latency", "bandwidth"} & set(names) else 1
+    return battery(ground.residual(), ground.problem.usable, ground.problem.state.interval_s, fitted, memory)
 
 
 def base_changes(selection: Selection) -> tuple[Found, ...]:
@@ -100,7 +103,10 @@ def base_changes(selection: Selection) -> tuple[Found, ...]:
         ranking = _ranked(ground, members)
         if not ranking or ranking[0].D <= THRESHOLD:
             break
-        found.append(found_among(ranking))
+        chosen = found_among(ranking)
+        if found and chosen.evidence.strength < FORM_ERROR * found[0].evidence.strength:
+            break
+        found.append(chosen)
         ground = Ground.of(bare, np.concatenate([ground.inside, found[-1].evidence.columns], axis=2))
     return tuple(found)
 
@@ -108,7 +114,11 @@ def base_changes(selection: Selection) -> tuple[Found, ...]:
 def unseen(problem: Problem) -> tuple[str, ...]:
     """Effects that have the channels but that the base takes up whole on this motion."""
     ground = Ground.of(problem)
-    return tuple(name for name, members in proposed(problem).items() if _survival(ground, members[0]) < UNSEEN)
+    return tuple(
+        name
+        for name, members in proposed(problem).items()
+        if name not in SEARCHES and _survival(ground, members[0]) < UNSEEN
+    )
 
 
 def _survival(ground: Ground, member: Candidate) -> float:

@@ -1,0 +1,103 @@
+"""Slow random disturbances in what is left: flicker and random walk, told apart by the spectrum's slope."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import gamma
+
+from sim.effects import BY_NAME
+from sim.effects.base import Effect
+from sim.state import Array
+from validation.diagnosis.compare import THRESHOLD
+from validation.diagnosis.problem import Problem
+
+BINS = 40
+ALONG = 0.12
+"""Share of slow power along the field below which it is a turn of the attitude: that of three equal axes is 1/3."""
+POOR = 1e-3
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What slow noise is there: the effect at its fitted size, those as good, evidence in nats; `fits`: shape agrees."""
+
+    effect: Effect
+    alternatives: tuple[str, ...]
+    gain: float
+    fits: bool
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.effect.name
+
+
+def slow_noise(problem: Problem, residual: Array) -> Noise | None:
+    """Flicker noise or an offset's random walk in a residual (n, q) in units of the noise; None if neither is there.
+
+    Whittle likelihood of the periodogram averaged in bands: ``S(f) = w + d^2 / f`` or ``w + q^2 / (2 pi^2 f^2)``,
+    one-sided, in units of the noise squared over Hz. An error of the attitude has no part along the field, a noise of
+    the sensor has: where it is missing, None.
+    """
+    if problem.mode == "vector" and along_field(problem, residual) < ALONG:
+        return None
+    f, power, dof = _bands(residual, problem.state.interval_s)
+    white = 2 * problem.state.interval_s
+    shapes: dict[str, Callable[[Array], Array]] = {
+        "flicker_noise": lambda x: 1 / x,
+        "offset_random_walk": lambda x: 1 / (2 * np.pi**2 * x**2),
+    }
+    plain = _best(f, power, dof, white, np.zeros(len(f)))[0]
+    fits = {name: _best(f, power, dof, white, shape(f)) for name, shape in shapes.items()}
+    best = max(fits, key=lambda name: fits[name][0])
+    gain = fits[best][0] - plain
+    if gain <= THRESHOLD:
+        return None
+    others = tuple(name for name in fits if name != best and fits[best][0] - fits[name][0] < THRESHOLD)
+    _, level, size = fits[best]
+    expected = level + size * shapes[best](f)
+    odd = gamma.sf(np.abs(power / expected - 1) + 1, dof, scale=1 / dof)
+    std = tuple(float(np.sqrt(size) * s) for s in np.resize(problem.sigma_nT, 3))
+    parameter = BY_NAME[best].parameters()[0].name
+    return Noise(BY_NAME[best](**{parameter: std}), others, gain, bool(odd.min() > POOR / len(f)))
+
+
+def along_field(problem: Problem, residual: Array) -> float:
+    """Share of the slow residual's power that lies along the field."""
+    length = max(1, round(5.0 / problem.state.interval_s))
+    m = len(residual) // length
+    turned = problem.state.field_nT @ problem.turn.T
+    direction = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    nT = (residual * problem.sigma_nT)[: m * length].reshape(m, length, -1).mean(axis=1)
+    u = direction[: m * length].reshape(m, length, -1).mean(axis=1)
+    return float(((nT * u).sum(axis=1) ** 2).sum() / max((nT**2).sum(), 1e-300))
+
+
+def _bands(residual: Array, interval_s: float) -> tuple[Array, Array, Array]:
+    """Mean frequency, power density and gamma shape of bands evenly spaced in log f."""
+    n, q = residual.shape
+    power = (np.abs(np.fft.rfft(residual, axis=0)) ** 2).sum(axis=1) * 2 * interval_s / n / q
+    f = np.fft.rfftfreq(n, interval_s)
+    edges = np.unique(np.geomspace(3, len(f) - 1, BINS).astype(int))
+    band = [slice(a, b) for a, b in zip(edges, edges[1:], strict=False)]
+    return (
+        np.array([f[b].mean() for b in band]),
+        np.array([power[b].mean() for b in band]),
+        np.array([q * (b.stop - b.start) for b in band], dtype=float),
+    )
+
+
+def _best(f: Array, power: Array, dof: Array, white: float, shape: Array) -> tuple[float, float, float]:
+    """Greatest log-likelihood, and the white level and the size of the shape there."""
+
+    def cost(x: Array) -> float:
+        S = np.exp(x[0]) + np.exp(x[1]) * shape
+        return float((dof * (np.log(S) + power / S)).sum())
+
+    start = np.log([white, max(power[0] / max(shape[0], 1e-300), 1e-12)]) if shape.any() else np.log([white, 1.0])
+    found = minimize(cost, start, method="Nelder-Mead", options={"maxiter": 400, "xatol": 1e-3, "fatol": 1e-3})
+    return -float(found.fun), float(np.exp(found.x[0])), float(np.exp(found.x[1]))

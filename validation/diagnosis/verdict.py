@@ -1,0 +1,89 @@
+"""From findings to one verdict, one sentence and what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from validation.diagnosis.battery import Battery
+from validation.diagnosis.problem import Problem
+from validation.diagnosis.result import Gap, Named, Verdict
+
+HALF = 0.5
+TURNED = ("soft_iron", "scale", "misalignment", "non_orthogonality")
+
+
+def verdict_of(named: Sequence[Named], clean: bool, gap: Gap, unseen: Sequence[str]) -> Verdict:
+    """The verdict: a name only where what is left is clean."""
+    if not named:
+        return "none" if clean else "unknown"
+    if unseen and any(one.how == "base" and one.name in TURNED for one in named):
+        return "not_observable"
+    if not clean:
+        explained = gap.explained
+        return "partial" if explained is not None and explained >= HALF else "unknown"
+    if len(named) > 1:
+        return "composite"
+    if named[0].how == "spectrum":
+        return "named" if not named[0].alternatives else "generic"
+    return "class" if named[0].alternatives else "named"
+
+
+def sentence_for(
+    verdict: Verdict, named: Sequence[Named], gap: Gap, where: Sequence[tuple[str, str, float]], after: Battery
+) -> str:
+    """The finding in one sentence for a field engineer."""
+    share = "" if gap.explained is None else f", explaining {100 * gap.explained:.0f} % of the gap on held-out data"
+    words = "; ".join(_words(one) for one in named)
+    driver = f"; it goes with {', '.join(name for name, _, _ in where[:3])}" if where else ""
+    left = "; ".join(after.why)
+    return {
+        "none": "The model agrees with the recording: what is left is white noise.",
+        "named": f"Missing in the model: {words}{share}; what is left is clean.",
+        "class": f"Missing in the model: {words}{share}; what is left is clean, but the data do not tell them apart.",
+        "composite": f"Missing in the model: {words}{share}.",
+        "partial": f"Missing in the model: {words}{share}, but something else is left ({left}).",
+        "generic": f"A slow disturbance whose cause the data do not tell: {words}.",
+        "unknown": f"Something is missing that no effect of the library explains ({left}){driver}.",
+        "not_observable": f"Missing in the model: {words}; on this motion other effects look the same.",
+    }[verdict]
+
+
+def advice_for(
+    verdict: Verdict,
+    named: Sequence[Named],
+    unseen: Sequence[str],
+    missing: Sequence[str],
+    problem: Problem,
+    turning: bool,
+) -> tuple[str, ...]:
+    """What to do next: fly, log or check."""
+    out: list[str] = []
+    if unseen:
+        out.append(
+            f"On this motion {', '.join(unseen)} cannot be told from soft iron, which is biased by them; "
+            "fly turns at different rates and with changing roll and pitch (a spiral both ways, then a comb)."
+        )
+    for one in named:
+        if one.alternatives:
+            others = ", ".join(one.alternatives)
+            out.append(f"{one.name} may also be {others}: a second recording with other turns and currents splits them.")
+    if verdict in ("unknown", "partial") and turning:
+        out.append("What is left has no part along the field: suspect navigation's attitude or time stamps.")
+    if missing:
+        out.append("Not tested for want of channels: " + ", ".join(missing) + ".")
+    if problem.mode == "strength":
+        out.append("Without attitude only the field's strength was compared; log attitude to see more.")
+    if named and all(one.evidence == "single-run" for one in named):
+        out.append("Confirm on a second recording with --confirm: held-out segments of one run share its slow noise.")
+    return tuple(out)
+
+
+def _words(one: Named) -> str:
+    either = f" (or {', '.join(one.alternatives)})" if one.alternatives else ""
+    size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
+    main = (one.effect.linear or tuple(p.name for p in one.effect.parameters() if not p.options))[0]
+    parameter = next(p for p in one.effect.parameters() if p.name == main)
+    value = np.array2string(np.asarray(getattr(one.effect, main)), precision=4, separator=", ").replace("\n", "")
+    return f"{one.name}{either}: {main} {value} {parameter.unit}".rstrip() + size

@@ -1,0 +1,173 @@
+"""The diagnosis from a recording and a model to a verdict, a new model and the gap before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.spec import ModelSpec
+from sim import effects as effect_table
+from sim.dataset import Recording
+from sim.effects import BY_NAME
+from sim.effects.base import Effect
+from sim.field import earth_field_enu_nT
+from sim.state import Array
+from validation.diagnosis.battery import battery
+from validation.diagnosis.compare import Ground
+from validation.diagnosis.direct import direct_evidence
+from validation.diagnosis.localise import localise
+from validation.diagnosis.noise import along_field, slow_noise
+from validation.diagnosis.patch import joined, predict, refined, unexplained
+from validation.diagnosis.problem import Problem, pose
+from validation.diagnosis.result import Diagnosis, Gap, Named
+from validation.diagnosis.select import Found, Selection, base_changes, select, unseen
+from validation.diagnosis.verdict import advice_for, sentence_for, verdict_of
+
+Progress = Callable[[str], object]
+SLOW_BASE = frozenset({"soft_iron", "scale", "non_orthogonality", "misalignment", "hard_iron", "sensor_offset"})
+
+
+def diagnose(
+    recording: Recording,
+    model: ModelSpec,
+    *,
+    field_enu_nT: Array | None = None,
+    strength_nT: float | None = None,
+    fitted_base: bool = False,
+    without: frozenset[str] = frozenset(),
+    say: Progress = lambda what: None,
+) -> Diagnosis:
+    """Where a recording and a model disagree, what is missing, and the model with it.
+
+    field_enu_nT, strength_nT : the reference, where the model does not state it. fitted_base : the model's iron is not
+    known, so that a difference of the base is no finding. without : effects left out of the library.
+
+    Raises InputError as `validation.diagnosis.problem.pose` does, and for a bad effect table of the model.
+    """
+    effects = effect_table.build(model.effects, model.effect_order, "model")
+    if field_enu_nT is None and model.field is not None:
+        field_enu_nT = earth_field_enu_nT(model.field)
+    strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or 5e4
+    say("direct evidence")
+    whole = pose(recording, field_enu_nT, strength, effects)
+    direct = direct_evidence(whole, without)
+    problem = whole
+    for one in direct:
+        problem = problem.without(one.samples)
+    selection = select(problem, without, say)
+    noise = _noise(selection) if not selection.after.clean else None
+    found = () if noise is not None and noise[1] else selection.found
+    base = () if fitted_base else base_changes(selection)
+    say("the simulator with the new model")
+    everything = np.ones(len(recording), bool)
+    new = [f.evidence.candidate.made(f.evidence.coefficients) for f in (*found, *base)]
+    fine = refined(problem, new, everything, found[0].evidence.V if found else 1.0)
+    named = [
+        Named(effect, f.alternatives, "base" if f in base else "held-out", f.evidence.D, f.evidence.strength, spread)
+        for effect, spread, f in zip(fine.effects, fine.spread, (*found, *base), strict=True)
+    ]
+    named += [Named(one.effect, (), "direct", np.inf, 0.0) for one in direct]
+    if noise is not None:
+        named.append(Named(noise[0].effect, noise[0].alternatives, "spectrum", noise[0].gain, 0.0))
+    before_nT, after_nT, gap = _gap(problem, selection, found, base, fine.effects)
+    after = selection.after if found or not selection.found else selection.before
+    unseen_names = unseen(problem) if problem.mode == "vector" else ()
+    verdict = verdict_of(named, after.clean or (noise is not None and noise[0].fits), gap, unseen_names)
+    where = localise(problem, before_nT / problem.sigma_nT)
+    missing = _without_channels(problem)
+    return Diagnosis(
+        verdict=verdict,
+        sentence=sentence_for(verdict, named, gap, where, after),
+        named=tuple(named),
+        where=where,
+        gap=gap,
+        not_observable=(*unseen_names, *missing),
+        advice=advice_for(verdict, named, unseen_names, missing, problem, _turning(problem, before_nT)),
+        ranking=tuple((e.name, e.D, e.strength) for e in selection.first_ranking),
+        before=selection.before,
+        after=after,
+        model=_model(model, effects, named, problem, fitted_base, field_enu_nT),
+        problem=problem,
+        before_nT=before_nT,
+        after_nT=after_nT,
+    )
+
+
+def _noise(selection: Selection):  # type: ignore[no-untyped-def]
+    """Slow noise in what the base leaves (then it stands alone), else in what the found effects leave."""
+    alone = slow_noise(selection.start.problem, selection.start.residual())
+    if alone is not None and alone.fits:
+        return alone, True
+    beside = slow_noise(selection.end.problem, selection.end.residual())
+    return (beside, False) if beside is not None and beside.fits else None
+
+
+def _gap(
+    problem: Problem, selection: Selection, found: Sequence[Found], base: Sequence[Found], effects: Sequence[Effect]
+) -> tuple[Array, Array, Gap]:
+    """What is left before and after (n, q) in nT, and rms on the segments that the first split holds out."""
+    held = _held_samples(selection.end)
+    train = ~held & (problem.usable > 0)
+    test = held & (problem.usable > 0)
+    if problem.mode == "vector":
+        before = unexplained(problem, problem.predicted_nT, train)
+        new = [f.evidence.candidate.made(f.evidence.coefficients) for f in (*found, *base)]
+        trained = refined(problem, new, train).effects if new else ()
+        after = unexplained(problem, predict(problem, trained), train)
+    else:
+        before, after = selection.start.residual(), selection.end.residual() if found else selection.start.residual()
+    sigma = problem.sigma_nT
+
+    def rms(left: Array) -> float:
+        return float(np.sqrt((left[test] ** 2).mean()))
+
+    gap = Gap(rms(before * sigma), rms(before), rms(after * sigma), rms(after))
+    return before * sigma, after * sigma, gap
+
+
+def _held_samples(ground: Ground) -> NDArray[np.bool_]:
+    cut = ground.cut
+    held = np.repeat(cut.held(0), cut.length)
+    return np.concatenate([held, np.zeros(len(ground.problem.recording) - len(held), bool)])
+
+
+def _turning(problem: Problem, left_nT: Array) -> bool:
+    """Whether the slow part of what is left has nothing along the field, as an error of the attitude has."""
+    return problem.mode == "vector" and along_field(problem, left_nT / problem.sigma_nT) < 0.12
+
+
+def _without_channels(problem: Problem) -> tuple[str, ...]:
+    """Effects whose causes this recording does not hold."""
+    blind = {"attitude", "position"} if problem.mode == "strength" else set()
+    return tuple(
+        f"{name} (no {', '.join(sorted((set(cls.needs) - problem.has) | (blind & set(cls.needs))))})"
+        for name, cls in BY_NAME.items()
+        if not set(cls.needs) <= problem.has - blind
+    )
+
+
+def _model(
+    model: ModelSpec,
+    effects: Sequence[Effect],
+    named: Sequence[Named],
+    problem: Problem,
+    fitted_base: bool,
+    field_enu_nT: Array | None,
+) -> ModelSpec:
+    """The model with the named effects; where its base was not known, with the fitted hard and soft iron too."""
+    new = [one.effect for one in named]
+    given = list(effects)
+    if fitted_base:
+        matrix = problem.turn - np.eye(3)
+        middle = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
+        new = [BY_NAME["soft_iron"](matrix=matrix), BY_NAME["hard_iron"](offset_nT=middle), *new]
+    if not any(e.name == "white_noise" for e in given):
+        new.append(BY_NAME["white_noise"](std_nT=np.resize(problem.sigma_nT, 3)))
+    tables, order = effect_table.as_tables(joined(given, new))
+    values = {"effects": tables, "effect_order": order, "name": model.name, "summary": model.summary}
+    field = model.field.model_dump(mode="json", exclude_none=True) if model.field is not None else None
+    if field is None and field_enu_nT is not None:
+        field = {"enu_nT": field_enu_nT.tolist()}
+    return ModelSpec.model_validate(values | ({"field": field} if field else {}))
