@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from calib.result import Calibration
 from magbench.console import show_table
+from validation.diagnosis.result import Diagnosis, parameters, short
 from validation.outcome import Outcome
 
 COLUMNS = {
@@ -39,3 +40,30 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
         matrix = "; ".join(" ".join(f"{v:.5f}" for v in row) for row in c.matrix)
         rows.append([name, c.status.kind, " ".join(f"{v:.2f}" for v in c.offset_nT), matrix, c.status.reason])
     show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix", "reason"], rows)
+
+
+def show_diagnosis(found: Diagnosis) -> None:
+    """Verdict, sentence, effects with parameters, gap and advice."""
+    show_table("", [f"verdict: {found.verdict}"], [[found.sentence]], numbers=False)
+    rows = [
+        [one.name, ", ".join(one.alternatives), name, *(short(p[key]) for key in ("value", "low", "high")), p["unit"]]
+        for one in found.named
+        for name, p in parameters(one).items()
+        if p["low"] is not None or p["value"] not in (0, 0.0)
+    ]
+    if rows:
+        show_table(
+            "missing effects", ["effect", "or", "parameter", "value", "low", "high", "unit"], rows, numbers=False
+        )
+    gap = found.gap
+    share = "" if gap.explained is None else f"{100 * gap.explained:.1f} %"
+    sizes = [
+        f"{gap.before_nT:.4g} nT",
+        f"{gap.after_nT:.4g} nT",
+        f"{gap.before_sigma:.4g}",
+        f"{gap.after_sigma:.4g}",
+        share,
+    ]
+    show_table("gap, held out", ["before", "after", "before / noise", "after / noise", "explained"], [sizes])
+    if found.advice:
+        show_table("", ["what to do next"], [[line] for line in found.advice], numbers=False)

@@ -57,10 +57,11 @@ def calibrate_file(
     for name in names:
         calib.get(name)
     recording = read_recording(path, run=run, maps=maps)
-    return fit_all(recording, _reference(path, run, strength_nT, enu), names)
+    return fit_all(recording, reference_of(path, run, strength_nT, enu), names)
 
 
-def _reference(path: Path, run: int, strength_nT: float | None, enu: str | None) -> Reference:
+def reference_of(path: Path, run: int, strength_nT: float | None, enu: str | None) -> Reference:
+    """The reference that the caller states, else the field that a simulated run's file names; InputError for none."""
     vector = _vector(enu) if enu is not None else None
     if vector is None and strength_nT is None:
         known = parameters_of(path, run=run).get("field_enu_nT")

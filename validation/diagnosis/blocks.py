@@ -38,7 +38,7 @@ class Sums:
     @property
     def width(self) -> int:
         """How many candidate columns there are."""
-        return self.EE.shape[1]
+        return int(self.EE.shape[1])
 
 
 @dataclass(frozen=True)

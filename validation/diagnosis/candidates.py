@@ -111,4 +111,3 @@ def _settings(effect: type[Effect], state: State) -> Iterator[dict[str, Any]]:
         grid["motor"] = tuple(range(motors + 1)) if motors > 1 else (0,)
     for values in itertools.product(*grid.values()):
         yield dict(zip(grid, values, strict=True))
-

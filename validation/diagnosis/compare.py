@@ -23,8 +23,9 @@ THRESHOLD = math.log(1 / ALPHA)
 class Evidence:
     """What a candidate explains beside those already in, on held-out data, and its fit on all blocks.
 
-    gain: nats of log-likelihood; V: by how much colour inflates them; strength: rms of what it adds after the base is refitted, in units of the noise; survival: the part of its raw
-    size that the base cannot take up; sums, fit: of [already in, candidate].
+    gain: nats of log-likelihood; V: by how much colour inflates them; strength: rms of what it adds after the base is
+    refitted, in units of the noise; survival: the part of its raw size that the base cannot take up; sums, fit: of
+    [already in, candidate].
     """
 
     candidate: Candidate
@@ -49,7 +50,7 @@ class Evidence:
     @property
     def width(self) -> int:
         """How many columns the candidate has."""
-        return self.columns.shape[2]
+        return int(self.columns.shape[2])
 
     @property
     def coefficients(self) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -23,7 +24,7 @@ POOR = 1e-3
 
 @dataclass(frozen=True)
 class Noise:
-    """What slow noise is there: the effect at its fitted size, those as good, evidence in nats; `fits`: shape agrees."""
+    """Slow noise: the effect at its fitted size, those as good, evidence in nats; `fits`: the spectrum agrees."""
 
     effect: Effect
     alternatives: tuple[str, ...]
@@ -83,7 +84,7 @@ def _bands(residual: Array, interval_s: float) -> tuple[Array, Array, Array]:
     power = (np.abs(np.fft.rfft(residual, axis=0)) ** 2).sum(axis=1) * 2 * interval_s / n / q
     f = np.fft.rfftfreq(n, interval_s)
     edges = np.unique(np.geomspace(3, len(f) - 1, BINS).astype(int))
-    band = [slice(a, b) for a, b in zip(edges, edges[1:], strict=False)]
+    band = [slice(a, b) for a, b in itertools.pairwise(edges)]
     return (
         np.array([f[b].mean() for b in band]),
         np.array([power[b].mean() for b in band]),

@@ -25,10 +25,11 @@ LEAST_SAMPLES = 200
 class Problem:
     """A recording and a model, as the linear problem ``y = B beta + E c + noise`` of q outputs a sample.
 
-    mode "vector": q = 3, y the measured axes, B = [predicted field, 1] on each axis: hard and soft iron fitted anew,
-    which also takes up a fixed turn of the sensor; y is what a first fit of B leaves. mode "strength": q = 1, y = |h| - F of the calibrated field h,
-    B the nine changes of offset and symmetric matrix. y (n, q) is divided by the noise of a sample, `sigma_nT` (q,);
-    `base` B (n, p); `usable` (n,) is 0 where a sample is no measurement (repeated, clipped, a spike), else 1.
+    mode "vector": q = 3, y the measured axes less a first fit of B = [predicted field, 1] on each axis: hard and soft
+    iron fitted anew, which also takes up a fixed turn of the sensor. mode "strength": q = 1, y = |h| - F of the
+    calibrated field h, B the nine changes of offset and symmetric matrix. y (n, q) is divided by the noise of a
+    sample, `sigma_nT` (q,); `base` B (n, p); `usable` (n,) is 0 where a sample is no measurement (repeated, clipped, a
+    spike), else 1.
     `turn` (3, 3): from the undisturbed to the measured field; `clean_nT` (n, 3): what the fitted base predicts;
     `predicted_nT` (n, 3): what the model as given predicts.
     """
@@ -85,7 +86,7 @@ def noise_std(values: Array) -> Array:
 
 
 def _quieter_rate(recording: Recording) -> Array:
-    """Body rate (n, 3) of the gyro or of the attitude's derivative, whichever is less noisy; a held attitude is none."""
+    """Body rate (n, 3): the gyro's or the derivative of an attitude that is not held, whichever is less noisy."""
     derived = body_rate(replace(recording, gyro_rad_s=None))
     assert derived is not None
     gyro, q = recording.gyro_rad_s, recording.att_q
@@ -174,7 +175,7 @@ def _strength(recording: Recording, strength_nT: float, effects: tuple[Effect, .
     base = np.column_stack([*(direction[:, i] * direction[:, j] for i, j in pairs), direction])
     residual = size - strength_nT
     sigma = noise_std(residual)
-    turn = np.linalg.inv(fit.matrix)
+    turn: Array = np.asarray(np.linalg.inv(fit.matrix), dtype=np.float64)
     clean = field @ turn.T + fit.offset_nT
     return Problem(
         recording=recording, state=state, effects=effects, mode="strength", base=base, target=residual / sigma,

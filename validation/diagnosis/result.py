@@ -27,7 +27,7 @@ class Named:
     effect: Effect
     alternatives: tuple[str, ...]
     how: str
-    D: float
+    D: float | None
     strength: float
     spread: dict[str, Array] = field(default_factory=dict)
     evidence: str = "single-run"
@@ -49,9 +49,9 @@ class Gap:
 
     @property
     def explained(self) -> float | None:
-        """(g0^2 - g1^2) / (g0^2 - 1), g in units of the noise; None where there is no gap to explain."""
+        """(g0^2 - g1^2) / (g0^2 - 1), at most 1, g in units of the noise; None where there is no gap to explain."""
         excess = self.before_sigma**2 - 1
-        return (self.before_sigma**2 - self.after_sigma**2) / excess if excess > 1e-3 else None
+        return min(1.0, (self.before_sigma**2 - self.after_sigma**2) / excess) if excess > 1e-3 else None
 
 
 @dataclass(frozen=True)
@@ -126,3 +126,10 @@ def parameters(one: Named) -> dict[str, dict[str, Any]]:
             "unit": p.unit,
         }
     return out
+
+
+def short(value: Any) -> str:
+    """A value, or an array of them, to four digits."""
+    if isinstance(value, list):
+        return "(" + ", ".join(short(v) for v in value) + ")"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

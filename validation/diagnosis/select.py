@@ -56,7 +56,7 @@ def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progres
     """
     start = ground = Ground.of(problem)
     members = proposed(problem, without)
-    before = now = tested(ground)
+    before = now = residual_tests(ground, ())
     found: list[Found] = []
     first: tuple[Evidence, ...] = ()
     while len(found) < MOST_EFFECTS and not (found and now.clean):
@@ -70,7 +70,7 @@ def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progres
             break
         found.append(chosen)
         ground = Ground.of(problem, np.concatenate([ground.inside, chosen.evidence.columns], axis=2))
-        now = tested(ground, tuple(f.name for f in found))
+        now = residual_tests(ground, tuple(f.name for f in found))
     return Selection(tuple(found), start, ground, before, now, first)
 
 
@@ -82,7 +82,7 @@ def found_among(ranking: tuple[Evidence, ...]) -> Found:
     return Found(name, tuple(e.name for e in close if e is not name), ranking)
 
 
-def tested(ground: Ground, names: tuple[str, ...] = ()) -> Battery:
+def residual_tests(ground: Ground, names: tuple[str, ...]) -> Battery:
     """The tests of what a ground leaves; after a low-pass or a delay the noise has a memory of some samples."""
     fitted = ground.problem.base.shape[1] * ground.problem.target.shape[1] + ground.inside.shape[2]
     memory = MEMORY if {"latency", "bandwidth"} & set(names) else 1

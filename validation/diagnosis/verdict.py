@@ -8,7 +8,7 @@ import numpy as np
 
 from validation.diagnosis.battery import Battery
 from validation.diagnosis.problem import Problem
-from validation.diagnosis.result import Gap, Named, Verdict
+from validation.diagnosis.result import Gap, Named, Verdict, short
 
 HALF = 0.5
 TURNED = ("soft_iron", "scale", "misalignment", "non_orthogonality")
@@ -68,7 +68,9 @@ def advice_for(
     for one in named:
         if one.alternatives:
             others = ", ".join(one.alternatives)
-            out.append(f"{one.name} may also be {others}: a second recording with other turns and currents splits them.")
+            out.append(
+                f"{one.name} may also be {others}: a second recording with other turns and currents splits them."
+            )
     if verdict in ("unknown", "partial") and turning:
         out.append("What is left has no part along the field: suspect navigation's attitude or time stamps.")
     if missing:
@@ -85,5 +87,5 @@ def _words(one: Named) -> str:
     size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
     main = (one.effect.linear or tuple(p.name for p in one.effect.parameters() if not p.options))[0]
     parameter = next(p for p in one.effect.parameters() if p.name == main)
-    value = np.array2string(np.asarray(getattr(one.effect, main)), precision=4, separator=", ").replace("\n", "")
+    value = short(np.asarray(getattr(one.effect, main), dtype=float).tolist())
     return f"{one.name}{either}: {main} {value} {parameter.unit}".rstrip() + size

@@ -12,13 +12,14 @@ from sim import effects as effect_table
 from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
+from sim.effects.iron import HardIron, SoftIron
+from sim.effects.noise import WhiteNoise
 from sim.field import earth_field_enu_nT
 from sim.state import Array
-from validation.diagnosis.battery import battery
 from validation.diagnosis.compare import Ground
-from validation.diagnosis.direct import direct_evidence
+from validation.diagnosis.direct import direct_evidence, louder, vec3
 from validation.diagnosis.localise import localise
-from validation.diagnosis.noise import along_field, slow_noise
+from validation.diagnosis.noise import Noise, along_field, slow_noise
 from validation.diagnosis.patch import joined, predict, refined, unexplained
 from validation.diagnosis.problem import Problem, pose
 from validation.diagnosis.result import Diagnosis, Gap, Named
@@ -26,7 +27,6 @@ from validation.diagnosis.select import Found, Selection, base_changes, select, 
 from validation.diagnosis.verdict import advice_for, sentence_for, verdict_of
 
 Progress = Callable[[str], object]
-SLOW_BASE = frozenset({"soft_iron", "scale", "non_orthogonality", "misalignment", "hard_iron", "sensor_offset"})
 
 
 def diagnose(
@@ -60,6 +60,8 @@ def diagnose(
     noise = _noise(selection) if not selection.after.clean else None
     found = () if noise is not None and noise[1] else selection.found
     base = () if fitted_base else base_changes(selection)
+    if noise is not None:  # a slow wander moves the mean: no change of a constant
+        base = tuple(f for f in base if f.name not in ("hard_iron", "sensor_offset"))
     say("the simulator with the new model")
     everything = np.ones(len(recording), bool)
     new = [f.evidence.candidate.made(f.evidence.coefficients) for f in (*found, *base)]
@@ -68,7 +70,10 @@ def diagnose(
         Named(effect, f.alternatives, "base" if f in base else "held-out", f.evidence.D, f.evidence.strength, spread)
         for effect, spread, f in zip(fine.effects, fine.spread, (*found, *base), strict=True)
     ]
-    named += [Named(one.effect, (), "direct", np.inf, 0.0) for one in direct]
+    named += [Named(one.effect, (), "direct", None, 0.0) for one in direct]
+    noisier = louder(problem, selection.end.residual(), [one.effect for one in named], without)
+    if noisier is not None and noise is None:
+        named.append(Named(noisier, (), "spectrum", None, 0.0))
     if noise is not None:
         named.append(Named(noise[0].effect, noise[0].alternatives, "spectrum", noise[0].gain, 0.0))
     before_nT, after_nT, gap = _gap(problem, selection, found, base, fine.effects)
@@ -95,7 +100,7 @@ def diagnose(
     )
 
 
-def _noise(selection: Selection):  # type: ignore[no-untyped-def]
+def _noise(selection: Selection) -> tuple[Noise, bool] | None:
     """Slow noise in what the base leaves (then it stands alone), else in what the found effects leave."""
     alone = slow_noise(selection.start.problem, selection.start.residual())
     if alone is not None and alone.fits:
@@ -162,9 +167,9 @@ def _model(
     if fitted_base:
         matrix = problem.turn - np.eye(3)
         middle = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
-        new = [BY_NAME["soft_iron"](matrix=matrix), BY_NAME["hard_iron"](offset_nT=middle), *new]
+        new = [SoftIron(matrix.tolist()), HardIron(middle.tolist()), *new]
     if not any(e.name == "white_noise" for e in given):
-        new.append(BY_NAME["white_noise"](std_nT=np.resize(problem.sigma_nT, 3)))
+        new.append(WhiteNoise(vec3(np.resize(problem.sigma_nT, 3))))
     tables, order = effect_table.as_tables(joined(given, new))
     values = {"effects": tables, "effect_order": order, "name": model.name, "summary": model.summary}
     field = model.field.model_dump(mode="json", exclude_none=True) if model.field is not None else None

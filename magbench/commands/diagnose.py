@@ -1,0 +1,60 @@
+"""`magbench diagnose`: where a measured recording and a model disagree, and what is missing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from magbench.options import Json
+
+EXPLAINED = ("none", "named", "class", "composite")
+
+
+def diagnose(
+    measured: Annotated[Path, typer.Argument(metavar="MEASURED", help="A Parquet or CSV log, a run, or a dataset.")],
+    model: Annotated[
+        str | None, typer.Option(help="A scenario or model file.  [default: hard iron, soft iron, white noise, fitted]")
+    ] = None,
+    confirm: Annotated[Path | None, typer.Option(help="A second recording: the finding must hold there too.")] = None,
+    field_enu_nT: Annotated[
+        str | None, typer.Option("--field-enu-nT", metavar="E,N,U", help="Field vector, east, north, up.")
+    ] = None,
+    field_strength_nT: Annotated[
+        float | None, typer.Option("--field-strength-nT", help="Field strength, where no vector is known.")
+    ] = None,
+    map_: Annotated[
+        list[str] | None, typer.Option("--map", help="Rename and convert a column, e.g. --map mag_x_nT=bx,unit=uT")
+    ] = None,
+    actuator: Annotated[
+        list[str] | None, typer.Option("--actuator", metavar="COLUMN", help="Treat a channel like a motor current.")
+    ] = None,
+    run: Annotated[int, typer.Option(min=0, help="Which run of a dataset directory.")] = 0,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/diagnosis]")] = None,
+    json: Json = False,
+) -> None:
+    """Find where a recording and a model disagree, name the missing effect, show that the gap shrinks.
+
+    Exit status 1 where a gap was found and not explained.
+
+    Example: magbench diagnose log.parquet --model auv-dive --confirm second.parquet -o out/diagnosis
+    """
+    from magbench.console import emit, say
+    from magbench.tables import show_diagnosis
+    from validation.diagnosis.files import diagnose_file
+    from validation.diagnosis.outputs import write_diagnosis
+
+    place = out or Path("out") / "diagnosis"
+    found = diagnose_file(
+        measured, model, confirm=confirm, enu=field_enu_nT, strength_nT=field_strength_nT, maps=map_ or (),
+        actuators=actuator or (), run=run, say=lambda what: say(f"diagnosis: {what}"),
+    )  # fmt: skip
+    write_diagnosis(found, place, f"Diagnosis of {measured.name}")
+    if json:
+        emit(found.as_dict() | {"model_out": str(place / "model.toml")})
+    else:
+        show_diagnosis(found)
+    say(f"{place}: report.html, diagnosis.json, model.toml")
+    if found.verdict not in EXPLAINED:
+        raise typer.Exit(1)

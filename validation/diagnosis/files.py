@@ -1,0 +1,60 @@
+"""The diagnosis of files: recording, model and reference read, actuators made currents, a second recording asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from scenarios.errors import InputError
+from scenarios.load import load_model
+from scenarios.spec import ModelSpec
+from sim.dataset import Recording, read_recording
+from validation.diagnosis.confirm import confirmed
+from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.workflow import diagnose
+from validation.fitting import reference_of
+
+
+def diagnose_file(
+    measured: Path,
+    model: str | None,
+    *,
+    confirm: Path | None = None,
+    enu: str | None = None,
+    strength_nT: float | None = None,
+    maps: Sequence[str] = (),
+    actuators: Sequence[str] = (),
+    run: int = 0,
+    say: Callable[[str], object] = lambda what: None,
+) -> Diagnosis:
+    """Diagnose a file against a model file or scenario; without one against fitted iron and white noise.
+
+    Raises InputError for files, columns, models and references that cannot be used.
+    """
+    spec = load_model(model) if model else ModelSpec()
+    vector, strength = None, None
+    if enu is not None or strength_nT is not None or spec.field is None:
+        reference = reference_of(measured, run, strength_nT, enu)
+        vector = None if reference.field_enu_nT is None else np.array(reference.field_enu_nT)
+        strength = reference.strength_nT
+    recording = with_actuators(read_recording(measured, run=run, maps=maps), actuators, measured)
+    found = diagnose(recording, spec, field_enu_nT=vector, strength_nT=strength, fitted_base=model is None, say=say)
+    if confirm is None:
+        return found
+    say("the second recording")
+    second = with_actuators(read_recording(confirm, run=run, maps=maps), actuators, confirm)
+    return confirmed(found, second, spec, vector, strength)
+
+
+def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Recording:
+    """The recording with some of its channels beside its motor currents."""
+    columns = [] if recording.current_A is None else list(recording.current_A.T)
+    for name in names:
+        if name not in recording.channels:
+            do = "the channels are " + (", ".join(recording.channels) or "none")
+            raise InputError(f"there is no channel {name!r}", where=f"{path}: --actuator", do=do)
+        columns.append(recording.channels[name])
+    return replace(recording, current_A=np.stack(columns, axis=1)) if names else recording
