@@ -5,10 +5,10 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 JOBS   ?= 2
 
-.PHONY: help demo test nightly lint format bench docs constraints clean
+.PHONY: help demo test nightly lint format bench diagnosis-bench docs constraints clean
 
 help:  ## list the targets
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
 
 $(READY): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
@@ -38,6 +38,9 @@ format: $(READY)  ## put the code into the project's format
 
 bench: $(READY)  ## speed as ratios within one run
 	$(BIN)/python -m benchmarks
+
+diagnosis-bench: $(READY)  ## the diagnosis against hidden effects (hours; resumes)
+	$(BIN)/python -m benchmarks.diagnosis --jobs $(JOBS) -o out/diagnosis-bench
 
 docs: $(READY)  ## make the pictures of README and docs anew
 	$(BIN)/python docs/pictures.py

@@ -1,0 +1,98 @@
+"""Hidden effects are named, nothing is named where nothing is hidden, and the gap shrinks on held-out data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios.load import load_model
+from scenarios.toml import to_toml
+from sim import effects as effect_table
+from validation.diagnosis.confirm import confirmed
+from validation.diagnosis.workflow import diagnose
+
+HIDDEN: dict[str, Any] = {
+    "eddy_current": {"matrix_s": [[1e-4, 2e-5, 0], [0, 8e-5, 1e-5], [2e-5, 0, 1e-4]]},
+    "motor_current": {"gain_nT_A": [2.0, -1.0, 4.0]},
+    "current_ripple": {"amplitude_nT_A": [0.5, 0.2, -0.5], "frequency_hz": 1.2345, "phase_deg": 40.0},
+    "nonlinearity": {"third_order": [3e-4, 6e-4, -3e-4]},
+    "hysteresis": {"gain": [1e-3, 1e-3, 7e-4], "threshold_nT": 2000.0},
+    "offset_jump": {"time_s": 100.0, "step_nT": [2.0, -3.0, 1.0]},
+    "hard_iron_drift": {"rate_nT_h": [200.0, -100.0, 150.0]},
+    "attitude_misalignment": {"angles_deg": [0.005, 0.01, 0.02]},
+    "scale": {"error": [1e-3, -1e-3, 5e-4]},
+    "misalignment": {"angles_deg": [0.1, 0.05, -0.2]},
+    "quantisation": {"step_nT": 3.0},
+    "saturation": {"full_scale_nT": 45_000.0},
+    "white_noise": {"std_nT": [3.0, 3.0, 3.0]},
+    "flicker_noise": {"density_nT_sqrt_hz": [0.5, 0.5, 0.5]},
+    "spikes": {"rate_hz": 0.2, "amplitude_nT": 100.0},
+    "dropouts": {"rate_hz": 0.05, "mean_duration_s": 0.5},
+}
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_a_hidden_effect_is_named(name: str, flight, model) -> None:  # type: ignore[no-untyped-def]
+    found = diagnose(flight({name: HIDDEN[name]}), model())
+    named = {n for one in found.named for n in (one.name, *one.alternatives)}
+    assert name in named
+    assert len(found.named) == 1
+    assert found.verdict in ("named", "class")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_named_where_nothing_is_hidden(seed: int, flight, model) -> None:  # type: ignore[no-untyped-def]
+    found = diagnose(flight({}, seed=seed), model())
+    assert (found.verdict, found.named) == ("none", ())
+
+
+def test_the_gap_shrinks_on_held_out_segments(flight, model) -> None:  # type: ignore[no-untyped-def]
+    gap = diagnose(flight({"nonlinearity": HIDDEN["nonlinearity"]}), model()).gap
+    assert gap.before_sigma > 1.1
+    assert gap.explained is not None
+    assert gap.explained > 0.9
+
+
+def test_parameters_come_out_within_their_intervals(flight, model) -> None:  # type: ignore[no-untyped-def]
+    (one,) = diagnose(flight({"hysteresis": HIDDEN["hysteresis"]}), model()).named
+    truth = effect_table.build({"hysteresis": HIDDEN["hysteresis"]}, None, "")[0]
+    for name in ("gain", "threshold_nT"):
+        error = np.asarray(getattr(one.effect, name)) - np.asarray(getattr(truth, name))
+        assert (np.abs(error) < 5 * one.spread[name]).all()
+
+
+def test_an_effect_left_out_of_the_library_is_not_misnamed(flight, model) -> None:  # type: ignore[no-untyped-def]
+    found = diagnose(flight({"hysteresis": HIDDEN["hysteresis"]}), model(), without=frozenset({"hysteresis"}))
+    assert found.verdict in ("unknown", "partial")
+
+
+def test_the_patched_model_is_a_valid_model(flight, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    found = diagnose(flight({"motor_current": HIDDEN["motor_current"]}), model())
+    path = tmp_path / "model.toml"
+    path.write_text(to_toml(found.model))
+    again = load_model(path)
+    assert set(again.effects) == {"soft_iron", "hard_iron", "white_noise", "motor_current"}
+    second = diagnose(flight({"motor_current": HIDDEN["motor_current"]}, seed=6), again)
+    assert second.verdict == "none"
+
+
+def test_a_second_recording_upgrades_the_evidence(flight, model) -> None:  # type: ignore[no-untyped-def]
+    hidden = {"motor_current": HIDDEN["motor_current"]}
+    found = diagnose(flight(hidden), model())
+    assert found.named[0].evidence == "single-run"
+    there = confirmed(found, flight(hidden, seed=9), model(), None, None)
+    absent = confirmed(found, flight({}, seed=9), model(), None, None)
+    assert there.named[0].evidence == "transferred"
+    assert absent.named[0].evidence == "single-run"
+
+
+def test_without_attitude_the_strength_is_compared(flight, model) -> None:  # type: ignore[no-untyped-def]
+    from dataclasses import replace
+
+    recording = replace(flight({"offset_jump": {"time_s": 100.0, "step_nT": [6.0, -9.0, 5.0]}}), att_q=None)
+    found = diagnose(recording, model(), fitted_base=True)
+    assert found.problem.mode == "strength"
+    assert any("local_dipole" in line for line in found.not_observable)
+    assert [one.name for one in found.named] == ["offset_jump"]
