@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from sim.state import Array
 from validation.diagnosis.blocks import HELD, SPLITS, Cut, Fit, Sums, fit, inflation, squares, sums
@@ -15,6 +16,8 @@ from validation.diagnosis.problem import Problem
 from validation.diagnosis.search import refined, searched
 
 ALPHA = 0.01
+SEARCHED = 50
+"""Settings beyond which they come from a search over the whole record, not from a list profiled in training."""
 THRESHOLD = math.log(1 / ALPHA)
 """Least evidence D that is accepted, and the most by which look-alikes may fall short of the best."""
 
@@ -126,10 +129,15 @@ def _judged(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
     fits = {i: fit(s, everything) for i, s in joint.items()}
     best = min(usable, key=lambda i: squares(joint[i], fits[i], everything))
     chosen, factor = settings[best], inflation(joint[best], fits[best])
-    gain = sum(gains) / HELD - factor * math.log(max(chosen.tried, 1))
+    gain = sum(gains) / HELD - factor * _price(chosen.tried * len(settings), columns[best].shape[2])
     strength, survival = _strength(ground, joint[best], fits[best], columns[best])
     found = Evidence(chosen, gain, factor, strength, survival, joint[best], fits[best], columns[best])
     return found if _possible(found) else None
+
+
+def _price(tried: int, k: int) -> float:
+    """Nats that the best of many searched settings with k columns gains by chance; 0 where nothing was searched."""
+    return float(chi2.isf(1.0 / (2 * tried), k)) / 2 if tried > SEARCHED else 0.0
 
 
 def _possible(found: Evidence) -> bool:

@@ -24,7 +24,7 @@ LOUDER = 1.1
 LEAST_SPIKES = 3
 FAR = 5.0
 NEAR = 2
-"""Samples beside a held one whose jumps are no spikes."""
+"""Samples beside a held or clipped one whose jumps are no spikes."""
 Mask = NDArray[np.bool_]
 
 
@@ -41,8 +41,10 @@ def direct_evidence(problem: Problem, without: frozenset[str] = frozenset()) -> 
     mag = problem.recording.mag_nT
     known = {effect.name: effect for effect in problem.effects}
     lattices = tuple(find_lattice(axis) for axis in mag.T)
-    found = [_rounding(problem, known, lattices), _full_scale(problem, known, lattices)]
-    found += [_held(problem, known), _single(problem, known, lattices)]
+    found = [_rounding(problem, known, lattices), _full_scale(problem, known, lattices), _held(problem, known)]
+    gone = np.logical_or.reduce([_repeated(problem), *(one.samples for one in found if one is not None)])
+    if found[1] is None:  # a clipped stretch has no noise of its own to measure a spike by
+        found.append(_single(problem, known, lattices, _near(gone)))
     return [one for one in found if one is not None and one.effect.name not in without]
 
 
@@ -80,10 +82,10 @@ def _held(problem: Problem, known: dict[str, Effect]) -> Direct | None:
     return _made("dropouts", samples, rate_hz=len(lengths) / work_s, mean_duration_s=float(lengths.mean()))
 
 
-def _single(problem: Problem, known: dict[str, Effect], lattices: tuple[Any, ...]) -> Direct | None:
+def _single(problem: Problem, known: dict[str, Effect], lattices: tuple[Any, ...], beside: Mask) -> Direct | None:
     steps = np.array([0.0 if one is None else one.step for one in lattices])
     left = problem.recording.mag_nT - problem.clean_nT
-    where = spikes(problem.recording.mag_nT, steps) & ~_beside_held(problem)[:, None]
+    where = spikes(problem.recording.mag_nT, steps) & ~beside[:, None]
     count = int(np.count_nonzero(where))
     if count < LEAST_SPIKES or "spikes" in known:
         return None
@@ -92,10 +94,10 @@ def _single(problem: Problem, known: dict[str, Effect], lattices: tuple[Any, ...
     # Small ones drown in the noise; of an exponential law what is above the least seen has the same mean.
     least = float(size.min())
     mean = max(float(size.mean()) - least, 1e-9)
-    far = (np.abs(left) > FAR * problem.sigma_nT).any(axis=1) & (where.any(axis=1) | _quiet(left, problem))
-    return _made(
-        "spikes", where.any(axis=1) | far, rate_hz=count / duration_s * np.exp(least / mean), amplitude_nT=mean
-    )
+    single = where.any(axis=1)
+    far = (np.abs(left) > FAR * problem.sigma_nT).any(axis=1) & (single | _quiet(left, problem)) & ~beside
+    rate_hz = count / duration_s * np.exp(least / mean)
+    return _made("spikes", np.asarray(single | far, dtype=np.bool_), rate_hz=rate_hz, amplitude_nT=mean)
 
 
 def _repeated(problem: Problem) -> Mask:
@@ -104,8 +106,9 @@ def _repeated(problem: Problem) -> Mask:
     return np.asarray(np.concatenate([[False], (mag[1:] == mag[:-1]).all(axis=1)]), dtype=np.bool_)
 
 
-def _beside_held(problem: Problem) -> Mask:
-    return np.asarray(np.convolve(_repeated(problem), np.ones(2 * NEAR + 1), mode="same") > 0, dtype=np.bool_)
+def _near(samples: Mask) -> Mask:
+    """Samples (n,) and those beside them."""
+    return np.asarray(np.convolve(samples, np.ones(2 * NEAR + 1), mode="same") > 0, dtype=np.bool_)
 
 
 def _quiet(left: Array, problem: Problem) -> bool:

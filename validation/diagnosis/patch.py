@@ -41,8 +41,12 @@ def joined(given: Sequence[Effect], new: Sequence[Effect]) -> tuple[Effect, ...]
     return tuple(out)
 
 
-def refined(problem: Problem, new: Sequence[Effect], use: NDArray[np.bool_], inflation: float = 1.0) -> Refined:
-    """Least squares of the new effects' parameters on the samples `use` (n,), the base refitted at every step.
+def refined(
+    problem: Problem, new: Sequence[Effect], use: NDArray[np.bool_], inflation: float = 1.0, *, refit: bool = True
+) -> Refined:
+    """Least squares of the new effects' parameters on the samples `use` (n,).
+
+    refit : hard and soft iron are refitted at every step; otherwise they are the model's.
 
     The prediction is the simulator's chain along the measured motion; standard deviations from the Jacobian there,
     times the root of `inflation` for what is coloured.
@@ -53,15 +57,16 @@ def refined(problem: Problem, new: Sequence[Effect], use: NDArray[np.bool_], inf
         return Refined(tuple(new), tuple({} for _ in new))
     scale = np.maximum(np.abs(start), _steps(new, free))
 
-    def left(x: Array) -> Array:
+    def residual(x: Array) -> Array:
         try:
             made = _with_values(new, free, start + x * scale)
             predicted = predict(problem, made)
         except InputError:
             return np.full(problem.target[use].size, 1e3)
-        return np.asarray(unexplained(problem, predicted, use)[use].ravel())
+        left = unexplained(problem, predicted, use) if refit else _plain(problem, predicted)
+        return np.asarray(left[use].ravel())
 
-    found = least_squares(left, np.zeros(len(start)), diff_step=1e-4, max_nfev=ROUNDS, method="trf")
+    found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=ROUNDS, method="trf")
     gram = found.jac.T @ found.jac
     std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(gram, rcond=1e-14, hermitian=True)), 0) * inflation) * scale
     made = _with_values(new, free, start + found.x * scale)
@@ -81,6 +86,12 @@ def unexplained(problem: Problem, predicted_nT: Array, train: NDArray[np.bool_])
     weighted = base * weight[:, None]
     beta = np.linalg.lstsq(weighted.T @ base, weighted.T @ problem.recording.mag_nT, rcond=1e-13)[0]
     return np.asarray((problem.recording.mag_nT - base @ beta) / problem.sigma_nT * problem.usable[:, None])
+
+
+def _plain(problem: Problem, predicted_nT: Array) -> Array:
+    """Measured minus predicted (n, 3) in units of the noise, the base as the model has it."""
+    left = (problem.recording.mag_nT - predicted_nT) / problem.sigma_nT
+    return np.asarray(left * problem.usable[:, None])
 
 
 def _free(effect: Effect) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from validation.diagnosis.search import SEARCHES
 MOST_EFFECTS = 3
 MEMORY = 10
 FORM_ERROR = 0.15
-"""A further effect below this part of the first is the first's form, not a name of its own."""
+"""A further effect below this part of the first's size is the first's form, not a name of its own."""
 UNSEEN = 1e-3
 """Largest survival of an effect that the base takes up whole."""
 Progress = Callable[[str], object]
@@ -66,7 +66,7 @@ def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progres
         if not ranking or ranking[0].D <= THRESHOLD:
             break
         chosen = found_among(ranking)
-        if found and chosen.evidence.strength < FORM_ERROR * found[0].evidence.strength:
+        if found and chosen.evidence.gain < FORM_ERROR**2 * found[0].evidence.gain:
             break
         found.append(chosen)
         ground = Ground.of(problem, np.concatenate([ground.inside, chosen.evidence.columns], axis=2))
@@ -104,7 +104,7 @@ def base_changes(selection: Selection) -> tuple[Found, ...]:
         if not ranking or ranking[0].D <= THRESHOLD:
             break
         chosen = found_among(ranking)
-        if found and chosen.evidence.strength < FORM_ERROR * found[0].evidence.strength:
+        if found and chosen.evidence.gain < FORM_ERROR**2 * found[0].evidence.gain:
             break
         found.append(chosen)
         ground = Ground.of(bare, np.concatenate([ground.inside, found[-1].evidence.columns], axis=2))

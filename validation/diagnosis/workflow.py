@@ -65,7 +65,7 @@ def diagnose(
     say("the simulator with the new model")
     everything = np.ones(len(recording), bool)
     new = [f.evidence.candidate.made(f.evidence.coefficients) for f in (*found, *base)]
-    fine = refined(problem, new, everything, found[0].evidence.V if found else 1.0)
+    fine = refined(problem, new, everything, found[0].evidence.V if found else 1.0, refit=fitted_base)
     named = [
         Named(effect, f.alternatives, "base" if f in base else "held-out", f.evidence.D, f.evidence.strength, spread)
         for effect, spread, f in zip(fine.effects, fine.spread, (*found, *base), strict=True)
