@@ -41,8 +41,7 @@ def inflation(residual: Array) -> float:
 def block_mean_square(columns: Array, blocks: int) -> float:
     """Mean square, about the mean of all, of the means over equally long blocks of columns (n, k); blocks <= n."""
     n, k = columns.shape
-    length = n // blocks
-    total: float = 0.0
+    length, total = n // blocks, 0.0
     for j in range(k):
         middle = 0.0
         for i in range(n):
@@ -53,7 +52,7 @@ def block_mean_square(columns: Array, blocks: int) -> float:
             for i in range(first, first + length):
                 mean += columns[i, j]
             total += (mean / length - middle) ** 2
-    return total / (blocks * k)
+    return float(total / (blocks * k))
 
 
 def residual_of(fit: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> Array:

@@ -44,7 +44,7 @@ def _noise_terms() -> Array:
 
 
 _NOISE_TERMS = _noise_terms()
-_EVEN = np.array([0.0] * 6 + [0.5] + [0.0] * 3)
+EVEN = np.array([0.0] * 6 + [0.5] + [0.0] * 3)
 """theta of a plane, whose gradient is 1 everywhere: every point weighs the same."""
 BLOCK = 64
 """Points summed together: few enough to stay in the first cache, many enough for the vector units."""
@@ -101,7 +101,7 @@ def fit_ellipsoid_specific(x: Array) -> Array:
     A sufficient condition: it cannot return an ellipsoid whose axes differ by much more than a factor of two.
     [LiGriffiths2004]
     """
-    scatter = weighted_scatter(x, _EVEN) / len(x)
+    scatter = weighted_scatter(x, EVEN) / len(x)
     s11, s12, s22 = scatter[:6, :6], scatter[:6, 6:], scatter[6:, 6:]
     linear = -np.linalg.solve(s22, s12.T)
     values, _, _, vectors, info = dgeev(_CONSTRAINT_INVERSE @ (s11 + s12 @ linear), compute_vl=0)
