@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from calib.rates import world_to_body
@@ -24,27 +25,44 @@ def inflation(residual: Array) -> float:
     V = max over block lengths L of W_L = L var(block means) / var(residual), which is 1 for white noise; a W_L within
     CHANCE standard deviations (sqrt(2 / blocks / k)) of 1 counts as 1.
     """
-    columns = residual[:, None] if residual.ndim == 1 else residual
-    columns = columns - np.ones(len(columns)) @ columns / len(columns)
-    variance = float((columns**2).mean())
-    worst = 1.0
+    n = len(residual)
+    columns = np.ascontiguousarray(residual).reshape(n, -1)
+    worst, variance = 1.0, float(block_mean_square(columns, n))
     for blocks in BLOCKS:
-        length = len(columns) // blocks
-        if length < LEAST_BLOCK or variance == 0.0:
+        if n // blocks < LEAST_BLOCK or variance == 0.0:
             continue
-        means = columns[: blocks * length].reshape(blocks, length, -1).mean(axis=1)
-        ratio = length * float((means**2).mean()) / variance
-        if ratio > 1.0 + CHANCE * np.sqrt(2.0 / means.size):
+        ratio = n // blocks * float(block_mean_square(columns, blocks)) / variance
+        if ratio > 1.0 + CHANCE * np.sqrt(2.0 / (blocks * columns.shape[1])):
             worst = max(worst, ratio)
     return worst
 
 
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def block_mean_square(columns: Array, blocks: int) -> float:
+    """Mean square, about the mean of all, of the means over equally long blocks of columns (n, k); blocks <= n."""
+    n, k = columns.shape
+    length, total = n // blocks, 0.0
+    for j in range(k):
+        middle = 0.0
+        for i in range(n):
+            middle += columns[i, j]
+        middle /= n
+        for first in range(0, blocks * length, length):
+            mean = 0.0
+            for i in range(first, first + length):
+                mean += columns[i, j]
+            total += (mean / length - middle) ** 2
+    return float(total / (blocks * k))
+
+
 def residual_of(fit: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> Array:
     """What the fit leaves, in order of time: |h| - F (n,), or with known attitude h - R_wb^T F (n, 3), nT."""
-    order = np.argsort(recording.time_s, kind="stable")
-    field_nT = fit.apply(recording)[order]
-    if not vector:
-        return np.asarray(np.sqrt(np.einsum("ni,ni->n", field_nT, field_nT)) - reference.strength_nT)
-    assert recording.att_q is not None
-    assert reference.field_enu_nT is not None
-    return field_nT - world_to_body(recording.att_q[order], np.array(reference.field_enu_nT))
+    field_nT = fit.apply(recording)
+    if vector:
+        assert recording.att_q is not None
+        assert reference.field_enu_nT is not None
+        residual = field_nT - world_to_body(recording.att_q, np.array(reference.field_enu_nT))
+    else:
+        residual = np.sqrt(np.einsum("ni,ni->n", field_nT, field_nT)) - reference.strength_nT
+    late = recording.time_s[1:] < recording.time_s[:-1]
+    return np.asarray(residual[np.argsort(recording.time_s, kind="stable")] if late.any() else residual)

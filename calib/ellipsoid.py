@@ -9,21 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.observability import planar_status, spread, thinnest_direction, unobservable
-from calib.quadric import (
-    Ellipsoid,
-    QuadricFit,
-    ellipsoid_jacobian,
-    ellipsoid_of,
-    fit_ellipsoid_specific,
-    refit,
-)
+from calib.norm import NormFit, Standardised
+from calib.observability import planar_status, thinnest_direction, unobservable
+from calib.quadric import QuadricFit, ellipsoid_jacobian, ellipsoid_of, fit_ellipsoid_specific, refit
 from calib.reference import Reference
-from calib.result import OFFSET_NAMES, Calibration, Status
+from calib.result import Calibration, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
-SYMMETRIC_NAMES = ("S_xx", "S_xy", "S_xz", "S_yy", "S_yz", "S_zz")
 
 
 @dataclass(frozen=True)
@@ -49,11 +42,10 @@ class EllipsoidCalibrator(Calibrator):
         flat = planar_status(recording.mag_nT, 0.0)
         if flat is not None:
             return Calibration(self.name, flat)
-        middle = np.ones(len(recording)) @ recording.mag_nT / len(recording)
-        scale = float(np.sqrt(np.trace(spread(recording.mag_nT))))
-        fit, history, settled = self._rounds((recording.mag_nT - middle) / scale)
+        scaled = Standardised.of(recording.mag_nT)
+        fit, history, settled = self._rounds(scaled.x)
         found = ellipsoid_of(fit.theta)
-        flat = planar_status(recording.mag_nT, fit.noise_std * scale)
+        flat = planar_status(recording.mag_nT, fit.noise_std * scaled.scale_nT)
         if found is None or flat is not None:
             return Calibration(self.name, flat or _no_ellipsoid(recording.mag_nT), history=history)
         status = (
@@ -64,7 +56,10 @@ class EllipsoidCalibrator(Calibrator):
                 f"after {self.rounds} rounds the estimate still moves by {history[-1]:.2g} standard deviations",
             )
         )
-        return self._calibration(fit, found, middle, scale, reference.strength_nT, history, status)
+        jacobian = ellipsoid_jacobian(fit.theta, found)
+        covariance = jacobian @ fit.covariance @ jacobian.T
+        estimate = NormFit(found.centre, found.root, covariance, fit.noise_std, history)
+        return scaled.calibration(self.name, status, estimate, reference)
 
     def _rounds(self, x: Array) -> tuple[QuadricFit, tuple[float, ...], bool]:
         """Refits until theta moves by less than `tolerance` of its standard deviation."""
@@ -78,35 +73,6 @@ class EllipsoidCalibrator(Calibrator):
             if history[-1] < self.tolerance:
                 return fit, tuple(history), True
         return fit, tuple(history), False
-
-    def _calibration(
-        self,
-        fit: QuadricFit,
-        found: Ellipsoid,
-        middle: Array,
-        scale: float,
-        strength_nT: float,
-        history: tuple[float, ...],
-        status: Status,
-    ) -> Calibration:
-        root = found.root * scale / strength_nT
-        offset_nT = middle + scale * found.centre
-        units = np.array([scale] * 3 + [scale / strength_nT] * 6)
-        jacobian = units[:, None] * ellipsoid_jacobian(fit.theta, found)
-        names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
-        values = np.concatenate((offset_nT, root[np.triu_indices(3)]))
-        parameters = dict(zip(names, values.tolist(), strict=True)) | {"noise_std_nT": fit.noise_std * scale}
-        return Calibration(
-            self.name,
-            status,
-            offset_nT,
-            np.asarray(np.linalg.inv(root)),
-            None,
-            parameters,
-            jacobian @ fit.covariance @ jacobian.T,
-            names,
-            history,
-        )
 
 
 def _no_ellipsoid(mag_nT: Array) -> Status:

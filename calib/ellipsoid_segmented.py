@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.change_points import PARAMETERS, Rows, find_cuts
-from calib.ellipsoid import SYMMETRIC_NAMES, EllipsoidCalibrator
-from calib.norm import symmetric
+from calib.ellipsoid import EllipsoidCalibrator
+from calib.norm import SYMMETRIC_NAMES, symmetric
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Segment, Status
 from sim.dataset import Recording

@@ -13,11 +13,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from calib.ellipsoid import SYMMETRIC_NAMES
+from calib.observability import mean_and_spread
+from calib.quadric import UPPER
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 
 Array = NDArray[np.float64]
+SYMMETRIC_NAMES = ("S_xx", "S_xy", "S_xz", "S_yy", "S_yz", "S_zz")
 
 
 @dataclass(frozen=True)
@@ -31,16 +33,17 @@ class Standardised:
     @classmethod
     def of(cls, mag_nT: Array) -> Standardised:
         """Standardise measurements (n, 3)."""
-        middle = mag_nT.mean(axis=0)
-        scale = float(np.sqrt(((mag_nT - middle) ** 2).sum(axis=1).mean()))
-        return cls(np.ascontiguousarray((mag_nT - middle) / scale), middle, scale)
+        x = np.ascontiguousarray(mag_nT)
+        middle, spread = mean_and_spread(x)
+        scale = float(np.sqrt(spread.trace() * (len(x) - 1) / len(x)))
+        return cls(_moved(x, middle, scale), middle, scale)
 
     def calibration(self, name: str, status: Status, fit: NormFit, reference: Reference) -> Calibration:
         """The fit in nT: offset b, symmetric S, their covariance, and the noise of a measured component."""
         gain = self.scale_nT / reference.strength_nT
         offset_nT = self.middle_nT + self.scale_nT * fit.centre
         names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
-        values = np.concatenate((offset_nT, gain * fit.root[np.triu_indices(3)]))
+        values = np.concatenate((offset_nT, gain * fit.root[UPPER]))
         units = np.array([self.scale_nT] * 3 + [gain] * 6)
         parameters = dict(zip(names, values.tolist(), strict=True)) | {"noise_std_nT": fit.noise_std * self.scale_nT}
         return Calibration(
@@ -54,6 +57,16 @@ class Standardised:
             names,
             fit.history,
         )
+
+
+@njit(cache=True)
+def _moved(x: Array, middle: Array, scale: float) -> Array:
+    """(x - middle) / scale (n, 3)."""
+    out = np.empty((len(x), 3))
+    for i in range(len(x)):
+        for j in range(3):
+            out[i, j] = (x[i, j] - middle[j]) / scale
+    return out
 
 
 @dataclass(frozen=True)
@@ -78,7 +91,7 @@ def symmetric(six: Array) -> Array:
 
 def parameters_of(T: Array, c: Array) -> Array:
     """p (9,) of T (3, 3) and c (3,)."""
-    return np.concatenate((T[np.triu_indices(3)], c))
+    return np.concatenate((T[UPPER], c))
 
 
 @njit(cache=True)
@@ -142,7 +155,7 @@ def norm_derivatives(p: Array, x: Array) -> tuple[float, Array, Array]:
 def _slots() -> Array:
     """y_i = sum_p,k SLOTS[i, p, k] p_p (x, 1)_k."""
     out = np.zeros((3, 9, 4))
-    for p, (i, j) in enumerate(zip(*np.triu_indices(3), strict=True)):
+    for p, (i, j) in enumerate(zip(*UPPER, strict=True)):
         out[i, p, j] = out[j, p, i] = 1.0
     out[[0, 1, 2], [6, 7, 8], 3] = -1.0
     return out
@@ -229,10 +242,6 @@ def _through(a: Array, x: Array, out: Array) -> None:
 def _physical_jacobian(T: Array, c: Array) -> Array:
     """d (centre, root's six) / dp (9, 9): centre = T^-1 c, root = T^-1."""
     root = np.linalg.inv(T)
-    centre = root @ c
-    out = np.zeros((9, 9))
-    for k, step in enumerate(np.eye(9)):
-        d_T = symmetric(step[:6])
-        out[:3, k] = root @ (step[6:] - d_T @ centre)
-        out[3:, k] = -(root @ d_T @ root)[np.triu_indices(3)]
-    return out
+    d_T, d_c = SLOTS[:, :, :3].transpose(1, 0, 2), -SLOTS[:, :, 3].T
+    d_root = -root @ d_T @ root
+    return np.concatenate(((d_c - d_T @ (root @ c)) @ root, d_root[:, *UPPER]), axis=1).T

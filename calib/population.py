@@ -18,7 +18,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.ellipsoid import SYMMETRIC_NAMES
+from calib.norm import SYMMETRIC_NAMES
 from calib.observability import planar_status, thinnest_direction, unobservable
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status

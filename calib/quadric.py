@@ -9,68 +9,89 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 from numba import njit
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgeev, dsygv
 
 Array = NDArray[np.float64]
 ROUNDING_VARIANCE = 1e-18
 """Smallest noise variance of points of unit size: rounding, 1e-9 of their size."""
+UPPER = np.triu_indices(3)
 
 
 def design(x: Array) -> Array:
     """Rows xi(x) without the constant: (n, 9) for points (n, 3)."""
-    return np.concatenate((x * x, 2 * x[:, [1, 0, 0]] * x[:, [2, 2, 1]], 2 * x), axis=1)
+    rows = np.empty((len(x), 9))
+    np.multiply(x, x, out=rows[:, :3])
+    np.multiply(x, 2.0, out=rows[:, 6:])
+    for column, (i, j) in enumerate(((1, 2), (0, 2), (0, 1)), start=3):
+        np.multiply(rows[:, 6 + i], x[:, j], out=rows[:, column])
+    return rows
 
 
-def _gradient_terms() -> Array:
-    """L (9, 3, 4) of the linear gradient d xi_r / dx_k = sum_c L_rkc (x, y, z, 1)_c."""
-    terms = np.zeros((9, 3, 4))
+def _noise_terms() -> Array:
+    """K (81, 10) of G G^T = K xi (9, 9), G = d xi / dx (9, 3): quadratic in x, so its mean follows from xi's."""
+    gradient = np.zeros((9, 3, 4))  # d xi_r / dx_k = sum_c gradient_rkc (x, y, z, 1)_c
     for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))):
-        terms[row, i, j] += 2.0
+        gradient[row, i, j] += 2.0
         if i != j:
-            terms[row, j, i] += 2.0
-    terms[[6, 7, 8], [0, 1, 2], 3] = 2.0
-    return terms
+            gradient[row, j, i] += 2.0
+    gradient[[6, 7, 8], [0, 1, 2], 3] = 2.0
+    place = np.array([[0, 5, 4, 6], [5, 1, 3, 7], [4, 3, 2, 8], [6, 7, 8, 9]])  # of the product cd in xi
+    share = (1.0 + np.eye(4)) / 2  # xi holds the mixed products twice
+    terms = np.einsum("rkc,skd,cd,cdm->rsm", gradient, gradient, share, np.eye(10)[place])
+    return np.asarray(terms.reshape(81, 10))
 
 
-_TERMS = _gradient_terms()
-_NOISE_FROM_SECOND = np.einsum("rkc,skd->rscd", _TERMS, _TERMS).reshape(81, 16)
-"""G G^T is quadratic in x: its mean follows from the second moments of (x, y, z, 1) alone."""
+_NOISE_TERMS = _noise_terms()
+EVEN = np.array([0.0] * 6 + [0.5] + [0.0] * 3)
+"""theta of a plane, whose gradient is 1 everywhere: every point weighs the same."""
+BLOCK = 64
+"""Points summed together: few enough to stay in the first cache, many enough for the vector units."""
 
 
-@njit(cache=True)
-def weighted_sums(x: Array, theta: Array) -> tuple[Array, Array]:
-    """Sums over points x (n, 3) of w xi xi^T (10, 10; upper triangle) and w u u^T (4, 4), in one pass.
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def weighted_scatter(x: Array, theta: Array) -> Array:
+    """Sum over points x (n, 3) of w xi xi^T (10, 10), xi with its constant 1, in one pass.
 
-    xi with its constant 1, u = (x, y, z, 1), w = 1 / |dQ/dx|^2 at theta.
+    w = 1 / |dQ/dx|^2 at theta (10,)
     """
-    fourth, second = np.zeros((10, 10)), np.zeros((4, 4))
-    xi, u = np.ones(10), np.ones(4)
+    scatter = np.zeros((10, 10))
+    rows, weighted = np.ones((10, BLOCK)), np.empty((10, BLOCK))
     a, b, c, f, g, h, p, q, r = theta[:9]
-    for i in range(x.shape[0]):
-        x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
-        s0, s1, s2 = a * x0 + h * x1 + g * x2 + p, h * x0 + b * x1 + f * x2 + q, g * x0 + f * x1 + c * x2 + r
-        w = 0.25 / (s0 * s0 + s1 * s1 + s2 * s2)
-        xi[0], xi[1], xi[2] = x0 * x0, x1 * x1, x2 * x2
-        xi[3], xi[4], xi[5] = 2 * x1 * x2, 2 * x0 * x2, 2 * x0 * x1
-        xi[6], xi[7], xi[8] = 2 * x0, 2 * x1, 2 * x2
-        u[0], u[1], u[2] = x0, x1, x2
+    for first in range(0, len(x), BLOCK):
+        n = min(BLOCK, len(x) - first)
+        for i in range(n):
+            x0, x1, x2 = x[first + i, 0], x[first + i, 1], x[first + i, 2]
+            s0, s1, s2 = a * x0 + h * x1 + g * x2 + p, h * x0 + b * x1 + f * x2 + q, g * x0 + f * x1 + c * x2 + r
+            weighted[9, i] = 0.25 / (s0 * s0 + s1 * s1 + s2 * s2)
+            rows[0, i], rows[1, i], rows[2, i] = x0 * x0, x1 * x1, x2 * x2
+            rows[3, i], rows[4, i], rows[5, i] = 2 * x1 * x2, 2 * x0 * x2, 2 * x0 * x1
+            rows[6, i], rows[7, i], rows[8, i] = 2 * x0, 2 * x1, 2 * x2
         for j in range(10):
-            v = w * xi[j]
+            for i in range(n):
+                weighted[j, i] = weighted[9, i] * rows[j, i]
             for k in range(j, 10):
-                fourth[j, k] += v * xi[k]
-        for j in range(4):
-            v = w * u[j]
-            for k in range(4):
-                second[j, k] += v * u[k]
-    return fourth, second
+                total = 0.0
+                for i in range(n):
+                    total += weighted[j, i] * rows[k, i]
+                scatter[j, k] += total
+    for j in range(10):
+        for k in range(j):
+            scatter[j, k] = scatter[k, j]
+    return scatter
 
 
 def shape_matrix(theta: Array) -> Array:
     """The symmetric A (3, 3) of Q = x^T A x + 2 p^T x + d."""
     a, b, c, f, g, h = theta[:6]
     return np.array([[a, h, g], [h, b, f], [g, f, c]])
+
+
+_CONSTRAINT_INVERSE = np.linalg.inv(
+    np.block([[1.0 - 2.0 * np.eye(3), np.zeros((3, 3))], [np.zeros((3, 3)), -4.0 * np.eye(3)]])
+)
+"""C1^-1 of 4 J - I^2 = v1^T C1 v1."""
 
 
 def fit_ellipsoid_specific(x: Array) -> Array:
@@ -80,17 +101,14 @@ def fit_ellipsoid_specific(x: Array) -> Array:
     A sufficient condition: it cannot return an ellipsoid whose axes differ by much more than a factor of two.
     [LiGriffiths2004]
     """
-    rows = np.concatenate((design(x), np.ones((len(x), 1))), axis=1)
-    scatter = rows.T @ rows / len(x)
+    scatter = weighted_scatter(x, EVEN) / len(x)
     s11, s12, s22 = scatter[:6, :6], scatter[:6, 6:], scatter[6:, 6:]
     linear = -np.linalg.solve(s22, s12.T)
-    constraint = np.zeros((6, 6))
-    constraint[:3, :3] = 1.0 - 2.0 * np.eye(3)
-    constraint[3:, 3:] = -4.0 * np.eye(3)
-    values, vectors = np.linalg.eig(np.linalg.solve(constraint, s11 + s12 @ linear))
-    v1 = np.real(vectors[:, int(np.argmax(np.real(values)))])
-    theta = np.concatenate((v1, linear @ v1))
-    return np.asarray(theta * np.sign(np.trace(shape_matrix(theta))))
+    values, _, _, vectors, info = dgeev(_CONSTRAINT_INVERSE @ (s11 + s12 @ linear), compute_vl=0)
+    if info:
+        raise np.linalg.LinAlgError("the points do not determine a quadric")
+    v1 = vectors[:, int(np.argmax(values))]
+    return np.asarray(np.concatenate((v1, linear @ v1)) * np.sign(v1[:3].sum()))
 
 
 @dataclass(frozen=True)
@@ -111,19 +129,18 @@ def refit(x: Array, theta: Array) -> QuadricFit:
     adds to M, hence the bias of the plain algebraic fit; the weights make Q a distance (Sampson). Covariance by
     perturbation: sigma^2 / n sum_k lambda_k / (lambda_k - lambda_1)^2 u_k u_k^T. [Kanatani1994] (renormalisation).
     """
-    fourth, second = weighted_sums(np.ascontiguousarray(x), theta)
-    total = fourth[9, 9]
-    fourth = fourth + np.triu(fourth, 1).T
-    mean = fourth[:9, 9] / total
-    moment = fourth[:9, :9] / total - np.outer(mean, mean)
-    noise = (_NOISE_FROM_SECOND @ (second.ravel() / total)).reshape(9, 9)
-    values, vectors = scipy.linalg.eigh(moment, noise)
+    scatter = weighted_scatter(x, theta)
+    scatter = scatter / scatter[9, 9]
+    mean = scatter[:9, 9]
+    values, vectors, info = dsygv(scatter[:9, :9] - np.outer(mean, mean), (_NOISE_TERMS @ scatter[9]).reshape(9, 9))
+    if info:
+        raise np.linalg.LinAlgError("the points do not determine a quadric")
     variance = max(float(values[0]) * len(x) / max(len(x) - 9, 1), ROUNDING_VARIANCE)
     gap = np.maximum(values[1:] - values[0], ROUNDING_VARIANCE)
     spread = (values[1:] + ROUNDING_VARIANCE) / gap**2 * variance / len(x)
-    full = np.vstack((vectors, -mean @ vectors))
-    full *= np.sign(np.trace(shape_matrix(full[:, 0])))
-    return QuadricFit(full[:, 0], np.asarray((full[:, 1:] * spread) @ full[:, 1:].T), float(np.sqrt(variance)))
+    full = np.concatenate((vectors, -mean[None] @ vectors))
+    theta = full[:, 0] * np.sign(full[:3, 0].sum())
+    return QuadricFit(theta, np.asarray((full[:, 1:] * spread) @ full[:, 1:].T), float(np.sqrt(variance)))
 
 
 @dataclass(frozen=True)
@@ -159,15 +176,16 @@ def ellipsoid_jacobian(theta: Array, ellipsoid: Ellipsoid) -> Array:
 
     d centre = -A^-1 (dp + dA centre);  dT = dlevel A^-1 - level A^-1 dA A^-1;  root droot + droot root = dT
     """
-    upper = np.triu_indices(3)
-    squares, axes = np.linalg.eigh(ellipsoid.level * ellipsoid.shape_inverse)
+    inverse, centre = ellipsoid.shape_inverse, ellipsoid.centre
+    squares, axes = np.linalg.eigh(ellipsoid.level * inverse)
     sums = np.sqrt(squares)[:, None] + np.sqrt(squares)
-    out = np.zeros((9, 10))
-    for k, step in enumerate(np.eye(10)):
-        d_shape, inverse, centre = shape_matrix(step), ellipsoid.shape_inverse, ellipsoid.centre
-        d_level = -2 * step[6:9] @ centre - centre @ d_shape @ centre - step[9]
-        d_square = d_level * inverse - ellipsoid.level * inverse @ d_shape @ inverse
-        d_root = axes @ ((axes.T @ d_square @ axes) / sums) @ axes.T
-        out[:3, k] = -inverse @ (step[6:9] + d_shape @ centre)
-        out[3:, k] = d_root[upper]
-    return out
+    turned = _SHAPE_STEPS @ centre
+    d_level = -2 * _LINEAR_STEPS @ centre - turned @ centre - _CONSTANT_STEP
+    d_square = d_level[:, None, None] * inverse - ellipsoid.level * inverse @ _SHAPE_STEPS @ inverse
+    d_root = axes @ ((axes.T @ d_square @ axes) / sums) @ axes.T
+    return np.concatenate((-inverse @ (_LINEAR_STEPS + turned).T, d_root[:, *UPPER].T))
+
+
+_SHAPE_STEPS = np.array([shape_matrix(step) for step in np.eye(10)])
+_LINEAR_STEPS, _CONSTANT_STEP = np.eye(10)[:, 6:9], np.eye(10)[:, 9]
+"""d (A, p, d) / d theta."""

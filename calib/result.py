@@ -74,7 +74,7 @@ class Calibration:
         if self.covariance is None or not set(OFFSET_NAMES) <= set(self.covariance_names):
             return None
         rows = [self.covariance_names.index(name) for name in OFFSET_NAMES]
-        return self.covariance[np.ix_(rows, rows)]
+        return self.covariance[rows][:, rows]
 
     def apply(self, recording: Recording) -> Array:
         """Calibrated field (n, 3), nT, body frame.

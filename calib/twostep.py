@@ -11,15 +11,23 @@ from numpy.typing import NDArray
 from calib.base import Calibrator
 from calib.norm import NormFit, Standardised, parameters_of
 from calib.observability import planar_status, thinnest_direction, unobservable
-from calib.quadric import design, ellipsoid_jacobian, ellipsoid_of, shape_matrix
+from calib.quadric import (
+    EVEN,
+    ROUNDING_VARIANCE,
+    design,
+    ellipsoid_jacobian,
+    ellipsoid_of,
+    shape_matrix,
+    weighted_scatter,
+)
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
 HALVINGS = 30
-ROUNDING = 1e-12
-"""Residual that rounding alone leaves, as a fraction of the field."""
+PART = 100_000
+"""Points taken at once where rows are formed, to bound the memory."""
 
 
 @dataclass(frozen=True)
@@ -72,15 +80,14 @@ class TwoStep(Calibrator):
 
     def estimate(self, x: Array) -> Estimate | None:
         """The estimate from standardised points (n, 3); None when step one's is not an ellipsoid."""
-        rows = design(x)
-        theta = first_step(rows, np.ones(len(x)))
+        theta = first_step(x)
         if theta is None:
             return None
         history: list[float] = []
         variance = 0.0
         for _ in range(self.rounds):
             before = theta
-            centred = Centred.of(rows, *_noise_model(theta, x, variance))
+            centred = Centred.of(x, theta, variance * float(np.trace(shape_matrix(theta))))
             theta, lengths, settled = self._second_step(centred, theta)
             history += lengths
             variance = centred.variance(theta)
@@ -126,7 +133,8 @@ class Estimate:
         if found is None:
             raise np.linalg.LinAlgError("the quadric is no ellipsoid")
         variance, inverse = self.centred.variance(theta), np.linalg.inv(self.centred.information(theta))
-        bias = variance * inverse @ _expected_gradient(theta, x)
+        parts = np.split(x, range(PART, len(x), PART))
+        bias = variance * inverse @ sum(_expected_gradient(theta, part) for part in parts)
         jacobian = ellipsoid_jacobian(theta, found) @ np.vstack((np.eye(9), gradient))
         covariance = jacobian @ (variance * inverse + np.outer(bias, bias)) @ jacobian.T
         return NormFit(found.centre, found.root, covariance, float(np.sqrt(variance)), self.history)
@@ -136,7 +144,7 @@ class Estimate:
 class Centred:
     """The cost |R theta|^2 + W (mean row . theta + p^T A^-1 p - 1 - <v>)^2 of n points, in ten rows.
 
-    theta as in `Estimate`; R (9, 9) of the QR decomposition of the centred rows.
+    theta as in `Estimate`; R (9, 9) with R^T R the scatter of the centred rows.
     """
 
     R: Array
@@ -146,11 +154,9 @@ class Centred:
     n: int
 
     @classmethod
-    def of(cls, rows: Array, weight: Array, noise_mean: float) -> Centred:
-        """From design rows (n, 9) and weights (n,)."""
-        mean = weight @ rows / weight.sum()
-        R = np.linalg.qr((rows - mean) * np.sqrt(weight)[:, None])[1]
-        return cls(R, mean, float(weight.sum()), noise_mean, len(rows))
+    def of(cls, x: Array, theta: Array, noise_mean: float) -> Centred:
+        """From points (n, 3), weighted by 1 / (4 |A x + p|^2) at theta."""
+        return cls(*centred_rows(x, np.append(theta, 0.0)), noise_mean, len(x))
 
     def centre(self, theta: Array) -> float:
         """Mean residual, nothing but noise at the truth."""
@@ -183,24 +189,32 @@ class Centred:
 
     def length(self, theta: Array, change: Array) -> float:
         """A change's length in standard deviations of theta."""
-        variance = self.variance(theta) + ROUNDING**2
+        variance = self.variance(theta) + ROUNDING_VARIANCE
         return float(np.sqrt(change @ self.information(theta) @ change / variance))
 
 
-def first_step(rows: Array, weight: Array) -> Array | None:
-    """The centred estimate (9,) of (A, p) from design rows (n, 9); None when A is not positive definite.
+def centred_rows(x: Array, theta: Array) -> tuple[Array, Array, float]:
+    """R (9, 9) of the cost |R theta|^2 of centred rows, their mean (9,), and the sum of the weights at theta (10,)."""
+    scatter = weighted_scatter(x, theta)
+    weight = float(scatter[9, 9])
+    mean = scatter[9, :9] / weight
+    squares, axes = np.linalg.eigh(scatter[:9, :9] - weight * np.outer(mean, mean))
+    return np.sqrt(np.maximum(squares, 0.0))[:, None] * axes.T, mean, weight
 
-    min sum w (row - mean row)^2 . theta over tr A = 3, linear; then theta / (mean row . theta + p^T A^-1 p).
+
+def first_step(x: Array) -> Array | None:
+    """The centred estimate (9,) of (A, p) from points (n, 3); None when A is not positive definite.
+
+    min sum (row - mean row)^2 . theta over tr A = 3, linear; then theta / (mean row . theta + p^T A^-1 p).
     """
-    root = np.sqrt(weight)[:, None]
-    centred = root * (rows - weight @ rows / weight.sum())
-    free = np.column_stack((centred[:, 0] - centred[:, 2], centred[:, 1] - centred[:, 2], centred[:, 3:]))
-    solution = np.linalg.lstsq(free, -centred[:, :3].sum(axis=1), rcond=None)[0]
+    R, mean, _ = centred_rows(x, EVEN)
+    free = np.column_stack((R[:, 0] - R[:, 2], R[:, 1] - R[:, 2], R[:, 3:]))
+    solution = np.linalg.lstsq(free, -R[:, :3].sum(axis=1), rcond=None)[0]
     a, b = solution[:2]
     theta = np.concatenate(([1 + a, 1 + b, 1 - a - b], solution[2:]))
     if not _definite(theta):
         return None
-    level = theta[6:] @ np.linalg.solve(shape_matrix(theta), theta[6:]) + weight @ rows @ theta / weight.sum()
+    level = theta[6:] @ np.linalg.solve(shape_matrix(theta), theta[6:]) + mean @ theta
     return None if level <= 0 else np.asarray(theta / level)
 
 
@@ -217,13 +231,6 @@ def centre_gradient(theta: Array) -> Array:
 def _definite(theta: Array) -> bool:
     values = np.linalg.eigvalsh(shape_matrix(theta))
     return bool(values[0] > 1e-9 * values[-1])
-
-
-def _noise_model(theta: Array, x: Array, variance: float) -> tuple[Array, float]:
-    """Weights 1 / (4 |A (x - b)|^2) (n,), and the mean of v."""
-    shape = shape_matrix(theta)
-    steep = (x - centre_of(theta)) @ shape
-    return 1.0 / (4 * np.einsum("ni,ni->n", steep, steep)), variance * float(np.trace(shape))
 
 
 def _expected_gradient(theta: Array, x: Array) -> Array:

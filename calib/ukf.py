@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.ellipsoid import SYMMETRIC_NAMES
+from calib.norm import SYMMETRIC_NAMES
 from calib.observability import planar_status
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status

@@ -49,8 +49,9 @@ def points(standard, motion="pitch", seed=1):
 
 def test_centred_cost_is_the_cost_of_all_samples(standard):
     x = points(standard)
-    rows, weight = design(x), np.linspace(1, 2, len(x))
-    centred, theta = Centred.of(rows, weight, 1e-4), first_step(rows, weight)
+    theta, rows = first_step(x), design(x)
+    weight = 1 / (4 * np.sum(((x - centre_of(theta)) @ shape_matrix(theta)) ** 2, axis=1))
+    centred = Centred.of(x, theta, 1e-4)
     value = rows @ theta - theta[6:] @ centre_of(theta) - 1 - 1e-4
     assert centred.cost(theta) == pytest.approx(weight @ value**2, rel=1e-9)
     step = 1e-5 * np.random.default_rng(0).normal(size=9)
@@ -61,7 +62,7 @@ def test_centred_cost_is_the_cost_of_all_samples(standard):
 
 def test_first_step_is_exact_without_noise(standard):
     x = Standardised.of(standard.recording("full", None).mag_nT).x
-    theta = first_step(design(x), np.ones(len(x)))
+    theta = first_step(x)
     d = x - centre_of(theta)
     np.testing.assert_allclose(np.einsum("ni,ij,nj->n", d, shape_matrix(theta), d), 1.0, atol=1e-10)
 
@@ -79,7 +80,7 @@ def test_bias_by_noise_is_claimed(standard):
 def test_expected_gradient_of_noise_against_samples(standard):
     """sum E[w v dz/dtheta] by antithetic noise, within five standard errors."""
     x = Standardised.of(standard.recording("pitch", None, n=300).mag_nT).x
-    theta, std, rng, sums = first_step(design(x), np.ones(len(x))), 0.003, np.random.default_rng(0), []
+    theta, std, rng, sums = first_step(x), 0.003, np.random.default_rng(0), []
     shape, centre = shape_matrix(theta), centre_of(theta)
     for noise in std * rng.normal(size=(2000, *x.shape)):
         for sign in (1, -1):

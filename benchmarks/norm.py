@@ -1,0 +1,25 @@
+"""What a fit from the field's strength costs on the standard case."""
+
+from __future__ import annotations
+
+import statistics
+
+from benchmarks.measure import Row, cpu_s
+from benchmarks.population import STRENGTH_NT, recording
+from calib import CALIBRATORS, Reference
+
+MOST_MS = {"ellipsoid": 1.0, "ml_newton": 10.0}
+REPEATS = 200
+
+
+def rows() -> list[Row]:
+    """A row a method."""
+    return [_row(name, limit_ms) for name, limit_ms in MOST_MS.items()]
+
+
+def _row(name: str, limit_ms: float) -> Row:
+    method, measured, reference = CALIBRATORS[name](), recording(), Reference(STRENGTH_NT)
+    method.fit(measured, reference)
+    times_ms = sorted(1e3 * cpu_s(lambda: method.fit(measured, reference)) for _ in range(REPEATS))
+    note = f"{len(measured)} samples, whole fit, warm; fastest {times_ms[0]:.2f} ms, slowest {times_ms[-1]:.2f} ms"
+    return Row(f"{name}, ms", statistics.median(times_ms), limit_ms, False, note)
