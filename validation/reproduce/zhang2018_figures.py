@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.plots.style import Figure
-from validation.reproduce.zhang2018_trials import DRIFTS, METHODS, POSITIONS, SETTINGS, DriftTrial, Trial
+from validation.reproduce.zhang2018_trials import DRIFTS, FITS, METHODS, POSITIONS, SETTINGS, DriftTrial, Trial
 
 Array = NDArray[np.float64]
 PRINTED_F_NT = 36141.0
@@ -195,17 +195,16 @@ def turn_figure(trials: list[Trial]) -> Figure:
 
 
 def drift_figure(drifts: list[DriftTrial]) -> Figure:
-    """Rms after the ellipsoid fit of the whole record and of each turn, against the drift."""
-    figure = Figure(figsize=(6.0, 3.4), layout="constrained")
-    axis = figure.subplots()
+    """Rms after each ellipsoid fit and the error of its offset, against the drift."""
+    figure = Figure(figsize=(10.0, 3.6), layout="constrained")
     rate = DRIFT_NT_H * np.array(DRIFTS)
-    axis.plot(rate, np.median([d.whole_nT for d in drifts], axis=0), marker="o", label="whole record")
-    axis.plot(rate, np.median([d.segmented_nT for d in drifts], axis=0), marker="o", label="turn by turn")
-    axis.set(
-        xlabel="drift of the hard iron (nT/h)",
-        ylabel="rms of |h| - F (nT)",
-        yscale="log",
-        title="Ellipsoid fit under drift, circles with roll and pitch",
-    )
-    axis.legend()
+    residual, offset = figure.subplots(1, 2, sharex=True)
+    for name in FITS:
+        residual.plot(rate, np.median([d.rms_nT[name] for d in drifts], axis=0), marker="o", label=name)
+        offset.plot(rate, np.median([d.offset_nT[name] for d in drifts], axis=0), marker="o", label=name)
+    for axis in (residual, offset):
+        axis.set(xlabel="drift of the hard iron (nT/h)", yscale="log")
+    residual.set(ylabel="rms of |h| - F (nT)", title="Ellipsoid under drift: residual")
+    offset.set(ylabel="error of the offset, rms (nT)", title="Distance from the moving truth")
+    residual.legend()
     return figure
