@@ -21,6 +21,7 @@ from sim.effects.papers import li2017
 from sim.scenario import load_checked
 from sim.simulate import blocks, plan
 from sim.state import Array, State
+from validation.reproduce.poses import held
 
 SEED = 2017
 FIELD_ENU_NT = (-1940.0, 31916.0, -41285.0)
@@ -74,19 +75,8 @@ def turning(samples: int, rates_rad_s: Vector = ANGLE_RATES_RAD_S, interval_s: f
     turn = _attitude(time_s, rates_rad_s)
     before, after = _attitude(time_s - 1e-5, rates_rad_s), _attitude(time_s + 1e-5, rates_rad_s)
     rate: Array = (before.inv() * after).as_rotvec() / 2e-5
-    field = turn.inv().apply(FIELD_ENU_NT)
-    return State(
-        time_s,
-        interval_s,
-        np.zeros((samples, 3)),
-        turn.as_matrix(),
-        rate,
-        np.array(FIELD_ENU_NT),
-        field,
-        -np.cross(rate, field),
-        np.full(samples, 20.0),
-        np.zeros((samples, 0)),
-    )
+    state = held(turn.as_matrix(), np.array(FIELD_ENU_NT), interval_s)
+    return replace(state, rate_rad_s=rate, field_rate_nT_s=-np.cross(rate, state.field_nT))
 
 
 def _attitude(time_s: Array, rates_rad_s: Vector) -> Rotation:
@@ -245,13 +235,13 @@ def total_equations(state: Array, data: VectorData) -> Array:
     return np.asarray(np.linalg.norm(compensated(state, data), axis=1) - REFERENCE.strength_nT)
 
 
-def sensitivity() -> dict[tuple[int, float], tuple[int, float]]:
+def sensitivity(seed: int) -> dict[tuple[int, float], tuple[int, float]]:
     """How the adaptation depends on window n and exponent b, under changing noise.
 
     (n, b) -> samples from the jump until R is first within a factor of two of the truth, and the standard deviation of
     ln R from 1000 samples after the jump on.
     """
-    data = simulated(0, loud=LOUD)
+    data = simulated(seed, loud=LOUD)
     jump, truth = 2 * SAMPLES // 3, (LOUD * NOISE_STD_NT) ** 2
     found = {}
     for window in (20, 50, 200):
