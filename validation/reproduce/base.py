@@ -43,10 +43,13 @@ def judged(claim: bool | np.bool) -> Verdict:
     return "holds" if claim else "does not hold"
 
 
-def spread(values: Sequence[float] | NDArray[np.float64], unit: str = "", form: str = ".3g") -> str:
-    """Median, unit, and 5 to 95 % of one figure over the seeds."""
-    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
-    return f"{middle:{form}} {unit}".rstrip() + f" ({low:{form}} to {high:{form}})"
+def spread(
+    values: Sequence[float] | NDArray[np.float64], unit: str = "", *, significant: int = 3, decimals: int | None = None
+) -> str:
+    """Median, unit, and 5 to 95 % of one figure over the seeds; with `decimals`, a fixed number of them."""
+    form = f".{significant}g" if decimals is None else f".{decimals}f"
+    low, middle, high = (format(value, form) for value in np.quantile(values, (0.05, 0.5, 0.95)))
+    return f"{middle} {unit}".rstrip() + f" ({low} to {high})"
 
 
 @dataclass(frozen=True)

@@ -118,7 +118,7 @@ def proposed(trials: Trials) -> list[Row]:
         Row(
             "rescaled + fuzzy: settles",
             "near sample 4,000",
-            spread(settled, "samples", ".4g"),
+            spread(settled, "samples", significant=4),
             "not comparable",
             "every parameter within 20 % from there on; it follows from the motion and from that "
             "limit, neither of which is printed: see the next row",

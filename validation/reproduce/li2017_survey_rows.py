@@ -74,7 +74,7 @@ def _iterations(surveys: list[Survey]) -> Row:
     return Row(
         "quadrotor: iterations until A settles, original and proposed",
         "149 and 29",
-        f"{spread(kf, form='.4g')} and {spread(fuzzy, form='.4g')}",
+        f"{spread(kf, significant=4)} and {spread(fuzzy, significant=4)}",
         judged(np.median(fuzzy) < 0.5 * np.median(kf)),
         "sample from which all of A stays within 0.05 of its last values; settling waits for the turns, which "
         "scaling does not change; the paper's sample rate and criterion are not printed",

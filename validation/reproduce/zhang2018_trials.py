@@ -33,8 +33,10 @@ POSITIONS = 30
 """One each 10 s, as printed: 300 degrees of the turn."""
 SEED = 2018
 LONG = 5000
+DRIFT_NT_H = 17.5
+"""The catalogue's drift of the hard iron: the length of (12, -8, 10) nT/h."""
 DRIFTS = (0.0, 1.0, 10.0, 50.0)
-"""Multiples of the catalogue's drift, 18 nT/h."""
+"""Multiples of it."""
 TURN_S = 360.0
 FITS: dict[str, Calibrator] = {
     "whole": EllipsoidCalibrator(),
@@ -76,6 +78,7 @@ SETTINGS = (
     Setting("bounds from the data", 0.0),
     Setting("bounds 10 % and 1000 nT, drift ten times", 1000.0, drift=10.0),
 )
+MAIN, SHORT, LONGER = (SETTINGS[k].label for k in (0, 3, 4))
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,11 @@ class Trial:
     errors_nT: dict[tuple[str, str], Array]
     rms_nT: dict[tuple[str, str], Array]
     offset_nT: dict[tuple[str, str], float]
+
+
+def rms_nT(trials: list[Trial], setting: str, name: str) -> Array:
+    """The rms of |h| - F of the best after each iteration: (seeds, iterations) nT."""
+    return np.array([t.rms_nT[setting, name] for t in trials])
 
 
 @dataclass(frozen=True)
@@ -167,11 +175,15 @@ def true_offset_nT(chain: tuple[Effect, ...]) -> Array:
     return np.asarray(iron + next(np.array(e.offset_nT) for e in chain if isinstance(e, SensorOffset)))
 
 
+def level_nT(seed: int, drift: float = 1.0) -> Array:
+    """What the sensor measures on the level spiral (n, 3)."""
+    return Chain(effects(drift), SEED, seed).apply(spiral(False))[0]
+
+
 def search_trial(seed: int) -> Trial:
     """The three methods under every setting, on the level spiral."""
-    state = spiral(False)
-    strength, truth = strength_nT(state), true_offset_nT(effects())
-    measured = {drift: Chain(effects(drift), SEED, seed).apply(state)[0] for drift in {s.drift for s in SETTINGS}}
+    strength, truth = strength_nT(spiral(False)), true_offset_nT(effects())
+    measured = {drift: level_nT(seed, drift) for drift in {s.drift for s in SETTINGS}}
     trial = Trial(np.linalg.norm(measured[1.0][:POSITIONS], axis=1) - strength, {}, {}, {})
     for setting in SETTINGS:
         mag_nT = measured[setting.drift]

@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.reproduce import zhang2018, zhang2018_trials
+from validation.reproduce import zhang2018_trials
 from validation.reproduce.zhang2018 import Zhang2018
-from validation.reproduce.zhang2018_figures import AFTER_NT, DRIFT_NT_H, PRINTED_F_NT, TOTAL_NT
+from validation.reproduce.zhang2018_printed import AFTER_NT, PRINTED_F_NT, TOTAL_NT
 from validation.reproduce.zhang2018_trials import (
+    DRIFT_NT_H,
+    LONGER,
+    MAIN,
     METHODS,
     POSITIONS,
     SETTINGS,
+    SHORT,
     bounded,
     drift_trial,
     effects,
@@ -114,5 +118,5 @@ def test_pictures(findings):
 def test_labels_of_the_settings_are_those_that_the_rows_use():
     labels = [setting.label for setting in SETTINGS]
     assert len(set(labels)) == len(labels)
-    assert (labels[0], labels[3], labels[4]) == (zhang2018.MAIN, zhang2018.SHORT, zhang2018.LONGER)
+    assert (labels[0], labels[3], labels[4]) == (MAIN, SHORT, LONGER)
     assert (SETTINGS[3].iterations, SETTINGS[4].iterations) == (50, 5000)
