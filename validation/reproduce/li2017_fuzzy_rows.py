@@ -85,6 +85,6 @@ def _small_state_noise(trials: Trials, changing: list[tuple[float, float]]) -> R
         f"total-field error {spread(total_fuzzy, 'nT')} against {spread(total, 'nT')} with R fixed at 25 nT^2; "
         f"mean parameter error {spread(fuzzy, '%')} against {spread(fixed, '%')}",
         judged(np.median(total_fuzzy) < np.median(total)),
-        f"ROR {ratio_fuzzy:.2f} against {ratio:.1f}; R ends at {spread(noise, 'nT^2', significant=4)}, truth 2500; Q and "
-        f"the place of the jump are chosen so that it matters; total-field error fixed, adapted by Q: {others}",
+        f"ROR {ratio_fuzzy:.2f} against {ratio:.1f}; R ends at {spread(noise, 'nT^2', significant=4)}, truth 2500; Q "
+        f"and the place of the jump are chosen so that it matters; total-field error fixed, adapted by Q: {others}",
     )
