@@ -16,6 +16,8 @@ from validation.plots.style import Figure
 Verdict = Literal["holds", "better", "does not hold", "not comparable"]
 Progress = Callable[[int, int], object]
 """Told (pieces done, pieces in all)."""
+Work = Sequence[tuple[Callable[[Any], Any], Sequence[Any]]]
+"""Functions of a module's own, each with the items that it is called with."""
 
 
 @dataclass(frozen=True)
@@ -76,9 +78,7 @@ class Reproduction(ABC):
         """Repeat the paper's experiments over seeds 0 to seeds - 1; `jobs` processes never change a figure."""
 
 
-def gathered(
-    work: Sequence[tuple[Callable[[Any], Any], Sequence[Any]]], jobs: int, progress: Progress
-) -> tuple[list[Any], ...]:
+def gathered(work: Work, jobs: int, progress: Progress) -> tuple[list[Any], ...]:
     """Each function's results over its items, in their order, whatever the number of processes."""
     calls = [(k, i, function, item) for k, (function, items) in enumerate(work) for i, item in enumerate(items)]
     results: tuple[list[Any], ...] = tuple([None] * len(items) for _, items in work)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from calib.vector_model import VectorData
 from validation.plots.style import Figure
 from validation.reproduce import li2017_figures as figures
-from validation.reproduce.base import Findings, Progress, Reproduction, gathered
+from validation.reproduce.base import Findings, Progress, Reproduction, Work, gathered
 from validation.reproduce.li2017_fuzzy_rows import STATE_VARIANCES, adaptation, fuzzy_part
 from validation.reproduce.li2017_rows import ALL_MOTIONS, LONG, motions, original, proposed
 from validation.reproduce.li2017_survey_rows import levenberg_marquardt, quadrotor
@@ -41,7 +41,7 @@ class Li2017(Reproduction):
         """The filters over the seeds, the longer runs over fewer, the quadrotor's survey."""
         seeds = range(self.seeds)
         few = seeds[:SURVEYS]
-        work: list[tuple[Callable[[Any], Any], list[Any]]] = [
+        work: Work = [
             (long_run, list(LONG)),
             (motion, list(ALL_MOTIONS)),
             (changing_noise, list(STATE_VARIANCES)),
