@@ -82,9 +82,9 @@ def _small_state_noise(trials: Trials, changing: list[tuple[float, float]]) -> R
     return Row(
         f"adapting to changing noise, Q = {CALM.state_variance:g}, noise {LOUD:g} times larger in the last third",
         "strong adaptivity to time-varying noise",
-        f"total-field error {spread(total_fuzzy, 'nT')} against {spread(total, 'nT')} with R fixed at 25 nT^2; "
+        f"mean length of the error {spread(total_fuzzy, 'nT')} against {spread(total, 'nT')} with R fixed at 25 nT^2; "
         f"mean parameter error {spread(fuzzy, '%')} against {spread(fixed, '%')}",
         judged(np.median(total_fuzzy) < np.median(total)),
         f"ROR {ratio_fuzzy:.2f} against {ratio:.1f}; R ends at {spread(noise, 'nT^2', significant=4)}, truth 2500; Q "
-        f"and the place of the jump are chosen so that it matters; total-field error fixed, adapted by Q: {others}",
+        f"and the place of the jump are chosen so that it matters; the same fixed, adapted by Q: {others}",
     )

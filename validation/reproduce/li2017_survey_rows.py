@@ -87,10 +87,11 @@ def levenberg_marquardt(runs: list[Marquardt]) -> list[Row]:
     notes = {
         "vector, 200 spread": "no failure, from the start of table 1 and without any scaling",
         "total field, 200 spread": "the paper writes N equations for N points, N >= 21: the total field's, which say "
-        "nothing of a rotation; the strength fits to a few nT all the same",
+        "nothing of a rotation: the strength fits to a few nT all the same, and the components hang on rounding",
         "vector, 21 consecutive": "21 samples in a row do not excite 21 columns: the printed order of size; a likely "
         "cause found by trying, the paper does not say which samples it took",
-        "total field, 21 consecutive": "both together: the printed order of size too; likely, not printed",
+        "total field, 21 consecutive": "both together: the printed order of size too, hanging on rounding; likely, "
+        "not printed",
     }
     verdicts: dict[str, Verdict] = {"vector, 200 spread": "does not hold"}
     medians = {name: np.median([r.rms_nT[name] for r in runs], axis=0) for name in runs[0].rms_nT}
