@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.pool import each
 from validation.plots.style import Figure
 
 Verdict = Literal["holds", "better", "does not hold", "not comparable"]
 Progress = Callable[[int, int], object]
 """Told (pieces done, pieces in all)."""
+Work = Sequence[tuple[Callable[[Any], Any], Sequence[Any]]]
+"""Functions of a module's own, each with the items that it is called with."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,20 @@ class Row:
     def holds(self) -> bool:
         """Whether our figure is at least as good as the printed one, or the claim is confirmed."""
         return self.verdict in ("holds", "better")
+
+
+def judged(claim: bool | np.bool) -> Verdict:
+    """The verdict on a claim that is true or not."""
+    return "holds" if claim else "does not hold"
+
+
+def spread(
+    values: Sequence[float] | NDArray[np.float64], unit: str = "", *, significant: int = 3, decimals: int | None = None
+) -> str:
+    """Median, unit, and 5 to 95 % of one figure over the seeds; with `decimals`, a fixed number of them."""
+    form = f".{significant}g" if decimals is None else f".{decimals}f"
+    low, middle, high = (format(value, form) for value in np.quantile(values, (0.05, 0.5, 0.95)))
+    return f"{middle} {unit}".rstrip() + f" ({low} to {high})"
 
 
 @dataclass(frozen=True)
@@ -56,3 +76,17 @@ class Reproduction(ABC):
     @abstractmethod
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """Repeat the paper's experiments over seeds 0 to seeds - 1; `jobs` processes never change a figure."""
+
+
+def gathered(work: Work, jobs: int, progress: Progress) -> tuple[list[Any], ...]:
+    """Each function's results over its items, in their order, whatever the number of processes."""
+    calls = [(k, i, function, item) for k, (function, items) in enumerate(work) for i, item in enumerate(items)]
+    results: tuple[list[Any], ...] = tuple([None] * len(items) for _, items in work)
+    for done, ((k, i, _, _), result) in enumerate(each(_called, calls, jobs), start=1):
+        results[k][i] = result
+        progress(done, len(calls))
+    return results
+
+
+def _called(call: tuple[int, int, Callable[[Any], Any], Any]) -> Any:
+    return call[2](call[3])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,18 +10,16 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference
-from calib.de_gradiometer import DeGradiometer
-from calib.ga_gradiometer import GaGradiometer
 from calib.gradiometer import Problem, corrected, free_parameters, maps, parameter_units, problem, tensor
-from calib.gradiometer_fit import Found, GradiometerCalibrator, polished
+from calib.gradiometer_fit import Found, GradiometerCalibrator
 from calib.ide_gradiometer import IdeGradiometer
 from calib.least_squares_gradiometer import LeastSquaresGradiometer
 from calib.two_step_gradiometer import TwoStepGradiometer
 from sim.chain import apply_deterministic
 from sim.dataset import Recording
 from sim.effects.papers import ding2021
-from sim.state import State
 from sim.streams import stream
+from validation.reproduce.poses import held
 
 Array = NDArray[np.float64]
 STRENGTH_NT, DECLINATION_DEG, INCLINATION_DEG, BASELINE_M = 52_000.0, -7.0, 54.0, 0.4
@@ -62,7 +60,7 @@ def simulate(case: int, noise_nT: float, seed: int, n: int = 200, common: bool =
     """n random attitudes; noise even within +-noise_nT on each axis, `common`: the same for the four sensors."""
     truth, draw = CASES[case], stream(2021, seed, case, n)
     turn = Rotation.random(n, rng=draw)
-    state = _state(turn)
+    state = held(turn.as_matrix(), field_enu_nT())
     noise = stream(2021, seed, case, n, "noise").uniform(-1.0, 1.0, (SENSORS, n, 3))
     clean, parameters = [], []
     for i in range(SENSORS):
@@ -76,23 +74,6 @@ def simulate(case: int, noise_nT: float, seed: int, n: int = 200, common: bool =
     array_nT = clean_nT + noise_nT * (noise[:1] if common else noise)
     recording = Recording(np.arange(n, dtype=float), array_nT[0], array_mag_nT=array_nT)
     return Array4(recording, clean_nT, np.concatenate(parameters))
-
-
-def _state(turn: Rotation) -> State:
-    n = len(turn)
-    none, field = np.zeros((n, 3)), field_enu_nT()
-    return State(
-        np.arange(n, dtype=float),
-        1.0,
-        none,
-        turn.as_matrix(),
-        none,
-        field,
-        turn.inv().apply(field),
-        none,
-        np.full(n, 20.0),
-        np.zeros((n, 0)),
-    )
 
 
 def _three(values: Array) -> tuple[float, float, float]:
@@ -146,6 +127,10 @@ def _measured(p: Array, h: Array) -> Array:
     return np.concatenate([h @ np.linalg.inv(matrix[i]).T + offset[i] for i in range(SENSORS)], axis=1)
 
 
+WEIGHTS = ((1 / 3, 1.0, 0.0), (3.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 3.0, 0.0), (1.0, 1.0, 1.0))
+"""Weights of components, tensor and invariants tried beside (1, 1, 0)."""
+
+
 @dataclass(frozen=True)
 class SpreadTask:
     """Calibrate one array by least squares, two steps, and on request by the evolution alone."""
@@ -169,7 +154,7 @@ def spread(task: SpreadTask) -> dict[str, Any]:
     out |= {
         "two_step": largest_errors(two, array.parameters),
         "rms": residual_rms(found, array_nT),
-        "raw": residual_rms(_nominal(), array_nT),
+        "raw": residual_rms(nominal(), array_nT),
     }
     h_nT = STRENGTH_NT * corrected(found, array.clean_nT / STRENGTH_NT)
     out["systematic"] = float(np.abs(tensor(h_nT, BASELINE_M)).max())
@@ -191,11 +176,8 @@ def spread(task: SpreadTask) -> dict[str, Any]:
     return out
 
 
-WEIGHTS = ((1 / 3, 1.0, 0.0), (3.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 3.0, 0.0), (1.0, 1.0, 1.0))
-"""Weights of components, tensor and invariants tried beside (1, 1, 0)."""
-
-
-def _nominal() -> Array:
+def nominal() -> Array:
+    """The parameters (48,) of a perfect array."""
     return np.tile([0.0] * 3 + [1.0] * 3 + [0.0] * 6, SENSORS)
 
 
@@ -208,76 +190,3 @@ def task_of(array: Array4, method: GradiometerCalibrator) -> Problem:
 def searched(method: GradiometerCalibrator, array: Array4, seed: int) -> Found:
     """A method's own search without the polish and the checks that follow it."""
     return method.search(task_of(array, method), array.recording, REFERENCE, stream(2021, seed, "search"))
-
-
-@dataclass(frozen=True)
-class SearchTask:
-    """One search without noise in simulation 1."""
-
-    method: GradiometerCalibrator
-    seed: int
-    n: int = 200
-
-
-def search(task: SearchTask) -> dict[str, Any]:
-    """History of the objective's rms (nT), rms of total plus tensor in the end, offset error (nT)."""
-    array = simulate(1, 0.0, task.seed, task.n)
-    assert array.recording.array_mag_nT is not None
-    found = searched(task.method, array, task.seed)
-    history = np.array(found.history)
-    return {
-        "history": history,
-        "errors": largest_errors(found.parameters, array.parameters),
-        "rms": float(residual_rms(found.parameters, array.recording.array_mag_nT).sum()),
-    }
-
-
-@dataclass(frozen=True)
-class StartTask:
-    """Levenberg-Marquardt from random starts in boxes of growing size, in simulation 1 with 10 nT of noise."""
-
-    seed: int
-
-
-STARTS = {
-    "the paper's ranges": (200.0, 0.1, 2.0),
-    "our search space": (5_200.0, 0.2, 5.0),
-    "20 % of F, 0.5 to 1.5, 30 deg": (10_400.0, 0.5, 30.0),
-    "F, 0.2 to 1.8, 90 deg": (52_000.0, 0.8, 90.0),
-}
-"""Half widths of the starts: offset (nT), scale, angles (degrees)."""
-
-
-def starts(task: StartTask) -> dict[str, bool]:
-    """Whether the minimum of the two-step start was reached, for each box and from nominal."""
-    array = simulate(1, 10.0, task.seed)
-    objective = task_of(array, IdeGradiometer())
-    best = vector_of(LeastSquaresGradiometer(start="two_step").fit(array.recording, REFERENCE))
-    draw = stream(2021, task.seed, "starts")
-    tried = {"nominal": _nominal()}
-    for name, (offset_nT, scale, angle_deg) in STARTS.items():
-        reach = np.tile([offset_nT / STRENGTH_NT] * 3 + [scale] * 3 + [np.radians(angle_deg)] * 6, SENSORS)
-        tried[name] = _nominal() + draw.uniform(-1, 1, 48) * reach
-        tried[name][9:12] = 0.0
-    return {name: _same(objective, start, best) for name, start in tried.items()}
-
-
-def _same(objective: Problem, start: Array, best: Array) -> bool:
-    try:
-        with np.errstate(all="ignore"):
-            found = polished(objective, Found(start)).parameters
-    except (ValueError, ArithmeticError, np.linalg.LinAlgError):
-        return False
-    ours, theirs = (maps(p, SENSORS)[0] for p in (found, best))
-    return bool(np.abs(ours - theirs).max() < 1e-6)
-
-
-def grid(values: tuple[tuple[float, float], ...]) -> list[GradiometerCalibrator]:
-    """Improved and classic evolution for each (F, CR)."""
-    improved = [IdeGradiometer(polish=False, mutation=f, crossover=c) for f, c in values]
-    return [*improved, *(DeGradiometer(polish=False, mutation=f, crossover=c) for f, c in values)]
-
-
-def populations(sizes: tuple[int, ...]) -> list[GradiometerCalibrator]:
-    """The improved evolution for each population, and the genetic algorithm with 50."""
-    return [*(replace(IdeGradiometer(polish=False), population=n) for n in sizes), GaGradiometer(polish=False)]

@@ -16,6 +16,7 @@ from sim.dataset import Recording
 from sim.effects.base import Effect, Mat3, Vec3
 from sim.effects.papers import long2013
 from sim.state import State
+from validation.reproduce.poses import held
 
 Array = NDArray[np.float64]
 SEED = 2013
@@ -80,22 +81,8 @@ def rolling() -> Array:
 
 def state_of(angles_deg: Array) -> State:
     """The kinematic motion as a State, a sample a second: the paper's sensor has no dynamics."""
-    n = len(angles_deg)
     turned = Rotation.from_euler("ZYX", angles_deg, degrees=True).as_matrix()
-    R_wb = NED_TO_ENU @ turned @ FLIP
-    field_enu_nT, none = NED_TO_ENU @ field_ned_nT(), np.zeros((n, 3))
-    return State(
-        np.arange(n, dtype=float),
-        1.0,
-        none,
-        R_wb,
-        none,
-        field_enu_nT,
-        np.einsum("nij,i->nj", R_wb, field_enu_nT),
-        none,
-        np.full(n, 20.0),
-        np.zeros((n, 0)),
-    )
+    return held(NED_TO_ENU @ turned @ FLIP, NED_TO_ENU @ field_ned_nT())
 
 
 def measured(state: State, chain: tuple[Effect, ...], run: int) -> Recording:

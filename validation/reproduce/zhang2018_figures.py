@@ -1,163 +1,23 @@
-"""[Zhang2018]'s printed table, and pictures like the paper's with ours beside it."""
+"""Pictures like those of [Zhang2018], ours beside the printed table."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from validation.plots.style import Figure
-from validation.reproduce.zhang2018_trials import DRIFTS, METHODS, POSITIONS, SETTINGS, DriftTrial, Trial
-
-Array = NDArray[np.float64]
-PRINTED_F_NT = 36141.0
-TOTAL_NT = np.array(
-    [
-        36044.9,
-        36034.7,
-        36284.0,
-        36330.9,
-        36398.0,
-        36433.4,
-        36403.5,
-        36347.1,
-        35980.8,
-        35994.1,
-        36261.1,
-        36042.8,
-        36241.5,
-        36242.3,
-        36258.6,
-        36303.1,
-        36341.6,
-        36387.7,
-        36409.0,
-        36398.9,
-        36376.3,
-        35936.7,
-        35951.7,
-        35970.4,
-        36292.1,
-        36007.5,
-        36259.2,
-        36240.0,
-        36251.4,
-        36274.5,
-    ]
+from validation.reproduce.zhang2018_printed import AFTER_NT, PRINTED_F_NT, TOTAL_NT
+from validation.reproduce.zhang2018_trials import (
+    DRIFT_NT_H,
+    DRIFTS,
+    FITS,
+    MAIN,
+    METHODS,
+    POSITIONS,
+    SHORT,
+    DriftTrial,
+    Trial,
+    rms_nT,
 )
-"""Table 1: total field before calibration at the 30 positions."""
-AFTER_NT = {
-    "pso": np.array(
-        [
-            60.5,
-            66.1,
-            74.2,
-            80.3,
-            86.2,
-            92.4,
-            89.6,
-            81.0,
-            72.7,
-            67.8,
-            60.3,
-            53.0,
-            59.1,
-            62.8,
-            68.4,
-            75.9,
-            80.2,
-            86.2,
-            89.8,
-            87.6,
-            84.6,
-            79.6,
-            73.4,
-            70.5,
-            66.5,
-            62.9,
-            54.3,
-            52.1,
-            57.1,
-            60.2,
-        ]
-    ),
-    "ga": np.array(
-        [
-            46.2,
-            50.4,
-            55.8,
-            61.8,
-            67.5,
-            72.1,
-            68.0,
-            66.8,
-            60.3,
-            53.0,
-            46.5,
-            40.4,
-            45.4,
-            48.0,
-            52.2,
-            59.7,
-            64.8,
-            68.3,
-            70.2,
-            71.6,
-            68.0,
-            65.9,
-            61.1,
-            58.3,
-            55.3,
-            50.8,
-            44.5,
-            41.6,
-            49.8,
-            58.2,
-        ]
-    ),
-    "psoga": np.array(
-        [
-            37.3,
-            42.6,
-            46.5,
-            50.0,
-            53.3,
-            57.8,
-            54.4,
-            49.1,
-            44.2,
-            40.7,
-            35.1,
-            31.5,
-            34.9,
-            37.0,
-            42.4,
-            47.4,
-            50.3,
-            53.6,
-            55.9,
-            52.7,
-            50.8,
-            47.0,
-            45.2,
-            42.1,
-            40.5,
-            38.6,
-            34.6,
-            30.5,
-            32.9,
-            37.5,
-        ]
-    ),
-}
-"""Table 1: absolute error after calibration."""
-DRIFT_NT_H = 17.5
-"""The catalogue's drift of the hard iron: the length of (12, -8, 10) nT/h."""
-MAIN, SHORT = SETTINGS[0].label, SETTINGS[3].label
-
-
-def rms_nT(trials: list[Trial], setting: str, name: str) -> Array:
-    """The rms of |h| - F of the best after each iteration: (seeds, iterations) nT."""
-    return np.array([t.rms_nT[setting, name] for t in trials])
 
 
 def convergence_figure(trials: list[Trial]) -> Figure:
@@ -195,17 +55,16 @@ def turn_figure(trials: list[Trial]) -> Figure:
 
 
 def drift_figure(drifts: list[DriftTrial]) -> Figure:
-    """Rms after the ellipsoid fit of the whole record and of each turn, against the drift."""
-    figure = Figure(figsize=(6.0, 3.4), layout="constrained")
-    axis = figure.subplots()
+    """Rms after each ellipsoid fit and the error of its offset, against the drift."""
+    figure = Figure(figsize=(10.0, 3.6), layout="constrained")
     rate = DRIFT_NT_H * np.array(DRIFTS)
-    axis.plot(rate, np.median([d.whole_nT for d in drifts], axis=0), marker="o", label="whole record")
-    axis.plot(rate, np.median([d.segmented_nT for d in drifts], axis=0), marker="o", label="turn by turn")
-    axis.set(
-        xlabel="drift of the hard iron (nT/h)",
-        ylabel="rms of |h| - F (nT)",
-        yscale="log",
-        title="Ellipsoid fit under drift, circles with roll and pitch",
-    )
-    axis.legend()
+    residual, offset = figure.subplots(1, 2, sharex=True)
+    for name in FITS:
+        residual.plot(rate, np.median([d.rms_nT[name] for d in drifts], axis=0), marker="o", label=name)
+        offset.plot(rate, np.median([d.offset_nT[name] for d in drifts], axis=0), marker="o", label=name)
+    for axis in (residual, offset):
+        axis.set(xlabel="drift of the hard iron (nT/h)", yscale="log")
+    residual.set(ylabel="rms of |h| - F (nT)", title="Ellipsoid under drift: residual")
+    offset.set(ylabel="error of the offset, rms (nT)", title="Distance from the moving truth")
+    residual.legend()
     return figure

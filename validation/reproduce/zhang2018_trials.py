@@ -8,7 +8,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from calib import Reference, get
+from calib import Calibration, Calibrator, Reference
+from calib.ellipsoid import EllipsoidCalibrator
+from calib.ellipsoid_segmented import EllipsoidSegmented
 from calib.ga import Ga
 from calib.population import PopulationCalibrator, Problem, triangular
 from calib.pso import Pso
@@ -19,6 +21,7 @@ from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.effects.drift import SensorOffset
 from sim.effects.iron import HardIron, HardIronDrift
+from sim.effects.noise import WhiteNoise
 from sim.rotation import matrix_from_q
 from sim.simulate import blocks, plan
 from sim.state import State
@@ -30,8 +33,17 @@ POSITIONS = 30
 """One each 10 s, as printed: 300 degrees of the turn."""
 SEED = 2018
 LONG = 5000
+DRIFT_NT_H = 17.5
+"""The catalogue's drift of the hard iron: the length of (12, -8, 10) nT/h."""
 DRIFTS = (0.0, 1.0, 10.0, 50.0)
-"""Multiples of the catalogue's drift, 18 nT/h."""
+"""Multiples of it."""
+TURN_S = 360.0
+FITS: dict[str, Calibrator] = {
+    "whole": EllipsoidCalibrator(),
+    "segmented": EllipsoidSegmented(),
+    "by turns": EllipsoidSegmented(cuts_s=(TURN_S, 2 * TURN_S, 3 * TURN_S, 4 * TURN_S)),
+}
+"""The ellipsoid of the whole record, with the program's cuts, and cut at each whole turn of the half hour."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +78,7 @@ SETTINGS = (
     Setting("bounds from the data", 0.0),
     Setting("bounds 10 % and 1000 nT, drift ten times", 1000.0, drift=10.0),
 )
+MAIN, SHORT, LONGER = (SETTINGS[k].label for k in (0, 3, 4))
 
 
 @dataclass(frozen=True)
@@ -79,12 +92,19 @@ class Trial:
     offset_nT: dict[tuple[str, str], float]
 
 
+def rms_nT(trials: list[Trial], setting: str, name: str) -> Array:
+    """The rms of |h| - F of the best after each iteration: (seeds, iterations) nT."""
+    return np.array([t.rms_nT[setting, name] for t in trials])
+
+
 @dataclass(frozen=True)
 class DriftTrial:
-    """One seed on the excited spiral: rms of |h| - F by multiple of the drift, ellipsoid of the whole and by turns."""
+    """One seed on the excited spiral, a value a drift for each of FITS: rms of |h| - F over the record, rms distance of
+    the offset from the true one at that time, nT, and the number of segments."""
 
-    whole_nT: tuple[float, ...]
-    segmented_nT: tuple[float, ...]
+    rms_nT: dict[str, tuple[float, ...]]
+    offset_nT: dict[str, tuple[float, ...]]
+    segments: dict[str, tuple[int, ...]]
 
 
 @lru_cache(maxsize=2)
@@ -155,11 +175,15 @@ def true_offset_nT(chain: tuple[Effect, ...]) -> Array:
     return np.asarray(iron + next(np.array(e.offset_nT) for e in chain if isinstance(e, SensorOffset)))
 
 
+def level_nT(seed: int, drift: float = 1.0) -> Array:
+    """What the sensor measures on the level spiral (n, 3)."""
+    return Chain(effects(drift), SEED, seed).apply(spiral(False))[0]
+
+
 def search_trial(seed: int) -> Trial:
     """The three methods under every setting, on the level spiral."""
-    state = spiral(False)
-    strength, truth = strength_nT(state), true_offset_nT(effects())
-    measured = {drift: Chain(effects(drift), SEED, seed).apply(state)[0] for drift in {s.drift for s in SETTINGS}}
+    strength, truth = strength_nT(spiral(False)), true_offset_nT(effects())
+    measured = {drift: level_nT(seed, drift) for drift in {s.drift for s in SETTINGS}}
     trial = Trial(np.linalg.norm(measured[1.0][:POSITIONS], axis=1) - strength, {}, {}, {})
     for setting in SETTINGS:
         mag_nT = measured[setting.drift]
@@ -176,19 +200,43 @@ def search_trial(seed: int) -> Trial:
 
 
 def drift_trial(seed: int) -> DriftTrial:
-    """The ellipsoid fit of the whole record and of each turn, under every drift, on the excited spiral."""
+    """Each of FITS under every drift, on the excited spiral."""
     state = spiral(True)
-    whole, segmented = [], []
-    for drift in DRIFTS:
-        recording = Recording(state.time_s, Chain(effects(drift), SEED, seed).apply(state)[0])
-        turns = np.minimum(state.time_s // 360.0, state.time_s[-1] // 360.0 - (state.time_s[-1] % 360.0 < 180.0))
-        pieces = [Recording(state.time_s[turns == k], recording.mag_nT[turns == k]) for k in np.unique(turns)]
-        whole.append(_rms_after_ellipsoid([recording], strength_nT(state)))
-        segmented.append(_rms_after_ellipsoid(pieces, strength_nT(state)))
-    return DriftTrial(tuple(whole), tuple(segmented))
+    trial = DriftTrial({}, {}, {})
+    runs = [_fits(state, effects(drift), seed) for drift in DRIFTS]
+    for name in FITS:
+        of_name = [run[name] for run in runs]
+        trial.rms_nT[name] = tuple(fit[0] for fit in of_name)
+        trial.offset_nT[name] = tuple(fit[1] for fit in of_name)
+        trial.segments[name] = tuple(fit[2] for fit in of_name)
+    return trial
 
 
-def _rms_after_ellipsoid(pieces: list[Recording], strength: float) -> float:
-    fits = [(get("ellipsoid").fit(piece, Reference(strength)), piece) for piece in pieces]
-    errors = [np.linalg.norm(fit.apply(piece), axis=1) - strength for fit, piece in fits]
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+def _fits(state: State, chain: tuple[Effect, ...], seed: int) -> dict[str, tuple[float, float, int]]:
+    """Rms of |h| - F, rms distance from the true offset, segments."""
+    recording = Recording(state.time_s, Chain(chain, SEED, seed).apply(state)[0])
+    strength, truth = strength_nT(state), moving_offset_nT(state, chain)
+    found = {}
+    for name, calibrator in FITS.items():
+        fit = calibrator.fit(recording, Reference(strength))
+        error = np.linalg.norm(fit.apply(recording), axis=1) - strength
+        away = np.linalg.norm(_offsets_nT(fit, state.time_s) - truth, axis=1)
+        found[name] = _rms(error), _rms(away), max(len(fit.segments), 1)
+    return found
+
+
+def moving_offset_nT(state: State, chain: tuple[Effect, ...]) -> Array:
+    """What the sensor measures in no field and without noise at each time (n, 3): the hard iron and all that drifts."""
+    nowhere = replace(state, field_nT=np.zeros_like(state.field_nT))
+    return Chain(tuple(e for e in chain if not isinstance(e, WhiteNoise)), SEED).apply(nowhere)[0]
+
+
+def _offsets_nT(fit: Calibration, time_s: Array) -> Array:
+    if not fit.segments:
+        return fit.offset_nT
+    place = np.searchsorted([segment.start_s for segment in fit.segments], time_s, side="right") - 1
+    return np.array([segment.offset_nT for segment in fit.segments])[place]
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -7,20 +7,18 @@ import pytest
 
 from calib.gradiometer import free_parameters
 from calib.ide_gradiometer import IdeGradiometer
-from validation.reproduce.ding2021 import PRINTED, Ding2021, _error_row
-from validation.reproduce.ding2021_plots import tensor_before_after
+from validation.reproduce.ding2021 import Ding2021
+from validation.reproduce.ding2021_figures import tensor_before_after
+from validation.reproduce.ding2021_rows import PRINTED, error_row
+from validation.reproduce.ding2021_searches import SearchTask, StartTask, search, starts
 from validation.reproduce.ding2021_trials import (
     STRENGTH_NT,
-    SearchTask,
     SpreadTask,
-    StartTask,
     bound,
     field_enu_nT,
     residual_rms,
-    search,
     simulate,
     spread,
-    starts,
 )
 
 
@@ -76,14 +74,14 @@ def test_starts_near_the_truth_reach_the_minimum():
     assert reached["the paper's ranges"]
 
 
-def test_error_row_compares_with_what_is_printed():
+def testerror_row_compares_with_what_is_printed():
     results = {
         SpreadTask(1, 2.0, seed): {"errors": np.full(4, value), "two_step": np.ones(4), "over_bound": np.ones(45)}
         for seed, value in enumerate((0.2, 0.3, 0.5))
     }
-    assert _error_row(results, 3, 1, 0, 2.0, PRINTED[1, 0][0]).verdict == "holds"
-    assert _error_row(results, 3, 1, 0, 2.0, 0.6).verdict == "better"
-    assert _error_row(results, 3, 1, 0, 2.0, 0.25).verdict == "does not hold"
+    assert error_row(results, 3, 1, 0, 2.0, PRINTED[1, 0][0]).verdict == "holds"
+    assert error_row(results, 3, 1, 0, 2.0, 0.6).verdict == "better"
+    assert error_row(results, 3, 1, 0, 2.0, 0.25).verdict == "does not hold"
 
 
 def test_tensor_picture():

@@ -9,8 +9,10 @@ from calib.kalman import KalmanSettings, track
 from calib.kalman_rescaled import MICROTESLA
 from validation.reproduce.base import Findings
 from validation.reproduce.li2017 import Li2017
+from validation.reproduce.li2017_rows import _against
 from validation.reproduce.li2017_trials import (
     CALM,
+    CONSTANT,
     LOUD,
     NOISE_STD_NT,
     TRUE_STATE,
@@ -56,6 +58,25 @@ def test_original_filter_leaves_the_permanent_field_behind_and_rescaling_finds_i
     assert np.abs(original.state_error_pct).mean() == pytest.approx(16.2, abs=1.5)
     assert np.abs(rescaled.state_error_pct).mean() < 0.4
     assert 2000 < rescaled.settled < 6000
+
+
+def test_lengths_of_errors_are_told_apart():
+    """The inequalities by which the paper's measure of error is told from its printed totals."""
+    one = outcome(simulated(3), track(simulated(3), MICROTESLA))
+    assert one.total_nT > np.linalg.norm(one.component_nT)
+    assert one.strength_nT < one.total_nT < np.linalg.norm(one.component_rms_nT)
+
+
+def test_a_state_that_does_not_move_gives_a_hundredth_of_the_error():
+    data = simulated(4)
+    forgetting, constant = outcome(data, track(data, MICROTESLA)), outcome(data, track(data, CONSTANT))
+    assert constant.component_nT.max() < 0.5 < forgetting.component_nT.max()
+
+
+def test_a_figure_is_better_only_where_the_printed_one_is_outside_the_spread():
+    seeds = np.linspace(1.0, 2.0, 21)
+    assert [_against(seeds, printed, 1.6) for printed in (2.5, 1.8, 0.5)] == ["better", "holds", "holds"]
+    assert _against(seeds, 2.5, 1.4) == "does not hold"
 
 
 def test_fuzzy_part_matters_only_where_the_state_variance_is_small():

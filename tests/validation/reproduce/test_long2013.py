@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.reproduce.long2013 import NOISES_NT, Long2013
+from validation.reproduce.long2013 import Long2013
+from validation.reproduce.long2013_rows import NOISES_NT
 from validation.reproduce.long2013_trials import (
     AXES_DEG,
     HARD_IRON_NT,

@@ -5,16 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.reproduce import zhang2018, zhang2018_trials
+from validation.reproduce import zhang2018_trials
 from validation.reproduce.zhang2018 import Zhang2018
-from validation.reproduce.zhang2018_figures import AFTER_NT, DRIFT_NT_H, PRINTED_F_NT, TOTAL_NT
+from validation.reproduce.zhang2018_printed import AFTER_NT, PRINTED_F_NT, TOTAL_NT
 from validation.reproduce.zhang2018_trials import (
+    DRIFT_NT_H,
+    LONGER,
+    MAIN,
     METHODS,
     POSITIONS,
     SETTINGS,
+    SHORT,
     bounded,
     drift_trial,
     effects,
+    moving_offset_nT,
     spiral,
     strength_nT,
     true_offset_nT,
@@ -70,20 +75,34 @@ def test_the_drift_is_the_catalogue_s():
     assert np.linalg.norm(drift.rate_nT_h) == pytest.approx(DRIFT_NT_H, abs=0.1)
 
 
-def test_drift_spoils_the_whole_fit_and_turns_save_it():
+def test_drift_spoils_the_whole_fit_and_segments_save_it():
     trial = drift_trial(0)
-    assert trial.whole_nT[0] < 3.0
-    assert trial.whole_nT[-1] > 10 * trial.whole_nT[0]
-    assert trial.segmented_nT[-1] < trial.whole_nT[-1] / 4
+    whole = trial.rms_nT["whole"]
+    assert whole[0] < 3.0
+    assert whole[-1] > 10 * whole[0]
+    for name in ("segmented", "by turns"):
+        assert trial.rms_nT[name][-1] < whole[-1] / 4
+        assert trial.offset_nT[name][0] < 40.0
+    assert trial.segments["whole"] == (1, 1, 1, 1)
+    assert trial.segments["by turns"] == (5, 5, 5, 5)
+    assert trial.segments["segmented"][0] == 1 < trial.segments["segmented"][-1]
+
+
+def test_the_true_offset_moves_with_the_drift():
+    state, none, ten = spiral(True), *(moving_offset_nT(spiral(True), effects(k)) for k in (0.0, 10.0))
+    moved = np.linalg.norm(ten[-1] - none[-1])
+    assert moved == pytest.approx(10 * DRIFT_NT_H * state.time_s[-1] / 3600, rel=0.01)
+    np.testing.assert_allclose(none[0], true_offset_nT(effects()), atol=6.0)
 
 
 def test_rows_state_what_was_found(findings):
     row = {r.what: r for r in findings.rows}
-    assert len(row) == len(findings.rows) == 19
+    assert len(row) == len(findings.rows) == 21
     assert row["raw error of the total field along one turn, nT, 30 positions"].holds
     assert not row["order of the rms over the record: PSOGA < GA < PSO"].holds
     assert not row["PSOGA < GA < PSO < raw at every printed position"].holds
     assert row["GA rebounds at times"].holds
+    assert row["segmented ellipsoid fit is clearly better: cuts found by the program"].holds
     reduction = row["reduction of the error by PSOGA, from the printed table"]
     assert reduction.ours == "80 % at position 6, 69 % at position 28"
     for name in METHODS:
@@ -99,5 +118,5 @@ def test_pictures(findings):
 def test_labels_of_the_settings_are_those_that_the_rows_use():
     labels = [setting.label for setting in SETTINGS]
     assert len(set(labels)) == len(labels)
-    assert (labels[0], labels[3], labels[4]) == (zhang2018.MAIN, zhang2018.SHORT, zhang2018.LONGER)
+    assert (labels[0], labels[3], labels[4]) == (MAIN, SHORT, LONGER)
     assert (SETTINGS[3].iterations, SETTINGS[4].iterations) == (50, 5000)

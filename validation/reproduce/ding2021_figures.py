@@ -7,28 +7,22 @@ from typing import Any
 import numpy as np
 
 from calib.de_gradiometer import DeGradiometer
-from calib.ga_gradiometer import GaGradiometer
 from calib.gradiometer import TENSOR_NAMES, tensor
-from calib.ide_gradiometer import IdeGradiometer
 from calib.least_squares_gradiometer import LeastSquaresGradiometer
 from validation.palette import SOFT
 from validation.plots.style import Figure
-from validation.reproduce.ding2021_trials import BASELINE_M, REFERENCE, SearchTask, search, simulate
+from validation.reproduce.ding2021_searches import EVOLUTION, GENETIC, SIZES, SearchTask, populations, search
+from validation.reproduce.ding2021_trials import BASELINE_M, REFERENCE, simulate
 
 
-def convergence(results: dict[Any, Any], sizes: tuple[int, ...]) -> Figure:
+def convergence(results: dict[Any, Any]) -> Figure:
     """Rms of the objective over the iterations without noise: each population, and each method with NP = 50."""
     figure = Figure(figsize=(11.0, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
-    for size in sizes:
-        task = SearchTask(IdeGradiometer(polish=False, population=size), 0)
-        left.loglog(results[task]["history"], label=f"NP = {size}")
+    for size, method in zip(SIZES, populations(), strict=True):
+        left.loglog(results[SearchTask(method, 0)]["history"], label=f"NP = {size}")
     left.set_title("Improved differential evolution, by population")
-    methods = {
-        "improved": IdeGradiometer(polish=False),
-        "classic": DeGradiometer(polish=False),
-        "genetic algorithm": GaGradiometer(polish=False),
-    }
+    methods = {"improved": EVOLUTION, "classic": DeGradiometer(polish=False), "genetic algorithm": GENETIC}
     for name, method in methods.items():
         task = SearchTask(method, 0)
         right.loglog((results.get(task) or search(task))["history"], label=name)

@@ -1,0 +1,24 @@
+"""A sensor held still at given attitudes: the motion of a turntable, without dynamics."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sim.state import Array, State
+
+
+def held(R_wb: Array, field_enu_nT: Array, interval_s: float = 1.0) -> State:
+    """The state at attitudes R_wb (n, 3, 3), body to world, one each interval, in an even field (3,), nT."""
+    n, still = len(R_wb), np.zeros((len(R_wb), 3))
+    return State(
+        interval_s * np.arange(n, dtype=float),
+        interval_s,
+        still,
+        R_wb,
+        still,
+        field_enu_nT,
+        np.einsum("nij,i->nj", R_wb, field_enu_nT),
+        still,
+        np.full(n, 20.0),
+        np.zeros((n, 0)),
+    )
