@@ -35,6 +35,12 @@ def say(text: str) -> None:
     messages.print(text, markup=False)
 
 
+def warn(text: str) -> None:
+    """A line about something that is amiss though the command goes on; nothing for an empty text."""
+    if text:
+        say(f"magbench: {text}")
+
+
 def emit(result: Mapping[str, Any]) -> None:
     """The one JSON object of `--json`, on standard output; NaN becomes null."""
     json.dump(_plain(result), sys.stdout, indent=1, allow_nan=False, ensure_ascii=False)

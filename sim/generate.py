@@ -11,10 +11,11 @@ from scenarios.load import as_dict
 from scenarios.spec import Scenario
 from sim.dataset.columns import schema
 from sim.dataset.files import alone_in, remove_leftovers
-from sim.dataset.manifest import finish_dataset, open_dataset_for_writing, run_path
+from sim.dataset.manifest import Manifest, finish_dataset, open_dataset_for_writing, run_path
 from sim.dataset.writer import RunFile, RunWriter, run_file
 from sim.pool import each
 from sim.simulate import blocks, plan
+from sim.tracking import Tracker
 
 Progress = Callable[[int, int], object]
 """Called with (runs done, runs in all)."""
@@ -36,7 +37,7 @@ def generate(
     seed: int | None = None,
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
-) -> None:
+) -> Manifest:
     """Write OUT/dataset.json and OUT/run-00000.parquet ...; runs that are whole already are kept.
 
     The bytes depend on the scenario, the seed and the run alone, never on `jobs`. Raises InputError for a bad
@@ -44,7 +45,7 @@ def generate(
     write.
     """
     with alone_in(out):
-        write_runs(scenario, out, runs=runs, seed=seed, jobs=jobs, progress=progress)
+        return write_runs(scenario, out, runs=runs, seed=seed, jobs=jobs, progress=progress)
 
 
 def write_runs(
@@ -55,7 +56,7 @@ def write_runs(
     seed: int | None = None,
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
-) -> None:
+) -> Manifest:
     """`generate` for a caller that is `alone_in(out)` already."""
     seed = scenario.seed if seed is None else seed
     todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, plan(scenario, 0, seed).columns)
@@ -70,12 +71,14 @@ def write_runs(
     except BaseException:  # an interruption too: the workers are gone, and what they had in hand
         remove_leftovers(out)
         raise
-    finish_dataset(out, files)
+    return finish_dataset(out, files)
 
 
 def _write(task: _Task) -> RunFile:
     ready = plan(task.scenario, task.run, task.seed)
+    tracker = Tracker(ready.drawn.phases)
     with RunWriter(task.path, schema(ready.columns), ready.metadata) as writer:
-        for block in blocks(ready):
+        for block in blocks(ready, tracker.see):
             writer.write(block)
+        writer.add_tracking(tracker.tracking)
     return run_file(task.path, task.run)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -49,10 +50,10 @@ def run_scenario(
 
 def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress) -> Outcome:
     progress(0, STAGES)
-    write_runs(scenario, out, seed=seed)
+    written = write_runs(scenario, out, seed=seed)
     progress(1, STAGES)
     recording, truth = read_run(out)
-    outcome = judge(scenario, recording, truth)
+    outcome = replace(judge(scenario, recording, truth), tracking=written.files[0].tracking)
     progress(2, STAGES)
     write_calibrations(outcome.calibrations, out)
     write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, default=_plain) + "\n")
@@ -82,6 +83,7 @@ def summary(outcome: Outcome) -> dict[str, Any]:
     return {
         "scenario": outcome.scenario.name,
         "ranking": outcome.ranking()[0],
+        "tracking": outcome.tracking and asdict(outcome.tracking),
         "scores": {
             key: [
                 {

@@ -53,7 +53,7 @@ def read_manifest(out: Path) -> Manifest:
         raw = json.loads(text)
         if raw["schema"] != FORMAT:
             raise InputError(f"has schema {raw['schema']}, this version reads {FORMAT}", where=str(path))
-        files = tuple(RunFile(**entry) for entry in raw.pop("files"))
+        files = tuple(RunFile.read(entry) for entry in raw.pop("files"))
         columns = tuple(Column(**entry) for entry in raw.pop("columns"))
         return Manifest(**raw, files=files, columns=columns)
     except (json.JSONDecodeError, KeyError, TypeError) as error:
