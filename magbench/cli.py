@@ -1,65 +1,69 @@
-"""The command line: one command a file in `magbench.commands`."""
+"""The way in: it imports next to nothing, so that from the start on a signal ends the program with one line."""
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
-from collections.abc import Sequence
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import FrameType
 
-import typer
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""What Ctrl-C, `kill`, batch systems and containers, and a closed terminal send."""
 
-from magbench.commands import apply, calibrate, diagnose, listing, reproduce, run, schema, show, simulate
-from scenarios.errors import InputError
 
-EPILOG = "Exit status: 0 done, 2 wrong use or bad input (one line says what, where and what to do)."
-INTERRUPTED = 130
-app = typer.Typer(
-    name="magbench",
-    help="Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth.",
-    epilog=EPILOG,
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
-app.command("run")(run.run)
-app.command("simulate")(simulate.simulate)
-app.command("calibrate")(calibrate.calibrate)
-app.command("apply")(apply.apply)
-app.command("diagnose")(diagnose.diagnose)
-app.command("reproduce")(reproduce.reproduce)
-app.command("show")(show.show)
-app.command("list")(listing.listing)
-app.command("schema")(schema.schema)
+class Ended(BaseException):
+    """One of ENDING came: everything unwinds, so that nothing half-written stays."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns its exit status. Wrong use and bad input end as one line on standard error."""
-    if sys.stdout is None:  # closed by the shell: >&-
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
+    """Run one command; returns its exit status, for one that a signal ends 128 and the signal's number."""
     try:
-        status = app(args=arguments, prog_name="magbench", standalone_mode=False)
-        sys.stdout.flush()
-    except (InputError, typer.TyperException) as error:
-        return _refuse(error.format_message() if isinstance(error, typer.TyperException) else str(error))
-    except (typer.Abort, KeyboardInterrupt):
-        status = INTERRUPTED
-    except (BrokenPipeError, SystemExit):  # a closed pipe; typer and rich turn it into an exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except (BrokenProcessPool, MemoryError):
-        return _refuse("the system ended a process, perhaps for want of memory (try fewer --jobs, or a shorter run)")
-    except OSError as error:
-        return _refuse(f"{error.filename or 'system'}: {error.strerror or error} (free space, or choose another place)")
-    if status == INTERRUPTED:  # typer turns Ctrl-C into this status
-        return _refuse("interrupted; the same command resumes", INTERRUPTED)
-    return status if isinstance(status, int) else 0
+        with _ending_signals_raise():
+            from magbench.app import call
+
+            return call(arguments)
+    except Ended as ended:
+        return _interrupted(ended.args[0])
+    except KeyboardInterrupt:
+        return _interrupted(signal.SIGINT)
 
 
-def _refuse(message: str, status: int = 2) -> int:
-    print("magbench: " + " ".join(message.split()), file=sys.stderr)
+def refuse(message: str, status: int = 2) -> int:
+    """One line on standard error; returns the exit status."""
+    print("magbench: " + " ".join(message.split()), file=sys.stderr, flush=True)
     return status
+
+
+def _interrupted(number: int) -> int:
+    return refuse("interrupted; the same command resumes", 128 + number)
+
+
+@contextmanager
+def _ending_signals_raise() -> Iterator[None]:
+    """Within, ENDING raise Ended; one that is ignored, as under nohup, stays so."""
+    before = {number: signal.getsignal(number) for number in ENDING}
+    heard = [number for number, handler in before.items() if handler != signal.SIG_IGN]
+    try:
+        for number in heard:
+            signal.signal(number, _end)
+        yield
+    finally:
+        for number in heard:
+            signal.signal(number, before[number] or signal.SIG_DFL)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    if _importing(frame):  # an import can swallow an exception, or make another of it; it leaves nothing half-written
+        os._exit(_interrupted(number))
+    raise Ended(number)
+
+
+def _importing(frame: FrameType | None) -> bool:
+    while frame is not None and "importlib._bootstrap" not in frame.f_code.co_filename:
+        frame = frame.f_back
+    return frame is not None
 
 
 if __name__ == "__main__":

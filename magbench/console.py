@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -12,27 +14,33 @@ import numpy as np
 from rich.console import Console
 from rich.progress import (
     BarColumn,
-    MofNCompleteColumn,
     Progress,
     SpinnerColumn,
+    TaskProgressColumn,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.table import Table
 
-Report = Callable[[int, int], object]
-"""Told (pieces done, pieces in all)."""
+Report = Callable[[float, int], object]
+"""Told (pieces done, pieces in all); a piece may be done in part."""
 WIDTH = 160
 """Columns of a table that goes to a file."""
-PLAIN_LINES = 10
-"""Progress lines for a whole piece of work where there is no terminal."""
+PLAIN_INTERVAL_S = 10.0
+"""Time between progress lines where there is no terminal."""
 messages = Console(stderr=True, soft_wrap=True, highlight=False)
 
 
 def say(text: str) -> None:
     """A line for people, on standard error."""
     messages.print(text, markup=False)
+
+
+def warn(text: str) -> None:
+    """A line about something that is amiss though the command goes on; nothing for an empty text."""
+    if text:
+        say(f"magbench: {text}")
 
 
 def emit(result: Mapping[str, Any]) -> None:
@@ -56,26 +64,25 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
 def progress(what: str) -> Iterator[Report]:
     """A bar on a terminal, plain lines elsewhere."""
     if messages.is_terminal:
-        # One long run is one piece: the spinner and the clock show that it goes on.
-        pieces = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+        # The spinner and the clock show that a step which cannot tell its progress goes on.
+        pieces = (BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
         with Progress(SpinnerColumn(), TextColumn("{task.description}"), *pieces, console=messages) as bar:
             task = bar.add_task(what, total=None)
             yield lambda done, total: bar.update(task, completed=done, total=total)
     else:
-        yield _PlainLines(what)
+        yield PlainLines(what)
 
 
-class _PlainLines:
-    """A line at the start, at every tenth of the work, and at the end."""
+class PlainLines:
+    """A line at the start, one each PLAIN_INTERVAL_S as long as the work goes on, and one at the end."""
 
-    def __init__(self, what: str) -> None:
-        self.what, self.shown = what, -1
+    def __init__(self, what: str, clock: Callable[[], float] = time.monotonic) -> None:
+        self.what, self.clock, self.due_s = what, clock, -math.inf
 
-    def __call__(self, done: int, total: int) -> None:
-        tenth = done * PLAIN_LINES // max(total, 1)
-        if tenth > self.shown:
-            self.shown = tenth
-            say(f"{self.what}: {done} of {total}")
+    def __call__(self, done: float, total: int) -> None:
+        if done >= total or self.clock() >= self.due_s:
+            self.due_s = self.clock() + PLAIN_INTERVAL_S
+            say(f"{self.what}: {math.floor(100 * done / max(total, 1))} %")
 
 
 def _plain(value: Any) -> Any:

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from scenarios.errors import InputError
+from scenarios.files import read_text
 from scenarios.overrides import Override, parse, put
 from scenarios.paths.excited import Excited
 from scenarios.problems import closest, first_problem, told
@@ -70,13 +71,9 @@ def find(name_or_path: str | Path) -> Path:
 
 
 def _read(path: Path) -> dict[str, Any]:
+    text = read_text(path, "give a readable TOML file in UTF-8", "utf-8-sig")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        reason = error.strerror or "not readable"
-        raise InputError(f"cannot be read: {reason}", where=str(path), do="give a readable TOML file") from None
-    except UnicodeDecodeError:
-        raise InputError("not UTF-8 text", where=str(path), do="save the file as UTF-8 TOML") from None
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"not TOML: {error}", where=str(path), do="mend the file there") from None
     except (RecursionError, ValueError):  # tables in tables a thousand deep, a number of thousands of digits

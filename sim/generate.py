@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from scenarios.load import as_dict
 from scenarios.spec import Scenario
 from sim.dataset.columns import schema
 from sim.dataset.files import alone_in, remove_leftovers
-from sim.dataset.manifest import finish_dataset, open_dataset_for_writing, run_path
+from sim.dataset.manifest import Manifest, finish_dataset, open_dataset_for_writing, run_path
 from sim.dataset.writer import RunFile, RunWriter, run_file
-from sim.pool import each
+from sim.motion import Motion
+from sim.pool import each, in_process
 from sim.simulate import blocks, plan
+from sim.tracking import Tracker
 
-Progress = Callable[[int, int], object]
-"""Called with (runs done, runs in all)."""
+Progress = Callable[[float, int], object]
+"""Called with (runs done, runs in all); of a run that this process makes itself its part that is done counts too."""
 
 
 @dataclass(frozen=True)
@@ -36,15 +39,15 @@ def generate(
     seed: int | None = None,
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
-) -> None:
+) -> Manifest:
     """Write OUT/dataset.json and OUT/run-00000.parquet ...; runs that are whole already are kept.
 
-    The bytes depend on the scenario, the seed and the run alone, never on `jobs`. Raises InputError for a bad
-    scenario, for an OUT that holds another dataset or that another process writes to, and when the system refuses to
-    write.
+    The bytes depend on the scenario, the seed and the run alone, never on `jobs`. Returns the manifest. Raises
+    InputError for a bad scenario, for an OUT that holds another dataset or that another process writes to, and when
+    the system refuses to write.
     """
     with alone_in(out):
-        write_runs(scenario, out, runs=runs, seed=seed, jobs=jobs, progress=progress)
+        return write_runs(scenario, out, runs=runs, seed=seed, jobs=jobs, progress=progress)
 
 
 def write_runs(
@@ -55,27 +58,45 @@ def write_runs(
     seed: int | None = None,
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
-) -> None:
+) -> Manifest:
     """`generate` for a caller that is `alone_in(out)` already."""
     seed = scenario.seed if seed is None else seed
     todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, plan(scenario, 0, seed).columns)
-    progress(runs - len(todo), runs)
-    files = []
+    files: list[RunFile] = []
+
+    def advance(part: float = 0.0) -> None:
+        progress(runs - len(todo) + len(files) + part, runs)
+
+    advance()
+    write = partial(_write, advance=advance) if in_process(todo, jobs) else _write
     tasks = [_Task(scenario, run, seed, run_path(out, run)) for run in todo]
     try:
-        with closing(each(_write, tasks, jobs)) as done:
+        with closing(each(write, tasks, jobs)) as done:
             for _, file in done:
                 files.append(file)
-                progress(runs - len(todo) + len(files), runs)
+                advance()
     except BaseException:  # an interruption too: the workers are gone, and what they had in hand
         remove_leftovers(out)
         raise
-    finish_dataset(out, files)
+    return finish_dataset(out, files)
 
 
-def _write(task: _Task) -> RunFile:
+def _write(task: _Task, advance: Callable[[float], object] = lambda part: None) -> RunFile:
     ready = plan(task.scenario, task.run, task.seed)
+    tracker = Tracker(ready.drawn.phases)
+
+    def watch(motion: Motion) -> None:
+        tracker.see(motion)
+        advance(_part(ready.drawn, motion))
+
     with RunWriter(task.path, schema(ready.columns), ready.metadata) as writer:
-        for block in blocks(ready):
+        for block in blocks(ready, watch):
             writer.write(block)
+        writer.add_tracking(tracker.tracking)
     return run_file(task.path, task.run)
+
+
+def _part(scenario: Scenario, motion: Motion) -> float:
+    """How much of the run is done after this block; a dive that ends before its longest duration jumps ahead."""
+    lengths_s = [phase.duration_s for phase in scenario.phases]
+    return float((sum(lengths_s[: motion.phase]) + motion.phase_time_s[-1]) / sum(lengths_s))

@@ -27,7 +27,7 @@ def each(
     happens MAX_REBUILDS times without an item finishing between. On any other exception, an interruption too, the
     workers are ended at once.
     """
-    if min(jobs, len(items)) <= 1:
+    if in_process(items, jobs):
         yield from ((item, function(item)) for item in items)
         return
     waiting, failures = dict(enumerate(items)), 0
@@ -48,6 +48,11 @@ def each(
                 for worker in set(multiprocessing.active_children()) - set(others):
                     worker.kill()
                 raise
+
+
+def in_process(items: Sequence[object], jobs: int) -> bool:
+    """Whether `each` works in this process: one job, or one item."""
+    return min(jobs, len(items)) <= 1
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:

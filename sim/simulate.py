@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,14 +92,18 @@ def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> Plan:
     return Plan(scenario, drawn, run, seed, earth_field_enu_nT(drawn.field), effects)
 
 
-def blocks(plan: Plan) -> Iterator[Block]:
-    """The run's columns, block by block: memory does not grow with the run's length."""
+def blocks(plan: Plan, watch: Callable[[Motion], object] = lambda motion: None) -> Iterator[Block]:
+    """The run's columns, block by block: memory does not grow with the run's length.
+
+    `watch` is shown the motion of each block.
+    """
     scenario = plan.drawn
     interval_s = 1.0 / scenario.sampling.rate_hz
     thermometer = Thermometer(scenario.thermal, interval_s)
     instruments = Instruments(scenario.navigation, plan.seed, plan.run, interval_s, _alignment_q(plan.effects[0]))
     chains = [Chain(effects, plan.seed, plan.run, k) for k, effects in enumerate(plan.effects)]
     for motion in drive(scenario, stream(plan.seed, plan.run, "flow")):
+        watch(motion)
         temperature = thermometer.temperature_degC(-motion.kinematics.pos_enu_m[:, 2], motion.current_A)
         block = _measured(instruments.measure(motion, temperature))
         block["time_s"] = motion.time_s

@@ -13,6 +13,7 @@ import numpy as np
 import calib
 from calib import Calibration
 from scenarios.errors import InputError
+from scenarios.files import read_text
 from sim.dataset import read_recording, write_recording
 from sim.dataset.files import told, write_text
 from validation.export import exported
@@ -41,8 +42,7 @@ def write_calibrations(results: Mapping[str, Calibration], out: Path, forms: Seq
 
 def read_calibrations(path: Path) -> dict[str, Calibration]:
     """Read a calibration.json: one calibration, or {name: calibration}; InputError says what is wrong with it."""
-    with told(path, "give a calibration.json that `magbench calibrate` wrote"):
-        text = path.read_text(encoding="utf-8")
+    text = read_text(path, "give a calibration.json that `magbench calibrate` wrote")
     try:
         data = json.loads(text)
     except json.JSONDecodeError as error:

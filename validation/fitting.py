@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,15 +14,22 @@ from sim.dataset import Recording, read_recording
 from sim.dataset.reader import parameters_of
 
 
-def fit_all(recording: Recording, reference: Reference, names: Sequence[str], seed: int = 0) -> dict[str, Calibration]:
+def fit_all(
+    recording: Recording,
+    reference: Reference,
+    names: Sequence[str],
+    seed: int = 0,
+    progress: Callable[[float], object] = lambda part: None,
+) -> dict[str, Calibration]:
     """Every named calibrator on a recording; of an array, on every sensor: keys `name` or `name@sensor`.
 
     A calibrator of whole arrays gets the recording once, and each sensor its part of the result.
-    Raises InputError for a name that is not registered.
+    `progress` is told the part that is done. Raises InputError for a name that is not registered.
     """
     methods = {name: calib.get(name) for name in names}
     results: dict[str, Calibration] = {}
-    for name, method in methods.items():
+    for done, (name, method) in enumerate(methods.items()):
+        progress(done / len(methods))
         parts = sensors(recording, name)
         if method.whole_array:
             whole = method.fit(recording, reference, np.random.default_rng(seed))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from calib.result import Calibration
 from scenarios.spec import Scenario
 from sim.dataset.recording import Recording, Truth
+from sim.tracking import Tracking
 from validation.scores import Score
 
 Array = NDArray[np.float64]
@@ -23,7 +24,8 @@ class Outcome:
     """One simulated run with every calibrator's answer.
 
     calibrations, scores: by calibrator, in the scenario's order; `corrected`: the corrected field (n, 3) in nT, body
-    frame, by calibrator, for those that gave one. Of an array of sensors the pictures show sensor 1.
+    frame, by calibrator, for those that gave one. `tracking`: how well the vehicle followed its path, None where it
+    follows none. Of an array of sensors the pictures show sensor 1.
     """
 
     scenario: Scenario
@@ -32,6 +34,7 @@ class Outcome:
     calibrations: dict[str, Calibration]
     scores: dict[str, list[Score]]
     corrected: dict[str, Array]
+    tracking: Tracking | None = None
 
     @property
     def sensors(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +25,9 @@ from validation.recording import write_recording
 from validation.report import write_report
 from validation.scores import Score, score
 
-Progress = Callable[[int, int], object]
-STAGES = 5
+Progress = Callable[[float, int], object]
+"""Told (stages done, stages in all); simulation and calibration also tell their parts."""
+STAGES = 4
 
 
 def run_scenario(
@@ -48,27 +50,27 @@ def run_scenario(
 
 
 def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress) -> Outcome:
-    progress(0, STAGES)
-    write_runs(scenario, out, seed=seed)
-    progress(1, STAGES)
+    written = write_runs(scenario, out, seed=seed, progress=lambda done, total: progress(done / total, STAGES))
     recording, truth = read_run(out)
-    outcome = judge(scenario, recording, truth)
-    progress(2, STAGES)
+    judged = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES))
+    outcome = replace(judged, tracking=written.files[0].tracking)
     write_calibrations(outcome.calibrations, out)
     write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, default=_plain) + "\n")
-    progress(3, STAGES)
+    progress(2, STAGES)
     write_report(outcome, out / "report.html")
-    progress(4, STAGES)
+    progress(3, STAGES)
     write_recording(outcome, out / "recording.rrd")
-    progress(5, STAGES)
+    progress(4, STAGES)
     return outcome
 
 
-def judge(scenario: Scenario, recording: Recording, truth: Truth) -> Outcome:
+def judge(
+    scenario: Scenario, recording: Recording, truth: Truth, progress: Callable[[float], object] = lambda part: None
+) -> Outcome:
     """Fit the scenario's calibrators to a recording and score them against its truth."""
     east, north, up = truth.parameters["field_enu_nT"]
     reference = Reference(float(np.linalg.norm([east, north, up])), (east, north, up))
-    calibrations = fit_all(recording, reference, scenario.calibrators)
+    calibrations = fit_all(recording, reference, scenario.calibrators, progress=progress)
     views = {key: one for name in scenario.calibrators for key, one in sensors(recording, name).items()}
     truths = _hold_outs(recording, truth)
     scores = {key: _scored(result, views[key], truths[_sensor(key)]) for key, result in calibrations.items()}
@@ -82,6 +84,7 @@ def summary(outcome: Outcome) -> dict[str, Any]:
     return {
         "scenario": outcome.scenario.name,
         "ranking": outcome.ranking()[0],
+        "tracking": outcome.tracking and asdict(outcome.tracking),
         "scores": {
             key: [
                 {

@@ -14,6 +14,7 @@ import jinja2
 import numpy as np
 
 from sim.dataset.files import write_text
+from sim.tracking import warning
 from validation.outcome import Outcome
 from validation.plots.effects import draw_effect_sizes, draw_effects
 from validation.plots.field import MOST_LINES, draw_norm, draw_residuals, draw_sphere
@@ -77,6 +78,7 @@ def _page(outcome: Outcome) -> dict[str, Any]:
         "tiles": _tiles(outcome),
         "aligned": ALIGNED,
         "what": what_was_simulated(outcome),
+        "astray": warning([outcome.tracking]),
         "scores": score_table(outcome),
         "calibrations": [outcome.calibrations[name] for name in outcome.ranking()[0]],
         "pictures": [(section, picture(section.draw, outcome)) for section in SECTIONS if _has(section, outcome)],
@@ -102,6 +104,14 @@ def _tiles(outcome: Outcome) -> list[tuple[str, str, str]]:
         (digits(outcome.field_strength_nT, 5), "nT", "field strength"),
         (f"{ok} of {len(outcome.calibrations)}", "", "calibrators ok"),
     ]
+    if outcome.tracking is not None:
+        tiles.append(
+            (
+                digits(outcome.tracking.max_m, 2),
+                "m",
+                f"farthest from the path, rms {digits(outcome.tracking.rms_m, 2)} m",
+            )
+        )
     best = [s for name in ranked[:1] for s in outcome.scores.get(name, []) if s.name == score_name]
     tiles += [(digits(s.value), s.unit, f"{words(s.name)}, {ranked[0]}") for s in best]
     return tiles

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sim.tracking import warning
 from validation.outcome import Array, Outcome
 from validation.scores import Score
 
@@ -107,6 +108,8 @@ def notes_markdown(outcome: Outcome) -> str:
     """What was simulated and how each calibrator did, as Markdown: a column a calibrator, a few to a table."""
     table = score_table(outcome)
     lines = [f"# {outcome.scenario.name}", "", outcome.scenario.summary, "", what_was_simulated(outcome)]
+    if astray := warning([outcome.tracking]):
+        lines += ["", f"**Beware: {astray}.**"]
     if outcome.sensors > 1:
         lines += ["", f"Of the {outcome.sensors} magnetometers this recording shows sensor 1."]
     for first in range(0, len(table["rows"]), CALIBRATORS_A_TABLE):

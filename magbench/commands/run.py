@@ -12,9 +12,10 @@ def run(scenario: ScenarioName, out: Out = None, seed: Seed = None, set_: Overri
 
     Example: magbench run auv-dive -o out/dive
     """
-    from magbench.console import emit, progress, say
+    from magbench.console import emit, progress, say, warn
     from magbench.tables import show_scores
     from sim.scenario import load_checked
+    from sim.tracking import warning
     from validation.pipeline import run_scenario, summary
 
     spec = load_checked(scenario, set_ or ())
@@ -25,4 +26,5 @@ def run(scenario: ScenarioName, out: Out = None, seed: Seed = None, set_: Overri
         emit(summary(outcome) | {"out": str(place)})
     else:
         show_scores(outcome)
+    warn(warning([outcome.tracking]))
     say(f"{place}: report.html, recording.rrd, scores.json, dataset.json")

@@ -25,18 +25,22 @@ def simulate(
     """
     from dataclasses import asdict
 
-    from magbench.console import emit, progress, say
-    from sim.dataset import read_manifest
+    from magbench.console import emit, progress, say, warn
     from sim.generate import generate
     from sim.scenario import load_checked
+    from sim.tracking import together, warning
 
     spec = load_checked(scenario, set_ or ())
     place = out or Path("out") / spec.name
-    with progress(f"simulating {spec.name}") as report:
-        generate(spec, place, runs=runs, seed=seed, jobs=jobs, progress=report)
-    manifest = read_manifest(place)
+    what = f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")
+    with progress(what) as report:
+        manifest = generate(spec, place, runs=runs, seed=seed, jobs=jobs, progress=report)
     rows = sum(file.rows for file in manifest.files)
     say(f"{place}: {runs} runs, {rows} samples, {len(manifest.columns)} columns")
+    tracks = [file.tracking for file in manifest.files]
+    warn(warning(tracks))
     if json:
-        files = [asdict(file) for file in manifest.files]
-        emit({"out": str(place), "runs": runs, "seed": manifest.seed, "samples": rows, "files": files})
+        whole = together(tracks)
+        told = {"out": str(place), "runs": runs, "seed": manifest.seed, "samples": rows}
+        told |= {"tracking": whole and asdict(whole), "files": [asdict(file) for file in manifest.files]}
+        emit(told)

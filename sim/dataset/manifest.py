@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from scenarios.errors import InputError
+from scenarios.files import read_text
 from sim.dataset.columns import Column
 from sim.dataset.files import canonical_json, plain, remove_leftovers, told, write_text
 from sim.dataset.writer import FORMAT, METADATA_KEY, RunFile, run_file
@@ -47,13 +48,12 @@ class Manifest:
 def read_manifest(out: Path) -> Manifest:
     """Read `dataset.json` of a directory; InputError where it is missing, unreadable or of another version."""
     path = out / MANIFEST
-    with told(path, "give a directory that `magbench simulate` wrote"):
-        text = path.read_text(encoding="utf-8")
+    text = read_text(path, "give a directory that `magbench simulate` wrote")
     try:
         raw = json.loads(text)
         if raw["schema"] != FORMAT:
             raise InputError(f"has schema {raw['schema']}, this version reads {FORMAT}", where=str(path))
-        files = tuple(RunFile(**entry) for entry in raw.pop("files"))
+        files = tuple(RunFile.read(entry) for entry in raw.pop("files"))
         columns = tuple(Column(**entry) for entry in raw.pop("columns"))
         return Manifest(**raw, files=files, columns=columns)
     except (json.JSONDecodeError, KeyError, TypeError) as error:

@@ -13,6 +13,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from scenarios.errors import InputError
+from scenarios.files import check_regular
 from sim.dataset.files import told
 
 PARQUET_MARK = b"PAR1"
@@ -53,8 +54,10 @@ def _head(path: Path, length: int) -> bytes:
     if path.is_dir():
         do = "give a file, or a directory that `magbench simulate` wrote"
         raise InputError("is a directory, not a recording", where=str(path), do=do)
-    with told(path, "check the path and the permissions"), path.open("rb") as file:
-        head = file.read(length)
+    with told(path, "check the path and the permissions"):
+        check_regular(path)
+        with path.open("rb") as file:
+            head = file.read(length)
     if not head:
         raise InputError("is empty", where=str(path), do=_FORMATS)
     return head

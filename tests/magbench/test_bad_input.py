@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from pathlib import Path
 
 import numpy as np
@@ -174,6 +175,33 @@ def test_bad_log(
     line = refused(capsys, "calibrate", log(tmp_path / "log.csv", **columns), *options, "-o", str(tmp_path / "out"))
     assert named in line
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("device", ["pipe", "/dev/zero"])
+@pytest.mark.parametrize("command", ["run", "simulate", "calibrate", "apply", "apply to", "show"])
+def test_a_pipe_or_a_device_is_refused_and_not_read_for_ever(
+    command: str, device: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if device == "pipe":
+        device = str(tmp_path / "pipe.csv")
+        os.mkfifo(device)
+    (tmp_path / "c.json").write_text(
+        '{"name": "mine", "offset_nT": [0, 0, 0], "matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}'
+    )
+    out = ("-o", str(tmp_path / "out.csv"))
+    arguments = {
+        "show": ("show", device),
+        "apply": ("apply", device, log(tmp_path / "log.csv"), *out),
+        "apply to": ("apply", str(tmp_path / "c.json"), device, *out),
+    }.get(command, (command, device, *out))
+    assert device in refused(capsys, *arguments)
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_a_text_that_is_too_long(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with (tmp_path / "long.toml").open("wb") as file:
+        file.truncate(10**12)
+    assert "longer than" in refused(capsys, "run", str(tmp_path / "long.toml"), "-o", str(tmp_path / "out"))
 
 
 def test_output_that_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

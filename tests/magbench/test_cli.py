@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from unittest import mock
@@ -13,7 +15,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
-import magbench.cli
+import magbench.app
 from magbench.cli import main
 from scenarios.load import catalogue
 from sim.dataset import read_run
@@ -160,11 +162,37 @@ def test_a_closed_output_is_no_error() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_any_moment_of_the_start_ends_in_one_line(sent: signal.Signals, tmp_path: Path) -> None:
+    """From when Python itself has started (which says what it likes) until long after the imports."""
+    for delay_s in np.linspace(0.1, 1.5, 15):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "magbench", "simulate", "auv-dive", "-o", str(tmp_path / "out")],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        time.sleep(delay_s)
+        process.send_signal(sent)
+        told = process.communicate(timeout=60)[1].splitlines()
+        assert process.returncode == 128 + sent
+        assert [line for line in told if not line.startswith("simulating")] == [
+            "magbench: interrupted; the same command resumes"
+        ]
+
+
+def test_an_ignored_signal_stays_ignored() -> None:
+    command = f"trap '' HUP; {sys.executable} -c 'from magbench.cli import main; main([\"schema\"]); import signal;" + (
+        " print(signal.getsignal(signal.SIGHUP).name)'"
+    )
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "SIG_IGN"
+
+
 def test_processes_that_are_ended_are_told_in_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for cause in (BrokenProcessPool(), MemoryError()):
-        monkeypatch.setattr(magbench.cli, "app", mock.Mock(side_effect=cause))
+        monkeypatch.setattr(magbench.app, "app", mock.Mock(side_effect=cause))
         assert main([]) == 2
         assert "memory" in capsys.readouterr().err
 

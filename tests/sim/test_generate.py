@@ -48,20 +48,31 @@ def _wait_for_work(out: Path, process: subprocess.Popen[bytes]) -> None:
         time.sleep(0.005)
 
 
-def test_interrupted_it_ends_at_once_with_one_line_and_resumes(tmp_path: Path) -> None:
-    """Ctrl-C reaches the program alone, or its workers too; either way they stop, and nothing is half-written."""
-    for group in (False, True):
-        process = subprocess.Popen(
-            [*command(tmp_path, 1000), "--jobs", "2"], stderr=subprocess.PIPE, text=True, start_new_session=True
-        )
-        _wait_for_work(tmp_path, process)  # type: ignore[arg-type]
-        (os.killpg if group else os.kill)(process.pid, signal.SIGINT)
-        _, told = process.communicate(timeout=30)
-        assert process.returncode == 130
-        assert [line for line in told.splitlines() if not line.startswith("simulating")] == [
-            "magbench: interrupted; the same command resumes"
-        ]
-        assert not list(tmp_path.glob("*.part"))
+@pytest.mark.parametrize(
+    ("sent", "group"),
+    [
+        (signal.SIGINT, False),
+        (signal.SIGINT, True),
+        (signal.SIGTERM, False),
+        (signal.SIGTERM, True),
+        (signal.SIGHUP, False),
+    ],
+)
+def test_interrupted_it_ends_at_once_with_one_line_and_resumes(
+    sent: signal.Signals, group: bool, tmp_path: Path
+) -> None:
+    """The signal reaches the program alone, or its workers too; either way they stop, and nothing is half-written."""
+    process = subprocess.Popen(
+        [*command(tmp_path, 1000), "--jobs", "2"], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    _wait_for_work(tmp_path, process)  # type: ignore[arg-type]
+    (os.killpg if group else os.kill)(process.pid, sent)
+    _, told = process.communicate(timeout=30)
+    assert process.returncode == 128 + sent
+    assert [line for line in told.splitlines() if not line.startswith("simulating")] == [
+        "magbench: interrupted; the same command resumes"
+    ]
+    assert not list(tmp_path.glob("*.part"))
 
 
 def test_two_at_once_are_refused(tmp_path: Path) -> None:
