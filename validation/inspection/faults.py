@@ -66,7 +66,7 @@ def repeats(values: Array) -> Repeats:
     longer = length > hold
     excess = length - hold
     chance = np.clip(np.mean(longer), 1 / len(length), 0.999)
-    frozen = longer & (len(length) * chance ** excess.astype(float) < CHANCE)
+    frozen = longer & (np.log(len(length)) + excess * np.log(chance) < np.log(CHANCE))
     if _ties(values[first]) > TIE_FREE:
         frozen &= _jumps_after(values, first, length)
     found = tuple((int(f), int(c)) for f, c in zip(first[frozen], length[frozen], strict=True))

@@ -82,7 +82,8 @@ def _common_divisor(ordered: Array, tolerance: float) -> float:
     """Greatest common divisor of the smallest differences, remainders below the tolerance taken for zero."""
     divisor = float(ordered[0])
     limit = tolerance * divisor
-    for value in ordered[1:MOST_DIFFERENCES]:
+    other = ordered[1:][np.diff(ordered) > limit]
+    for value in other[:MOST_DIFFERENCES]:
         rest = float(value)
         while abs(rest) > limit:
             divisor, rest = abs(rest) if abs(rest) < divisor else divisor, rest - round(rest / divisor) * divisor

@@ -1,0 +1,113 @@
+"""A file as it is: columns under their names and in their units, with every fault still in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.errors import InputError
+from sim.dataset import read_measured
+from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
+from sim.dataset.importer import _check_names, _mapped, _numeric
+from sim.dataset.manifest import read_manifest, run_path
+from sim.dataset.tabular import load_table
+from sim.dataset.units import parse_maps
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Log:
+    """A recording before any check.
+
+    columns : name -> (n,), numbers in the units of their names, NaN where a cell is empty.
+    sources : name -> the file's own name, where a map renamed it.
+    refusal : what `magbench calibrate` says of the file, "" where it takes it.
+    """
+
+    path: Path
+    columns: dict[str, Array]
+    sources: dict[str, str]
+    refusal: str
+
+    def __len__(self) -> int:
+        return len(self.columns["time_s"])
+
+    @property
+    def sensors(self) -> tuple[int | None, ...]:
+        """Numbers of the sensors of an array, or None for the one magnetometer."""
+        return numbers("mag", tuple(self.columns)) or (None,)
+
+    def vector(self, names: Sequence[str]) -> Array | None:
+        """Columns side by side (n, k), None unless all are there."""
+        if not all(name in self.columns for name in names):
+            return None
+        return np.column_stack([self.columns[name] for name in names])
+
+
+@dataclass(frozen=True)
+class Series:
+    """One magnetometer's rows with a field and a time later than any before; what was not measured is None.
+
+    rows : (n,) where the rows stand in the file. Other vectors may have NaN.
+    """
+
+    rows: NDArray[np.intp]
+    time_s: Array
+    mag_nT: Array
+    gyro_rad_s: Array | None
+    accel_m_s2: Array | None
+    att_q: Array | None
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def scaled(self, factor: float) -> Series:
+        """The same with the field in another unit."""
+        return replace(self, mag_nT=factor * self.mag_nT)
+
+
+def read_log(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Log:
+    """Read a run, a dataset directory (its `run`) or a measured log, `--map` texts applied; nothing is repaired.
+
+    Raises InputError for a file that cannot be read, that has no columns of time and field, or text in their place.
+    """
+    file = _run_of(path, run) if path.is_dir() else path
+    chosen = parse_maps(maps)
+    table = _mapped(file, load_table(file), chosen)
+    _check_names(file, table)
+    named: dict[str, NDArray[Any]] = _numeric(file, table, {one.target: one for one in chosen})
+    columns = {name: np.asarray(values, np.float64) for name, values in named.items() if name != "phase"}
+    return Log(file, columns, {one.target: one.source for one in chosen}, _refusal(file, maps))
+
+
+def _run_of(path: Path, run: int) -> Path:
+    runs = read_manifest(path).runs
+    if not 0 <= run < runs:
+        raise InputError(f"has no run {run}", where=str(path), do=f"it has runs 0 to {runs - 1}")
+    return run_path(path, run)
+
+
+def _refusal(file: Path, maps: Sequence[str]) -> str:
+    try:
+        read_measured(file, maps)
+    except InputError as error:
+        return str(error).removeprefix(f"{file}: ")
+    return ""
+
+
+def series_of(log: Log, sensor: int | None) -> Series:
+    """The sound rows of one magnetometer, in order of time: finite, and no time twice."""
+    field = log.vector(mag_names(sensor))
+    assert field is not None
+    time_s = log.columns["time_s"]
+    rows = np.flatnonzero(np.isfinite(time_s) & np.isfinite(field).all(axis=1))
+    rows = rows[np.unique(time_s[rows], return_index=True)[1]]
+    others = (log.vector(names) for names in (GYRO, ACCEL, ATTITUDE))
+    gyro, accel, attitude = (None if v is None or not np.isfinite(v).any() else v[rows] for v in others)
+    return Series(rows, time_s[rows], field[rows], gyro, accel, attitude)
