@@ -231,7 +231,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
             out[f"single at {strength:g} sigma"] = _single(some)
     left = [r for r in rows if r["kind"] == "left-out"]
     if left:
-        wrong = [r for r in left if r["verdict"] == "named"]
+        wrong = [r for r in left if r["verdict"] == "named" and r["names"][0][0] not in EQUIVALENT.get(r["effect"], ())]
         out["left out"] = {"runs": len(left), "misnamed": len(wrong), "of": sorted({r["effect"] for r in wrong})}
     out["slowest_s"] = max((r["seconds"] for r in rows), default=0.0)
     return out

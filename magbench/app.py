@@ -13,7 +13,10 @@ from magbench.cli import refuse
 from magbench.commands import apply, calibrate, diagnose, listing, reproduce, run, schema, show, simulate
 from scenarios.errors import InputError
 
-EPILOG = "Exit status: 0 done, 1 a gap was found and not explained, 2 wrong use or bad input (one line says what, where and what to do)."
+EPILOG = (
+    "Exit status: 0 done, 1 a gap was found and not explained, 2 wrong use or bad input (one line says what, where "
+    "and what to do)."
+)
 app = typer.Typer(
     name="magbench",
     help="Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth.",

@@ -20,6 +20,8 @@ BINS = 40
 ALONG = 0.12
 """Share of slow power along the field below which it is a turn of the attitude: that of three equal axes is 1/3."""
 POOR = 1e-3
+STEP_S, LONE, ODD = 5.0, 5.5, 4.0
+"""Length of a block, and most standard deviations of a single step, of the mean step and of their correlation."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,8 @@ def slow_noise(problem: Problem, residual: Array) -> Noise | None:
     """
     if problem.mode == "vector" and along_field(problem, residual) < ALONG:
         return None
+    if not wanders(residual, problem.state.interval_s):
+        return None
     f, power, dof = _bands(residual, problem.state.interval_s)
     white = 2 * problem.state.interval_s
     shapes: dict[str, Callable[[Array], Array]] = {
@@ -65,6 +69,22 @@ def slow_noise(problem: Problem, residual: Array) -> Noise | None:
     std = tuple(float(np.sqrt(size) * s) for s in np.resize(problem.sigma_nT, 3))
     parameter = BY_NAME[best].parameters()[0].name
     return Noise(BY_NAME[best](**{parameter: std}), others, gain, bool(odd.min() > POOR / len(f)))
+
+
+def wanders(residual: Array, interval_s: float) -> bool:
+    """Whether the steps between block means look drawn at random: no lone jump, no steady course, no slow swing.
+
+    Steps of a noise between 1/f and 1/f^2 are at most weakly correlated beyond the neighbour, and Gaussian.
+    """
+    length = max(1, min(round(STEP_S / interval_s), len(residual) // 40))
+    m = len(residual) // length
+    steps = np.diff(residual[: m * length].reshape(m, length, -1).mean(axis=1), axis=0)
+    steps = steps / steps.std(axis=0)
+    count = len(steps)
+    courses = np.abs(steps.mean(axis=0)) * np.sqrt(count)
+    swings = [float((steps[lag:] * steps[:-lag]).mean()) for lag in range(2, 6)]
+    limit = ODD / np.sqrt(count * residual.shape[1])
+    return bool(np.abs(steps).max() < LONE and courses.max() < ODD and sum(swings) < 2 * limit)
 
 
 def along_field(problem: Problem, residual: Array) -> float:

@@ -16,18 +16,23 @@ from validation.diagnosis.problem import Problem
 Search = Callable[[Problem, Array, Array, Candidate], list[Candidate]]
 BEST_TONES, BEST_PLACES = 1, 4
 MARGIN_M = 15.0
+NEAR_M, FAR_M = 0.5, 60.0
 COARSE = 7
 
 
 def searched(problem: Problem, residual: Array, deflate: Array, members: list[Candidate]) -> list[Candidate]:
-    """The members of a candidate after its search, if it has one: what fits the residual (n, q) best.
+    """The members of a candidate after its search, if it has one, made with the first: what fits the residual best.
 
+    residual (n, q): what the base and the effects already in leave.
     deflate (n, p): the base's columns, whose part of a candidate explains nothing.
     """
     search = SEARCHES.get(members[0].name)
     if search is None:
         return members
-    return [found for member in members for found in search(problem, residual, deflate, member)]
+    found = search(problem, residual, deflate, members[0])
+    return [
+        _with(member, dict(one.nonlinear) | dict(member.nonlinear), one.tried) for one in found for member in members
+    ]
 
 
 def refined(member: Candidate, misfit: Callable[[Candidate], float]) -> Candidate | None:
@@ -117,13 +122,15 @@ def places(problem: Problem, residual: Array, deflate: Array, member: Candidate)
     ]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     near = np.array([np.sqrt(((path - p) ** 2).sum(axis=1).min()) for p in grid])
-    grid = grid[(near > 1.0) & (near < 60.0)]
+    grid = grid[(near > NEAR_M) & (near < FAR_M)]
     if not len(grid):
         return []
     gains = np.array([thin.gain(place) for place in grid])
     found = []
     for start in grid[np.argsort(-gains)[:BEST_PLACES]]:
         place = thin.refined(start)
+        if not NEAR_M < np.sqrt(((path - place) ** 2).sum(axis=1).min()) < FAR_M:
+            continue  # on the sensor, or so far that its field is a gradient
         found.append(_with(member, {"position_enu_m": tuple(float(v) for v in place)}, tried=len(grid)))
     return found
 

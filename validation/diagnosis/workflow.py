@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +81,9 @@ def diagnose(
     after = selection.after if found or not selection.found else selection.before
     unseen_names = unseen(problem) if problem.mode == "vector" else ()
     verdict = verdict_of(named, after.clean or (noise is not None and noise[0].fits), gap, unseen_names)
+    if verdict == "unknown":  # what explains little is no name
+        named = [one for one in named if one.how == "direct"]
+        after_nT, gap = before_nT, replace(gap, after_nT=gap.before_nT, after_sigma=gap.before_sigma)
     where = localise(problem, before_nT / problem.sigma_nT)
     missing = _without_channels(problem)
     return Diagnosis(
