@@ -6,19 +6,13 @@ from collections import deque
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from calib.base import Calibrator
 from calib.fuzzy import GRID, RULES, MamdaniRatio
-from calib.kalman import Adapt, KalmanSettings, solve
+from calib.kalman import Adapt, KalmanSettings, VectorFilter
 from calib.kalman_rescaled import MICROTESLA
-from calib.reference import Reference
-from calib.result import Calibration
-from sim.dataset import Recording
 
 
 @dataclass(frozen=True)
-class KalmanFuzzyCalibrator(Calibrator):
+class KalmanFuzzyCalibrator(VectorFilter):
     """The filter of `kalman_rescaled` with R adapted to the innovations.
 
     R_k = max(s_k^b R_k-1, floor),  s_k = rules(ROR),  ROR = tr(C_r) / tr(P_r)  ([Li2017] eq. 11 to 16)
@@ -32,22 +26,12 @@ class KalmanFuzzyCalibrator(Calibrator):
 
     name: ClassVar[str] = "kalman_fuzzy"
     summary: ClassVar[str] = "kalman_rescaled with measurement noise adapted by Mamdani rules"
-    needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
-    min_samples: ClassVar[int] = 21
-    sequential: ClassVar[bool] = True
     recovers: ClassVar[tuple[str, ...]] = ("full", "pitch")
-    tolerance_nT: ClassVar[float] = 5.0
-    tolerance_matrix: ClassVar[float] = 2e-4
-    unit_free: ClassVar[bool] = False
     settings: KalmanSettings = MICROTESLA
     window: int = 50
     exponent: float = 1.0
     floor_nT2: float = 1.0
     rules: MamdaniRatio = RULES
-    attitude_std_rad: float = 3.5e-4
-
-    def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
-        return solve(self.name, recording, reference, self.settings, self.attitude_std_rad, self.window, self.adapt())
 
     def adapt(self) -> Adapt:
         """What gives the next sample's R; it remembers the window, so make one for each run."""
