@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
@@ -11,7 +12,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 from scipy.spatial.transform import Rotation
 
-from benchmarks.measure import Call, Row, cpu_s, paired_ratio
+from benchmarks.measure import Call, Row, paired_ratio
 from calib import Reference
 from calib.ga import Ga
 from calib.population import PopulationCalibrator, Problem
@@ -24,7 +25,9 @@ MOST_OF_PEER = 1.0
 STRENGTH_NT, NOISE_NT, SAMPLES = 36_917.35, 10.0, 3600
 TARGET_NT = 12.0
 """Final rms of |h| - F that counts as equal cost: the minimum is at 9.6 nT."""
-BUDGETS = (200, 400, 800, 1600)
+BUDGETS = (100, 200, 400, 800, 1600)
+SEEDS = 3
+GIVEN_UP = 50.0
 Peer = Callable[[Problem, int, int], float]
 """(problem, iterations, seed) -> final cost, 100 individuals."""
 
@@ -73,24 +76,31 @@ def _cost(method: PopulationCalibrator, calls: tuple[int, int], measured: Record
 
 
 def _against(name: str, peer: Peer, problem: Problem) -> Row:
-    """Our swarm over the peer, each with the fewest iterations of BUDGETS that reach the target in three seeds."""
+    """Our swarm over the peer, each with the fewest iterations of BUDGETS that reach the target in three seeds.
+
+    A peer that has not reached it when a search takes GIVEN_UP times ours is timed there: the ratio is then a bound.
+    """
     if find_spec(name.split()[0]) is None:
         return Row(f"pso / {name}: skipped, not installed", 0.0, MOST_OF_PEER, False, "install it to measure")
-    ours, our_note = _reaching(_own, problem)
-    theirs, their_note = _reaching(peer, problem)
+    ours, our_note, our_s = _reaching(_own, problem, np.inf)
+    theirs, their_note, _ = _reaching(peer, problem, GIVEN_UP * our_s)
     ratio, _, _ = paired_ratio(ours, theirs, pairs=3)
     return Row(f"pso / {name}, equal final cost", ratio, MOST_OF_PEER, False, f"ours {our_note}; {name} {their_note}")
 
 
-def _reaching(search: Peer, problem: Problem) -> tuple[Call, str]:
+def _reaching(search: Peer, problem: Problem, most_s: float) -> tuple[Call, str, float]:
+    """A search with the fewest iterations that reach the target, a note, and its CPU seconds."""
+    search(problem, BUDGETS[0], 0)
     for iterations in BUDGETS:
-        worst = max(float(problem.rmse_nT(search(problem, iterations, seed))) for seed in range(3))
-        if worst <= TARGET_NT:
+        start_s = time.process_time()
+        worst_nT = float(problem.rmse_nT(max(search(problem, iterations, seed) for seed in range(SEEDS))))
+        used_s = (time.process_time() - start_s) / SEEDS
+        if worst_nT <= TARGET_NT or used_s > most_s:
             break
     seeds = count()
-    call: Call = lambda: search(problem, iterations, next(seeds))  # noqa: E731
-    reached = "" if worst <= TARGET_NT else " (target not reached)"
-    return call, f"{iterations} iterations, {1e3 * cpu_s(call):.0f} ms, {worst:.1f} nT{reached}"
+    missed = "" if worst_nT <= TARGET_NT else ", target not reached: the ratio is an upper bound"
+    note = f"{iterations} iterations, {1e3 * used_s:.0f} ms, {worst_nT:.1f} nT{missed}"
+    return lambda: search(problem, iterations, next(seeds)), note, used_s
 
 
 def _own(problem: Problem, iterations: int, seed: int) -> float:
@@ -124,15 +134,27 @@ def _pyswarms(problem: Problem, iterations: int, seed: int) -> float:
 def _pygad(problem: Problem, iterations: int, seed: int) -> float:
     import pygad
 
-    space = [{"low": low, "high": high} for low, high in zip(problem.lower, problem.upper, strict=True)]
+    width, least = 0.1 * (problem.upper - problem.lower), 1e-3
+
+    def narrow(ga: pygad.GA) -> None:
+        """Mutations fall from a tenth of the bounds to a ten-thousandth: with a fixed range it ends near 30 nT."""
+        step = width * least ** (ga.generations_completed / iterations)
+        ga.random_mutation_min_val, ga.random_mutation_max_val = (-step).tolist(), step.tolist()
+
     ga = pygad.GA(
         iterations,
-        50,
+        20,
         lambda _, x, __: (-problem.costs(np.ascontiguousarray(x))).tolist(),
         fitness_batch_size=100,
         sol_per_pop=100,
         num_genes=9,
-        gene_space=space,
+        init_range_low=problem.lower.tolist(),
+        init_range_high=problem.upper.tolist(),
+        random_mutation_min_val=(-width).tolist(),
+        random_mutation_max_val=width.tolist(),
+        mutation_probability=0.2,
+        crossover_type="uniform",
+        on_generation=narrow,
         random_seed=seed,
         suppress_warnings=True,
     )
