@@ -16,10 +16,10 @@ PAPERS: dict[str, tuple[str, str]] = {
 
 
 def chosen(key: str, seeds: int) -> list[Reproduction]:
-    """The reproduction of that key, whatever its case, or `all`; raises InputError listing the keys."""
+    """The reproduction of that key, or `all`, whatever its case; raises InputError listing the keys."""
     from importlib import import_module
 
-    keys = list(PAPERS) if key == "all" else [key.lower()]
+    keys = list(PAPERS) if key.lower() == "all" else [key.lower()]
     if keys[0] not in PAPERS:
         raise InputError(f"no paper {key!r}", where="KEY", do=f"choose among {', '.join(PAPERS)}, all")
     classes = [getattr(import_module(module), name) for module, name in (PAPERS[k] for k in keys)]

@@ -42,6 +42,7 @@ def test_a_held_sensor_sees_the_field_turned():
 
 def test_papers_are_chosen_by_key_whatever_its_case():
     assert [type(paper).__name__.lower() for paper in chosen("all", 2)] == list(PAPERS)
+    assert len(chosen("ALL", 2)) == len(PAPERS)
     assert chosen("LI2017", 3)[0].seeds == 3
     with pytest.raises(InputError, match=r"choose among zhang2018, .*, all"):
         chosen("li2018", 2)

@@ -74,7 +74,7 @@ def test_starts_near_the_truth_reach_the_minimum():
     assert reached["the paper's ranges"]
 
 
-def testerror_row_compares_with_what_is_printed():
+def test_error_row_compares_with_what_is_printed():
     results = {
         SpreadTask(1, 2.0, seed): {"errors": np.full(4, value), "two_step": np.ones(4), "over_bound": np.ones(45)}
         for seed, value in enumerate((0.2, 0.3, 0.5))
@@ -82,6 +82,8 @@ def testerror_row_compares_with_what_is_printed():
     assert error_row(results, 3, 1, 0, 2.0, PRINTED[1, 0][0]).verdict == "holds"
     assert error_row(results, 3, 1, 0, 2.0, 0.6).verdict == "better"
     assert error_row(results, 3, 1, 0, 2.0, 0.25).verdict == "does not hold"
+    low = {task: found | {"errors": found["errors"] + 0.01} for task, found in results.items()}
+    assert error_row(low, 3, 1, 0, 2.0, 0.205).verdict == "does not hold"
 
 
 def test_tensor_picture():
