@@ -42,6 +42,10 @@ def call(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except (InputError, typer.TyperException) as error:
         return refuse(error.format_message() if isinstance(error, typer.TyperException) else str(error))
+    except UnicodeEncodeError as error:
+        if error.encoding != "utf-8":
+            raise
+        return refuse(f"{error.object!r} is not UTF-8 (rename the file, and use UTF-8 for names)")
     except (BrokenPipeError, SystemExit):  # a closed pipe; typer and rich turn it into an exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
