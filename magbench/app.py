@@ -18,7 +18,6 @@ app = typer.Typer(
     name="magbench",
     help="Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth.",
     epilog=EPILOG,
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -34,7 +33,11 @@ app.command("schema")(schema.schema)
 
 
 def call(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns its exit status. Wrong use and bad input end as one line on standard error."""
+    """Run one command; returns its exit status. Wrong use and bad input end as one line on standard error.
+
+    Without arguments the help is shown.
+    """
+    arguments = (sys.argv[1:] if arguments is None else arguments) or ["--help"]
     if sys.stdout is None:  # closed by the shell: >&-
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     try:
