@@ -21,7 +21,6 @@ app = typer.Typer(
     name="magbench",
     help="Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth.",
     epilog=EPILOG,
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -38,7 +37,11 @@ app.command("schema")(schema.schema)
 
 
 def call(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns its exit status. Wrong use and bad input end as one line on standard error."""
+    """Run one command; returns its exit status. Wrong use and bad input end as one line on standard error.
+
+    Without arguments the help is shown.
+    """
+    arguments = (sys.argv[1:] if arguments is None else arguments) or ["--help"]
     if sys.stdout is None:  # closed by the shell: >&-
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     try:
@@ -46,6 +49,10 @@ def call(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except (InputError, typer.TyperException) as error:
         return refuse(error.format_message() if isinstance(error, typer.TyperException) else str(error))
+    except UnicodeEncodeError as error:
+        if error.encoding != "utf-8":
+            raise
+        return refuse(f"{error.object!r} is not UTF-8 (rename the file, and use UTF-8 for names)")
     except (BrokenPipeError, SystemExit):  # a closed pipe; typer and rich turn it into an exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

@@ -31,8 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def refuse(message: str, status: int = 2) -> int:
-    """One line on standard error; returns the exit status."""
-    print("magbench: " + " ".join(message.split()), file=sys.stderr, flush=True)
+    """One line of printable characters on standard error; returns the exit status."""
+    line = "".join(c if c.isprintable() else "?" for c in " ".join(message.split()))
+    print("magbench: " + line, file=sys.stderr, flush=True)
     return status
 
 

@@ -45,7 +45,8 @@ def warn(text: str) -> None:
 
 def emit(result: Mapping[str, Any]) -> None:
     """The one JSON object of `--json`, on standard output; NaN becomes null."""
-    json.dump(_plain(result), sys.stdout, indent=1, allow_nan=False, ensure_ascii=False)
+    ascii_only = "utf" not in (sys.stdout.encoding or "").lower()
+    json.dump(_plain(result), sys.stdout, indent=1, allow_nan=False, ensure_ascii=ascii_only)
     sys.stdout.write("\n")
 
 

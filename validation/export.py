@@ -13,7 +13,7 @@ from validation.outcome import Array
 FLU_TO_FRD = np.diag([1.0, -1.0, -1.0])
 NT_PER_GAUSS = 1e5
 SYMMETRIC = 1e-3
-"""Largest asymmetry of a matrix that a form with six numbers still takes, after its rotation is taken out."""
+"""Largest asymmetry of a matrix that a form with six numbers still takes; half of it is lost."""
 
 
 def c_header(calibration: Calibration) -> str:
@@ -29,7 +29,10 @@ def c_header(calibration: Calibration) -> str:
 
 
 def px4(calibration: Calibration) -> str:
-    """PX4 parameters of magnetometer 0: scale (m - offset), gauss, forward-right-down, symmetric scale matrix."""
+    """PX4 parameters of magnetometer 0: scale (m - offset), gauss, forward-right-down, symmetric scale matrix.
+
+    PX4 applies them in the sensor's axes, before CAL_MAG0_ROT, to the sensor whose device number is CAL_MAG0_ID.
+    """
     offset, matrix = _frd_symmetric(calibration)
     upper = (matrix[0, 1], matrix[0, 2], matrix[1, 2])
     values = {f"CAL_MAG0_{axis}OFF": v / NT_PER_GAUSS for axis, v in zip("XYZ", offset, strict=True)}
@@ -39,12 +42,16 @@ def px4(calibration: Calibration) -> str:
 
 
 def ardupilot(calibration: Calibration) -> str:
-    """ArduPilot parameters of compass 1: matrix (m + OFS), milligauss, forward-right-down, symmetric matrix."""
+    """ArduPilot parameters of compass 1: matrix SCALE (m + OFS), milligauss, forward-right-down, symmetric matrix.
+
+    ArduPilot applies them in the body's axes; the matrix holds the scale, so SCALE is 1 and an older one goes.
+    """
     offset, matrix = _frd_symmetric(calibration)
     upper = (matrix[0, 1], matrix[0, 2], matrix[1, 2])
     values = {f"COMPASS_OFS_{axis}": -1e3 * v / NT_PER_GAUSS for axis, v in zip("XYZ", offset, strict=True)}
     values |= {f"COMPASS_DIA_{axis}": v for axis, v in zip("XYZ", np.diag(matrix), strict=True)}
     values |= {f"COMPASS_ODI_{axis}": v for axis, v in zip("XYZ", upper, strict=True)}
+    values["COMPASS_SCALE"] = 1.0
     return "".join(f"{name},{value:.6f}\n" for name, value in values.items())
 
 
@@ -86,5 +93,7 @@ def _frd_symmetric(calibration: Calibration) -> tuple[Array, Array]:
     matrix = FLU_TO_FRD @ calibration.matrix @ FLU_TO_FRD
     if np.abs(matrix - matrix.T).max() > SYMMETRIC:
         what = f"the matrix of {calibration.name} is not symmetric (it turns the sensor)"
-        raise InputError(what, where="--export", do="export as c or ros, or use an attitude-free calibrator")
+        raise InputError(
+            what, where="--export", do="export as c or ros, or calibrate without attitude, as by ellipsoid"
+        )
     return FLU_TO_FRD @ calibration.offset_nT, 0.5 * (matrix + matrix.T)

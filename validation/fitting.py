@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -11,7 +12,9 @@ import calib
 from calib import Calibration, Reference
 from scenarios.errors import InputError
 from sim.dataset import Recording, read_recording
+from sim.dataset.checks import FIELD_RANGE_NT
 from sim.dataset.reader import parameters_of
+from sim.dataset.units import likely_unit
 
 
 def fit_all(
@@ -61,6 +64,8 @@ def calibrate_file(
     The reference is what the caller states, else what a simulated run's file says of its field.
     Raises InputError for a file that cannot be used, for an unknown calibrator and where no reference is known.
     """
+    if not names:
+        raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")
     for name in names:
         calib.get(name)
     recording = read_recording(path, run=run, maps=maps)
@@ -70,6 +75,8 @@ def calibrate_file(
 def reference_of(path: Path, run: int, strength_nT: float | None, enu: str | None) -> Reference:
     """The reference that the caller states, else the field that a simulated run's file names; InputError for none."""
     vector = _vector(enu) if enu is not None else None
+    if strength_nT is not None:
+        _check_strength(strength_nT, "--field-strength-nT")
     if vector is None and strength_nT is None:
         known = parameters_of(path, run=run).get("field_enu_nT")
         if known is None:
@@ -87,4 +94,15 @@ def _vector(text: str) -> tuple[float, float, float]:
     except ValueError:
         do = "give three numbers: east,north,up in nT"
         raise InputError(f"{text!r} is not a field vector", where="--field-enu-nT", do=do) from None
+    _check_strength(math.hypot(east, north, up), "--field-enu-nT")
     return east, north, up
+
+
+def _check_strength(strength_nT: float, where: str) -> None:
+    """The range that measured logs are held to; a strength in uT would scale every result by a thousand."""
+    low, high = FIELD_RANGE_NT
+    if not low <= strength_nT <= high:
+        unit = likely_unit(strength_nT)
+        guess = f": it looks like {unit}" if unit else ""
+        what = f"a field of {strength_nT:g} nT is not between {low:,.0f} and {high:,.0f} nT{guess}"
+        raise InputError(what, where=where, do="give it in nT")

@@ -160,12 +160,14 @@ def write_recording(recording: Recording, path: Path) -> None:
     """
     table = schema(columns_of(recording))
     arrays = arrays_of(recording)
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         with RunWriter(path, table, {"schema": FORMAT}) as writer:
             writer.write(arrays)
-    elif path.suffix == ".csv":
+    elif path.suffix.lower() == ".csv":
         batch = pa.record_batch([pa.array(arrays[name]) for name in table.names], names=table.names)
-        options = pyarrow.csv.WriteOptions(quoting_style="none", quoting_header="none")
+        words = [*table.names, *np.unique(() if recording.phase is None else recording.phase)]
+        quoting = "needed" if any(set(word) & set(',"\r\n') for word in words) else "none"
+        options = pyarrow.csv.WriteOptions(quoting_style=quoting, quoting_header=quoting)
         with beside(path) as part, told(path):
             pyarrow.csv.write_csv(batch, str(part), options)
     else:

@@ -37,17 +37,89 @@ def test_a_calibration_corrects_another_run(data: Path, tmp_path: Path) -> None:
     assert after < 0.1 * before
 
 
-@pytest.mark.parametrize(
-    ("text", "named"),
-    [("{", "not JSON"), ("{}", "no calibration"), ('{"a": {"matrix": [1]}}', "matrix"), ('{"a": 5}', "JSON object")],
-)
-def test_bad_calibration_files(text: str, named: str, data: Path, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
+GOOD = {"status": "ok", "offset_nT": [10.0, 20.0, 30.0], "matrix": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.1]]}
+FLAT = [[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+LONG = "1" * 5000
+
+
+def edited(**changes: object) -> str:
+    """A calibration file, edited by hand."""
+    return json.dumps({"ellipsoid": GOOD | changes})
+
+
+BAD_FILES = {
+    "cut off": ("{", "not JSON"),
+    "empty": ("", "not JSON"),
+    "nothing in it": ("{}", "no calibration"),
+    "a list": (f"[{json.dumps(GOOD)}]", "no calibration"),
+    "a number": ('{"a": 5}', "JSON object"),
+    "nested too deep": ("[" * 100_000, "nested"),
+    "another schema": (edited(schema=2), "schema"),
+    "not a number": (edited().replace("10.0", "NaN"), "NaN"),
+    "infinite": (edited().replace("10.0", "1e999"), "Infinity"),
+    "an endless number": (edited().replace("10.0", LONG), "Infinity"),
+    "null in a vector": (edited(offset_nT=[1, None, 3]), "offset_nT"),
+    "text": (edited(offset_nT=["1", "2", "3"]), "offset_nT"),
+    "too short": ('{"a": {"matrix": [1]}}', "matrix"),
+    "ragged": (edited(matrix=[[1, 0, 0], [0, 1], [0, 0, 1]]), "matrix"),
+    "no offset": ('{"a": {"matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}', "offset_nT"),
+    "singular": (edited(matrix=FLAT), "singular"),
+    "singular with an eddy term": (edited(matrix=FLAT, eddy_s=np.diag([0.01] * 3).tolist()), "singular"),
+    "singular in a segment": (edited(segments=[{"start_s": 0, "offset_nT": [0, 0, 0], "matrix": FLAT}]), "singular"),
+    "an offset that is none": (edited(offset_nT=[1e300, 0, 0]), "offset"),
+    "unknown status": (edited(status="fine"), "fine"),
+    "no estimate": (edited(status="not_converged", reason="too\nslow"), "too slow"),
+    "several sensors": (json.dumps({"sphere@1": GOOD}), "sphere@1"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD_FILES)
+def test_bad_calibration_files(kind: str, data: Path, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
+    text, named = BAD_FILES[kind]
     (tmp_path / "c.json").write_text(text)
     assert main(["apply", str(tmp_path / "c.json"), str(data), "-o", str(tmp_path / "o.csv")]) == 2
     lines = capsys.readouterr().err.strip().splitlines()
     assert len(lines) == 1
     assert named in lines[0]
     assert not (tmp_path / "o.csv").exists()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [edited(), "\ufeff" + edited(), json.dumps(GOOD), json.dumps({"calibrations": {"ellipsoid": GOOD}})],
+    ids=["calibration.json", "byte order mark", "one alone", "what calibrate --json prints"],
+)
+def test_good_calibration_files(text: str, data: Path, tmp_path: Path) -> None:
+    (tmp_path / "c.json").write_text(text, encoding="utf-8")
+    assert main(["apply", str(tmp_path / "c.json"), str(data), "-o", str(tmp_path / "o.parquet")]) == 0
+    expected = (read_recording(data).mag_nT - GOOD["offset_nT"]) @ np.diag([1.0, 1.0, 1.1])
+    np.testing.assert_allclose(read_recording(tmp_path / "o.parquet").mag_nT, expected, atol=1e-9)
+
+
+def test_an_unobservable_calibration_is_applied_with_a_warning(data: Path, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "c.json").write_text(edited(status="unobservable", reason="the motion is flat"))
+    assert main(["apply", str(tmp_path / "c.json"), str(data), "-o", str(tmp_path / "o.csv"), "--json"]) == 0
+    told = capsys.readouterr()
+    assert "ellipsoid is unobservable: the motion is flat" in told.err
+    assert json.loads(told.out)["warning"] == "ellipsoid is unobservable: the motion is flat"
+
+
+def test_what_it_is_made_from_is_not_overwritten(data: Path, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
+    calibration, log = tmp_path / "c.csv", tmp_path / "log.csv"
+    calibration.write_text(edited())
+    assert main(["apply", str(calibration), str(data), "-o", str(log)]) == 0
+    (tmp_path / "link.csv").symlink_to(log)
+    capsys.readouterr()
+    for source, out in [
+        (log, log),
+        (log, tmp_path / "link.csv"),
+        (log, calibration),
+        (data, data / "run-00001.parquet"),
+    ]:
+        before = out.read_bytes()
+        assert main(["apply", str(calibration), str(source), "-o", str(out)]) == 2
+        assert "would replace" in capsys.readouterr().err
+        assert out.read_bytes() == before
 
 
 def test_unknown_calibration(data: Path, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]

@@ -150,6 +150,11 @@ def log(path: Path, **columns: object) -> str:
     [
         ({}, (), "--field-strength-nT"),
         ({}, ("--field-strength-nT", "-5"), "strength"),
+        ({}, ("--field-strength-nT", "48.2"), "it looks like uT"),
+        ({}, ("--field-strength-nT", "nan"), "nan"),
+        ({}, ("--field-enu-nT", "0,1e300,0"), "--field-enu-nT"),
+        ({}, ("--field-strength-nT", "4e4", "--with", ","), "names no calibrator"),
+        ({}, ("--field-strength-nT", "4e4", "--export", "c,"), "choose among c"),
         ({}, ("--field-enu-nT", "1,2"), "--field-enu-nT"),
         ({}, ("--field-strength-nT", "4e4", "--with", "elipsoid"), "ellipsoid"),
         ({}, ("--field-strength-nT", "4e4", "--map", "mag_x_nT=bx"), "bx"),
@@ -202,6 +207,12 @@ def test_a_text_that_is_too_long(tmp_path: Path, capsys: pytest.CaptureFixture[s
     with (tmp_path / "long.toml").open("wb") as file:
         file.truncate(10**12)
     assert "longer than" in refused(capsys, "run", str(tmp_path / "long.toml"), "-o", str(tmp_path / "out"))
+
+
+def test_a_name_that_is_not_utf8(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = os.fsdecode(bytes(tmp_path) + b"/l\xff.csv")
+    log(Path(name))
+    assert "not UTF-8" in refused(capsys, "calibrate", name, "--field-strength-nT", "4e4")
 
 
 def test_output_that_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

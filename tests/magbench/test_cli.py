@@ -22,18 +22,10 @@ from sim.dataset import read_run
 from tests.short import cuts
 from validation.recording import read_series, verify
 
-COMMANDS = ("run", "simulate", "calibrate", "show", "list", "schema")
-
 
 def run_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
     assert main([*arguments, "--json"]) == 0
     return dict(json.loads(capsys.readouterr().out))
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([command, "--help"]) == 0
-    assert f"magbench {command}" in capsys.readouterr().out.split("Example:")[1]
 
 
 @pytest.mark.parametrize(

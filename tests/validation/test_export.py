@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from calib import Calibration, Status
 from scenarios.errors import InputError
+from sim.dataset import Recording
 from validation.export import FORMATS, exported
 
 MATRIX = np.array([[0.95, 0.02, -0.01], [0.02, 1.05, 0.03], [-0.01, 0.03, 1.01]])
@@ -40,7 +44,7 @@ def test_ardupilot_adds_the_offset_in_milligauss() -> None:
     p = parameters("ardupilot")
     matrix = symmetric([p[f"COMPASS_DIA_{a}"] for a in "XYZ"], *(p[f"COMPASS_ODI_{a}"] for a in "XYZ"))
     offset = np.array([p[f"COMPASS_OFS_{a}"] for a in "XYZ"])
-    corrected = matrix @ (FRD * MEASURED_FLU_NT / 100.0 + offset)
+    corrected = matrix @ (p["COMPASS_SCALE"] * (FRD * MEASURED_FLU_NT / 100.0 + offset))
     np.testing.assert_allclose(100.0 * FRD * corrected, TRUE_FLU_NT, atol=0.1)
 
 
@@ -53,6 +57,42 @@ def test_ros_is_in_tesla() -> None:
 def test_c_header_holds_the_numbers() -> None:
     numbers = [float(v) for v in re.findall(r"(-?[0-9.]+(?:e[+-][0-9]+)?)f", exported(GOOD, "c")[1])]
     np.testing.assert_allclose(numbers, [*OFFSET_NT, *MATRIX.ravel()], rtol=1e-8)
+
+
+PROGRAM = """
+#include <stdio.h>
+#include "mag_calibration.h"
+
+int main(void) {
+    float m[3], h[3];
+    while (scanf("%f %f %f", &m[0], &m[1], &m[2]) == 3) {
+        for (int i = 0; i < 3; i++) {
+            h[i] = 0.0f;
+            for (int j = 0; j < 3; j++) h[i] += MAG_MATRIX[i][j] * (m[j] - MAG_OFFSET_NT[j]);
+        }
+        printf("%.9g %.9g %.9g\\n", h[0], h[1], h[2]);
+    }
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize(("compiler", "standard"), [("gcc", "-std=c99"), ("g++", "-std=c++11")])
+def test_firmware_with_the_c_header_corrects_as_apply_does(compiler: str, standard: str, tmp_path: Path) -> None:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"there is no {compiler}")
+    name, text = exported(GOOD, "c")
+    (tmp_path / name).write_text(text)
+    source = tmp_path / ("main.c" if compiler == "gcc" else "main.cpp")
+    source.write_text(PROGRAM)
+    flags = ["-Wall", "-Wextra", "-pedantic", "-Werror", standard]
+    subprocess.run([compiler, *flags, str(source), "-o", str(tmp_path / "main")], check=True)
+    measured_nT = np.random.default_rng(0).uniform(-60_000, 60_000, (100, 3))
+    lines = "".join(f"{x} {y} {z}\n" for x, y, z in measured_nT)
+    told = subprocess.run([str(tmp_path / "main")], input=lines, capture_output=True, text=True, check=True).stdout
+    corrected_nT = np.array([line.split() for line in told.splitlines()], float)
+    expected_nT = GOOD.apply(Recording(np.arange(100.0), measured_nT))
+    np.testing.assert_allclose(corrected_nT, expected_nT, atol=0.05)  # single precision: 2^-24 of 60,000 nT, ten times
 
 
 @pytest.mark.parametrize("form", ["px4", "ardupilot"])

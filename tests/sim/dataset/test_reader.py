@@ -134,6 +134,20 @@ def test_recording_with_only_the_field(tmp_path: Path) -> None:
     assert lines[:2] == ["time_s,mag_x_nT,mag_y_nT,mag_z_nT", "0,0,1,2"]
 
 
+@pytest.mark.parametrize("suffix", [".parquet", ".csv", ".CSV"])
+@pytest.mark.parametrize("word", ["a,b", 'say "a"', "a\nb", "naïve"])
+def test_words_that_a_table_must_quote(word: str, suffix: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    phase = np.where(np.arange(20) < 9, "spiral", word)
+    channels = {} if "\n" in word else {f"wheel, {word}": np.arange(20.0)}
+    recording = Recording(np.arange(20.0), 3e4 * rng.standard_normal((20, 3)), phase=phase, channels=channels)
+    write_recording(recording, tmp_path / f"r{suffix}")
+    if "\n" in word and suffix != ".parquet":
+        assert '"a\nb"' in (tmp_path / f"r{suffix}").read_text()
+    else:
+        assert_same(read_recording(tmp_path / f"r{suffix}"), recording)
+
+
 def test_recording_written_under_a_strange_suffix(tmp_path: Path) -> None:
     recording = Recording(time_s=np.arange(3.0), mag_nT=np.zeros((3, 3)))
     with pytest.raises(InputError, match=r"use \.parquet or \.csv"):

@@ -1,0 +1,105 @@
+"""What holds for every command: help with an example, one JSON object on standard output, exit status 0, 1 or 2."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import typer.main
+
+from magbench.app import app
+from magbench.cli import main
+from tests.magbench.test_bad_input import log
+
+COMMANDS = sorted(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
+STILL = "turntable-twelve-stops"
+
+GOOD: dict[str, tuple[str, ...]] = {
+    "apply": ("apply", "calibration.json", "log.csv", "-o", "corrected.csv"),
+    "calibrate": ("calibrate", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
+    "list": ("list", "effects"),
+    "reproduce": ("reproduce", "zhou2012", "--seeds", "2", "-o", "out"),
+    "run": ("run", STILL, "-o", "out"),
+    "schema": ("schema",),
+    "show": ("show", "recording.rrd"),
+    "simulate": ("simulate", STILL, "-o", "out"),
+}
+"""A call of each command that is done in seconds."""
+
+BAD: dict[str, tuple[str, ...]] = {
+    "apply": ("apply", "nowhere.json", "log.csv", "-o", "corrected.csv"),
+    "calibrate": ("calibrate", "nowhere.csv"),
+    "list": ("list", "planets"),
+    "reproduce": ("reproduce", "nobody1900", "-o", "out"),
+    "run": ("run", "nowhere.toml", "-o", "out"),
+    "schema": ("schema", "of", "what"),
+    "show": ("show", "nowhere.rrd"),
+    "simulate": ("simulate", STILL, "-o", "log.csv"),
+}
+"""A call of each command with bad input."""
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A directory to work in, with a log, a calibration and a recording; the viewer's window is left out."""
+    log(tmp_path / "log.csv")
+    calibration = {"sphere": {"offset_nT": [0, 0, 0], "matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}
+    (tmp_path / "calibration.json").write_text(json.dumps(calibration))
+    (tmp_path / "recording.rrd").write_bytes(b"RRF2")
+    monkeypatch.setattr("magbench.viewer.view", lambda file, web: None)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_every_command_is_tried() -> None:
+    assert sorted(GOOD) == sorted(BAD) == COMMANDS
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_tells_what_it_does_and_every_option(command: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "--help"]) == 0
+    told = capfd.readouterr().out
+    assert "--json" in told
+    for parameter in typer.main.get_command(app).commands[command].params:  # type: ignore[attr-defined]
+        assert parameter.name == "help" or parameter.help, f"{command}: {parameter.name} is not explained"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_example_in_the_help_uses_options_that_there_are(command: str, capfd: pytest.CaptureFixture[str]) -> None:
+    text = typer.main.get_command(app).commands[command].help or ""  # type: ignore[attr-defined]
+    found = re.search(r"Example: magbench (.*)", text)
+    assert found, f"{command} has no example"
+    example = shlex.split(found[1].split(" > ")[0])
+    assert example[0] == command
+    assert main([*example, "--help"]) == 0, capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("place")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_json_is_one_object_on_standard_output_and_nothing_else(
+    command: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*GOOD[command], "--json"]) == 0, capfd.readouterr().err
+    assert isinstance(json.loads(capfd.readouterr().out), dict)
+
+
+@pytest.mark.usefixtures("place")
+@pytest.mark.parametrize("option", [(), ("--json",)], ids=["text", "json"])
+@pytest.mark.parametrize("command", COMMANDS)
+def test_bad_input_is_one_line_status_2_and_nothing_on_standard_output(
+    command: str, option: tuple[str, ...], capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*BAD[command], *option]) == 2
+    told = capfd.readouterr()
+    assert told.out == ""
+    assert re.fullmatch(r"magbench: .+\n", told.err)
+
+
+def test_without_a_command_the_commands_are_told(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    told = capfd.readouterr().out
+    assert all(re.search(rf"^  {command} ", told, re.MULTILINE) for command in COMMANDS)
+    assert "Exit status" in told
