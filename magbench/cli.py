@@ -9,7 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 
 import typer
 
-from magbench.commands import apply, calibrate, listing, reproduce, run, schema, show, simulate
+from magbench.commands import apply, calibrate, inspect, listing, reproduce, run, schema, show, simulate
 from scenarios.errors import InputError
 
 EPILOG = "Exit status: 0 done, 2 wrong use or bad input (one line says what, where and what to do)."
@@ -26,6 +26,7 @@ app = typer.Typer(
 app.command("run")(run.run)
 app.command("simulate")(simulate.simulate)
 app.command("calibrate")(calibrate.calibrate)
+app.command("inspect")(inspect.inspect)
 app.command("apply")(apply.apply)
 app.command("reproduce")(reproduce.reproduce)
 app.command("show")(show.show)
