@@ -10,7 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 import typer
 
 from magbench.cli import refuse
-from magbench.commands import apply, calibrate, diagnose, listing, reproduce, run, schema, show, simulate
+from magbench.commands import apply, calibrate, diagnose, inspect, listing, reproduce, run, schema, show, simulate
 from scenarios.errors import InputError
 
 EPILOG = (
@@ -29,6 +29,7 @@ app.command("run")(run.run)
 app.command("simulate")(simulate.simulate)
 app.command("calibrate")(calibrate.calibrate)
 app.command("apply")(apply.apply)
+app.command("inspect")(inspect.inspect)
 app.command("diagnose")(diagnose.diagnose)
 app.command("reproduce")(reproduce.reproduce)
 app.command("show")(show.show)

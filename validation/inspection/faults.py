@@ -25,6 +25,8 @@ PILE = 4.0
 """Least ratio of the outermost code's count to its neighbour's."""
 SPIKE = 8.0
 """Size of a spike in local standard deviations of the interpolation error."""
+AGREED = 0.25
+"""Share of a spike's size by which the slopes beside it and across it may differ."""
 WINDOW = 256
 _SPAN = 50
 Side = Literal["low", "high"]
@@ -148,26 +150,38 @@ def _overshoots(values: Array, axis: int, start: int, stop: int, unit: float) ->
     return bool((before + after) * (length + 1) / 8 > OVERSHOOT * unit and moved > 0.3 * slope * length)
 
 
-def spikes(values: Array, steps: Array | None = None) -> Mask:
+def spikes(values: Array, steps: Array | None = None, gaps: NDArray[np.intp] | None = None) -> Mask:
     """Single wrong values (n, k) in values (n, k): far from the cubic through two neighbours on either side.
 
     e_i = v_i - (4 (v_{i-1} + v_{i+1}) - v_{i-2} - v_{i+2}) / 6
 
-    A spike's e is SPIKE local standard deviations, and its neighbours' e have the other sign and two thirds of it; a
-    jump, of which e is as large on either side, is none. steps : (k,) least significant bits, a floor to the noise.
+    A spike's e is SPIKE local standard deviations; its neighbours' e have the other sign and two thirds of it, and the
+    neighbours agree with each other: a jump or a rough stretch is none. steps : (k,) least significant bits, a floor to
+    the noise. gaps : samples after which a gap follows; the two on either side of it are not judged.
     """
     found = np.zeros(values.shape, np.bool_)
     if len(values) < 8:
         return found
     floor = np.zeros(values.shape[1]) if steps is None else 0.4 * steps
     for axis, column in enumerate(values.T):
-        e = column[2:-2] - (4 * (column[1:-3] + column[3:-1]) - column[:-4] - column[4:]) / 6
-        size = np.abs(e)
-        large = np.flatnonzero(size[1:-1] > SPIKE * np.maximum(_local_std(size)[1:-1], floor[axis])) + 1
-        opposite = np.minimum(-np.sign(e[large]) * e[large - 1], -np.sign(e[large]) * e[large + 1])
-        highest = size[large] > 1.2 * np.maximum(size[large - 1], size[large + 1])
-        found[large[highest & (opposite > 0.2 * size[large])] + 2, axis] = True
+        found[_single(column, float(floor[axis])), axis] = True
+    if gaps is not None and len(gaps):
+        found[np.clip(gaps[:, None] + np.arange(-1, 3), 0, len(values) - 1).ravel()] = False
     return found
+
+
+def _single(column: Array, floor: float) -> NDArray[np.intp]:
+    """Indices of the spikes of one axis (n,)."""
+    e = column[2:-2] - (4 * (column[1:-3] + column[3:-1]) - column[:-4] - column[4:]) / 6
+    size = np.abs(e)
+    std = np.maximum(_local_std(size), floor)
+    large = np.flatnonzero(size[1:-1] > SPIKE * std[1:-1]) + 1
+    height, at = size[large], large + 2
+    highest = height > 1.2 * np.maximum(size[large - 1], size[large + 1])
+    opposite = np.minimum(-np.sign(e[large]) * e[large - 1], -np.sign(e[large]) * e[large + 1]) > 0.2 * height
+    slopes = column[at + 1] - column[at - 1], column[at - 1] - column[at - 2] + column[at + 2] - column[at + 1]
+    agreed = np.abs(slopes[0] - slopes[1]) / 2 < np.maximum(AGREED * height, 3 * std[large])
+    return np.asarray(at[highest & opposite & agreed], np.intp)
 
 
 def _local_std(size: Array) -> Array:

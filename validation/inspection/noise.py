@@ -47,29 +47,36 @@ def gaps_after(time_s: Array) -> NDArray[np.intp]:
 
 
 def white_noise_std(values: Array, gaps: NDArray[np.intp] | None = None) -> Array:
-    """Standard deviation (k,) of the white noise in values (n, k), from differences of neighbours.
+    """Standard deviation (k,) of the white noise in values (n, k), see `white_noise`."""
+    return white_noise(values, gaps)[0]
+
+
+def white_noise(values: Array, gaps: NDArray[np.intp] | None = None) -> tuple[Array, NDArray[np.bool_]]:
+    """Standard deviation (k,) of the white noise in values (n, k), from differences; whether they settled.
 
     sigma^2 = median over blocks of mean (D^p v)^2 / C(2p, p)
 
-    p = 2, or higher as long as that takes out more motion; the median over blocks of 64 leaves spikes and bursts
-    out and is right for values on a lattice too. gaps : samples after which a gap follows. NaN for under 12 samples.
+    p = 2, or higher as long as that takes out more motion; where it still does so at p = 6, noise has not settled and
+    sigma is an upper bound. The median over blocks of 64 leaves spikes and bursts out and is right for values on a
+    lattice too. gaps : samples after which a gap follows. NaN for fewer than 12 samples.
     """
     broken = np.zeros(max(len(values) - 1, 0))
     broken[gaps if gaps is not None else []] = 1.0
-    found = np.array([_settled(column, broken) for column in values.T])
-    return found.reshape(values.shape[1])
+    found = np.array([_settled(column, broken) for column in values.T]).reshape(-1, 2)
+    return found[:, 0], found[:, 1] > 0
 
 
-def _settled(column: Array, broken: Array) -> float:
+def _settled(column: Array, broken: Array) -> tuple[float, float]:
+    """The noise, and 1 if a further difference takes no more out."""
     if len(column) < LEAST_SAMPLES:
-        return float("nan")
+        return float("nan"), 0.0
     best = _from_differences(column, broken, ORDERS[0])
     for order in ORDERS[1:]:
         lower = _from_differences(column, broken, order)
         if not lower < SETTLED * best:
-            break
+            return best, 1.0
         best = lower
-    return best
+    return best, 0.0
 
 
 def _from_differences(column: Array, broken: Array, order: int) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names, numbers
-from validation.inspection.faults import runs
+from validation.inspection.faults import repeats, runs
 from validation.inspection.finding import Finding, Level, counted, duration, figure, frequency
 from validation.inspection.lattice import find_lattice
 from validation.inspection.log import Log
@@ -127,6 +127,8 @@ def stale(values: Array) -> bool:
     """Whether rows of values (n, k) repeat because the column is slower, not because its value stands still."""
     if len(values) < 20:
         return False
+    for first, rows in reversed(repeats(values).frozen):
+        values = np.delete(values, np.s_[first + 1 : first + rows], axis=0)
     _, length = runs(values)
     near = 1.0 - len(length) / len(values)
     lag = max(2, int(np.ceil(3 * len(values) / len(length))))

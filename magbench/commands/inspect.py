@@ -1,0 +1,39 @@
+"""`magbench inspect`: a first look at a recording, before calibrating or diagnosing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from magbench.options import Json
+
+
+def inspect(
+    data: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset directory, a run, or a Parquet or CSV log.")],
+    map_: Annotated[
+        list[str] | None, typer.Option("--map", help="Rename and convert a column, e.g. --map mag_x_nT=bx,unit=uT")
+    ] = None,
+    run: Annotated[int, typer.Option(min=0, help="Which run of a dataset directory.")] = 0,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Directory for report.html and inspect.json.")] = None,
+    json: Json = False,
+) -> None:
+    """Tell what a recording holds, what it is fit for and what is odd: rates, units, motion, noise, faults.
+
+    Example: magbench inspect log.csv --map time_s=t,unit=ms --map mag_x_nT=bx,unit=uT -o out/look
+    """
+    from magbench.console import emit, say, show_table
+    from validation.inspection.inspection import headline, inspect_file, summary
+    from validation.inspection.wording import rows
+
+    inspection = inspect_file(data, maps=map_ or (), run=run)
+    if out is not None:
+        from validation.inspection.page import write_inspection
+
+        write_inspection(inspection, out)
+    if json:
+        emit(summary(inspection))
+    else:
+        show_table("", ["what", "", "value", "unit", "in words"], rows(inspection), numbers=False)
+    say(headline(inspection) + (f" {out}: report.html, inspect.json" if out is not None else ""))

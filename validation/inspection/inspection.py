@@ -1,0 +1,91 @@
+"""A file inspected: every section's findings, and what the pictures are drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.inspection.finding import Finding, counted
+from validation.inspection.frames import frame_findings
+from validation.inspection.log import Log, read_log, series_of
+from validation.inspection.look import Look, look_at
+from validation.inspection.motion import motion_findings
+from validation.inspection.spectra import noise_findings
+from validation.inspection.suffices import calibration_findings
+from validation.inspection.timing import timing_findings
+from validation.inspection.units import unit_findings
+from validation.inspection.values import missing_finding, value_findings
+
+SECTION = "file"
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What a first look at a recording found, and one `Look` for each magnetometer."""
+
+    log: Log
+    findings: tuple[Finding, ...]
+    looks: tuple[Look, ...]
+
+    @property
+    def warnings(self) -> list[Finding]:
+        """What should be mended or known before anything is computed from the recording."""
+        return [finding for finding in self.findings if finding.level == "warning"]
+
+
+def inspect_file(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Inspection:
+    """Look at a run, a dataset directory or a measured log, and tell what is in it and what is odd.
+
+    maps : `--map` texts, see `sim.dataset.read_measured`. Faults of the values are findings, not errors.
+    Raises InputError for a file without columns of time and field, or that cannot be read at all.
+    """
+    log = read_log(path, maps=maps, run=run)
+    findings = [_taken(log), *timing_findings(log), missing_finding(log)]
+    looks = []
+    for sensor in log.sensors:
+        raw = series_of(log, sensor)
+        look = look_at(raw, sensor)
+        looks.append(look)
+        findings += [*value_findings(look), *unit_findings(log, look, raw)]
+        if sensor == log.sensors[0]:
+            findings += frame_findings(look)
+        findings += [*motion_findings(look), *calibration_findings(look), *noise_findings(look)]
+    return Inspection(log, tuple(findings), tuple(looks))
+
+
+def _taken(log: Log) -> Finding:
+    """Whether the other commands take the file as it is."""
+    if not log.refusal:
+        return Finding(SECTION, "accepted", True, "", "`magbench calibrate` takes the file as it is.")
+    return Finding(SECTION, "accepted", False, "", f"`magbench calibrate` refuses the file: {log.refusal}", "warning")
+
+
+def summary(inspection: Inspection) -> dict[str, Any]:
+    """The JSON of `inspect`: file, samples, sensors, warnings, and the findings; what is not finite becomes null."""
+    return {
+        "file": str(inspection.log.path),
+        "samples": len(inspection.log),
+        "sensors": len(inspection.looks),
+        "warnings": [finding.text for finding in inspection.warnings],
+        "findings": [{**asdict(finding), "value": _plain(finding.value)} for finding in inspection.findings],
+    }
+
+
+def headline(inspection: Inspection) -> str:
+    """One sentence: how much there is to mend."""
+    count = len(inspection.warnings)
+    return f"{inspection.log.path.name}: {counted(count, 'warning')}" + ("." if count else ", nothing to mend.")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [_plain(one) for one in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,0 +1,144 @@
+"""Noise floor, slow changes and tones of what a base model leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.inspection.finding import Finding, Level, counted, figure, figures
+from validation.inspection.look import Look, Residual
+from validation.inspection.noise import BlockMeans, block_means, white_noise_std
+from validation.inspection.tones import Tone, mains_aliases, mains_named, spectrum, tones
+
+Array = NDArray[np.float64]
+SECTION = "noise"
+BASES = {
+    "attitude": "what the attitude leaves unexplained",
+    "strength": "the strength after the ellipsoid fit",
+    "mean": "the measured field",
+}
+MOTION = 10.0
+"""Power over the noise floor that is motion's, not noise's."""
+MOST_TOLD = 5
+
+
+def noise_findings(look: Look) -> list[Finding]:
+    """White noise, what is left of the field, block means, tones and where the mains would appear."""
+    found = [_white(look)]
+    if look.residual is not None:
+        found += [_left(look, look.residual), *_slow(look, look.residual), *_tones(look, look.residual)]
+    if look.rate_hz > 2 and look.even:
+        found.append(_mains(look, look.rate_hz))
+    return [finding for finding in found if finding is not None]
+
+
+def _white(look: Look) -> Finding | None:
+    if len(look.series) < 12:
+        return None
+    value, rate = look.white_nT.tolist(), look.rate_hz
+    if not np.isfinite(look.white_nT).all():
+        text = "Neighbouring samples differ by more than noise: it moved too far between them to tell the noise."
+        return Finding(SECTION, "white", value, "nT", text, "note", look.sensor)
+    steps = np.array([lattice.step if lattice else 0.0 for lattice in look.lattices])
+    if np.any(look.white_nT < 0.3 * steps):
+        text = "Most neighbouring samples are equal: the noise is below the least significant bit."
+        return Finding(SECTION, "white", value, "nT", text, "note", look.sensor)
+    density = figures(look.white_nT * np.sqrt(2 / rate), 2)
+    text = f"White noise {figures(look.white_nT)} nT rms a sample ({density} nT/sqrt(Hz))"
+    if not look.settled:
+        text += " or less: higher differences go on falling, noise is not white or the motion is fast"
+    return Finding(SECTION, "white", value, "nT", text + ".", "ok" if look.settled else "note", look.sensor)
+
+
+def _left(look: Look, residual: Residual) -> Finding | None:
+    """Rms of the residual, against the white noise in it."""
+    if residual.base == "mean":
+        return None
+    rms = np.sqrt(np.mean(residual.values**2, axis=0))
+    white = white_noise_std(residual.values)
+    value = {"base": residual.base, "rms_nT": rms.tolist(), "white_nT": white.tolist()}
+    ratio = float(np.max(rms / white)) if np.all(white > 0) else float("nan")
+    text = f"{BASES[residual.base][0].upper()}{BASES[residual.base][1:]} is {figures(rms)} nT rms"
+    text += f", {figure(ratio, 2)} times its white noise" if np.isfinite(ratio) else ""
+    level: Level = "note" if ratio > 2 else "ok"
+    return Finding(SECTION, "residual", value, "nT", text + ".", level, look.sensor)
+
+
+def _slow(look: Look, residual: Residual) -> list[Finding]:
+    """Block means against white noise, of everything but the bare field in motion."""
+    if residual.base == "mean" and not _still(residual):
+        return []
+    found = block_means(residual.time_s, residual.values)
+    if not found:
+        return []
+    worst = [float(np.max(blocks.excess)) for blocks in found]
+    value = [_as_value(blocks) for blocks in found]
+    lengths = ", ".join(figure(blocks.length_s) for blocks in found)
+    text = f"Means over {lengths} s of {BASES[residual.base]} vary {', '.join(figure(w, 2) for w in worst)} times as "
+    coloured = any((blocks.excess > blocks.chance()).any() for blocks in found)
+    text += "much as white noise alone would make them" + (": slow changes are left." if coloured else ".")
+    return [Finding(SECTION, "slow", value, "", text, "note" if coloured else "ok", look.sensor)]
+
+
+def _still(residual: Residual) -> bool:
+    """Whether the field varies little more than its noise."""
+    return bool(np.all(residual.values.std(axis=0) < 3 * white_noise_std(residual.values)))
+
+
+def _as_value(blocks: BlockMeans) -> dict[str, object]:
+    return {"length_s": blocks.length_s, "blocks": blocks.blocks, "std_nT": blocks.std, "excess": blocks.excess}
+
+
+def motion_edge_hz(look: Look) -> float:
+    """The highest frequency at which the measured field is far above its noise floor: there the vehicle moves."""
+    found = spectrum(look.fresh_s, look.series.mag_nT[look.fresh])
+    if found is None or not np.isfinite(look.white_nT).all():
+        return float("inf")
+    floor = 2 * look.white_nT**2 / look.rate_hz
+    above = np.any(found.background > MOTION * floor, axis=1)
+    return float(found.frequency_hz[np.flatnonzero(above)[-1]]) if above.any() else 0.0
+
+
+def _tones(look: Look, residual: Residual) -> list[Finding]:
+    if not look.even:
+        return []
+    found = tones(residual.time_s, residual.values)
+    edge_hz = motion_edge_hz(look)
+    if residual.base == "mean":
+        found = [tone for tone in found if tone.frequency_hz > edge_hz]
+    rate = look.rate_hz
+    resolution = 2.0 / float(np.ptp(residual.time_s))
+    value = [_tone_value(tone, edge_hz, rate, resolution) for tone in found]
+    if not found:
+        text = f"No tone stands out of {BASES[residual.base]}."
+        return [Finding(SECTION, "tones", value, "Hz", text, "ok", look.sensor)]
+    clear = [one for one in value if not one["motion"]]
+    told = ", ".join(_tone_text(one) for one in (clear or value)[:MOST_TOLD])
+    more = f" and {len(clear or value) - MOST_TOLD} more" if len(clear or value) > MOST_TOLD else ""
+    text = f"{counted(len(clear or value), 'tone')} in {BASES[residual.base]}: {told}{more}."
+    if not clear:
+        text += " All are where the vehicle moves: perhaps its motion, not the field's."
+    elif len(clear) < len(value):
+        text += f" {len(value) - len(clear)} below {figure(edge_hz, 2)} Hz, where the vehicle moves, left out."
+    return [Finding(SECTION, "tones", value, "Hz", text, "note", look.sensor)]
+
+
+def _tone_value(tone: Tone, edge_hz: float, rate: float, resolution: float) -> dict[str, object]:
+    mains = mains_named(tone, rate, resolution)
+    motion = tone.frequency_hz <= edge_hz
+    return {"frequency_hz": tone.frequency_hz, "amplitude_nT": tone.amplitude, "mains": list(mains), "motion": motion}
+
+
+def _tone_text(one: dict[str, object]) -> str:
+    mains, amplitude = one["mains"], np.asarray(one["amplitude_nT"])
+    text = f"{figure(float(str(one['frequency_hz'])), 4)} Hz ({figure(float(np.linalg.norm(amplitude)), 2)} nT)"
+    return f"{text}, where {' or '.join(mains)} would appear" if isinstance(mains, list) and mains else text
+
+
+def _mains(look: Look, rate: float) -> Finding:
+    aliases = mains_aliases(rate)
+    fifty, sixty = aliases["50 Hz"], aliases["60 Hz"]
+    text = f"At {figure(rate, 4)} Hz the mains of 50 Hz appear at {figure(fifty)}, of 60 Hz at {figure(sixty)} Hz"
+    hidden = [name for name in ("50 Hz", "60 Hz") if aliases[name] < 0.002 * rate]
+    text += f": {' and '.join(hidden)} look like a slow change of the offset" if hidden else ""
+    return Finding(SECTION, "mains", aliases, "Hz", text + ".", "note" if hidden else "ok", look.sensor)

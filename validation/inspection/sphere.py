@@ -1,0 +1,76 @@
+"""Which directions of a sphere were seen: cells of equal area, and the largest hole between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+BAND_DEG = 15.0
+"""Height of a band of latitude; its cells are about as wide."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A sphere in cells of equal area, in bands of latitude from pole to pole.
+
+    counts : (bands,) cells in each band. edges_z : (bands + 1,) z of the bands' edges, from -1 to 1.
+    """
+
+    counts: NDArray[np.intp]
+    edges_z: Array
+
+    @property
+    def total(self) -> int:
+        """Number of cells."""
+        return int(self.counts.sum())
+
+    def index(self, direction: Array) -> NDArray[np.intp]:
+        """Cell of each unit vector (n, 3)."""
+        band = np.clip(np.searchsorted(self.edges_z, direction[:, 2], side="right") - 1, 0, len(self.counts) - 1)
+        turn = np.arctan2(direction[:, 1], direction[:, 0]) / (2 * np.pi) % 1.0
+        within = np.minimum((turn * self.counts[band]).astype(np.intp), self.counts[band] - 1)
+        return np.asarray(np.cumsum(self.counts)[band] - self.counts[band] + within, np.intp)
+
+    def edges(self) -> Array:
+        """Longitude from and to (rad), z from and to, of every cell: (total, 4)."""
+        rows = []
+        for band, count in enumerate(self.counts):
+            longitude = 2 * np.pi * np.arange(count + 1) / count
+            z = np.tile(self.edges_z[band : band + 2], (count, 1))
+            rows.append(np.column_stack([longitude[:-1], longitude[1:], z]))
+        return np.concatenate(rows)
+
+    def centres(self) -> Array:
+        """Unit vectors (total, 3) of the cells' middles."""
+        low, high, bottom, top = self.edges().T
+        z, longitude = (bottom + top) / 2, (low + high) / 2
+        radius = np.sqrt(1 - z**2)
+        return np.column_stack([radius * np.cos(longitude), radius * np.sin(longitude), z])
+
+
+def cells() -> Cells:
+    """The cells that coverage is counted in: about square, in bands that are placed for equal area."""
+    bands = round(180 / BAND_DEG)
+    latitude = np.radians(-90 + BAND_DEG * (np.arange(bands) + 0.5))
+    counts = np.maximum(1, np.rint(360 / BAND_DEG * np.cos(latitude))).astype(np.intp)
+    return Cells(counts, np.r_[0.0, np.cumsum(counts)] / counts.sum() * 2 - 1)
+
+
+def directions(vectors: Array) -> Array:
+    """Unit vectors (m, 3) of those among vectors (n, 3) that have a direction."""
+    length = np.linalg.norm(vectors, axis=1)
+    sound = np.isfinite(length) & (length > 0)
+    return np.asarray(vectors[sound] / length[sound, None])
+
+
+def largest_hole(direction: Array) -> tuple[float, Array]:
+    """Angle (degrees) from the emptiest cell's middle to the nearest of unit vectors (n, 3), and that middle (3,)."""
+    middle = cells().centres()
+    nearest = np.full(len(middle), -1.0)
+    for start in range(0, len(direction), 65_536):
+        nearest = np.maximum(nearest, (middle @ direction[start : start + 65_536].T).max(axis=1))
+    emptiest = int(np.argmin(nearest))
+    return float(np.degrees(np.arccos(np.clip(nearest[emptiest], -1, 1)))), middle[emptiest]

@@ -1,0 +1,110 @@
+"""Which calibrations a recording is enough for: the least of each kind, tried, and its own verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib import Reference, Status, get
+from calib.observability import planar_status
+from calib.vector_least_squares import VectorLeastSquares
+from sim.dataset import Recording
+from validation.inspection.conventions import mean_direction
+from validation.inspection.finding import Finding, Level, figure
+from validation.inspection.look import Look, attitude_of
+
+Array = NDArray[np.float64]
+SECTION = "calibration"
+UNEXPLAINED = 20.0
+"""Noise levels that the rest of an attitude fit may have before the field itself is said to change."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of calibration: the calibrator that stands for it, and what it gives."""
+
+    key: str
+    what: str
+
+
+SPHERE = Kind("sphere", "An offset alone, from the strength (sphere)")
+ELLIPSOID = Kind("ellipsoid", "Offset and symmetric matrix, from the strength (ellipsoid)")
+VECTOR = Kind("vector_least_squares", "Offset and full matrix, from attitude and field vector (vector_least_squares)")
+EDDY = Kind("eddy", "Eddy currents as well, from attitude and field vector")
+
+
+def calibration_findings(look: Look) -> list[Finding]:
+    """A finding for each kind of calibration that could be tried, and how far the strength spreads."""
+    if len(look.series) < 3:
+        return []
+    statuses = _tried(look)
+    none = all(status.kind != "ok" for status in statuses.values())
+    found, said = [_spread(look)], ""
+    for kind, status in statuses.items():
+        value, name = {"status": status.kind, "reason": status.reason}, f"enough_for_{kind.key}"
+        if status.kind == "ok":
+            found.append(Finding(SECTION, name, value, "", f"{kind.what}: enough.", "ok", look.sensor))
+        else:
+            reason = _reason(look, status)
+            text = f"{kind.what}: not enough, {'for the same reason' if reason == said else reason}."
+            level: Level = "warning" if none and not said else "note"
+            found.append(Finding(SECTION, name, value, "", text, level, look.sensor))
+            said = reason
+    return found
+
+
+def _spread(look: Look) -> Finding:
+    """Relative standard deviation of the strength, as measured and after the ellipsoid fit, in percent."""
+    raw = _percent(look.series.mag_nT)
+    corrected = look.corrected_nT
+    value = {"raw_percent": raw, "ellipsoid_percent": None if corrected is None else _percent(corrected)}
+    text = f"The strength as measured varies by {figure(raw)} % rms"
+    if corrected is not None:
+        text += f", after an ellipsoid fit to these data by {figure(_percent(corrected))} %"
+    return Finding(SECTION, "strength_spread", value, "%", text + ".", "ok", look.sensor)
+
+
+def _percent(field_nT: Array) -> float:
+    strength = np.linalg.norm(field_nT, axis=1)
+    return float(100 * strength.std() / strength.mean()) if strength.mean() > 0 else float("nan")
+
+
+def _reason(look: Look, status: Status) -> str:
+    """The calibrator's reason; where it blames a motion that is wide enough, the field's own change is the cause."""
+    noise = float(np.nanmax(look.white_nT, initial=0.0))
+    residual = look.residual
+    wide = status.kind == "unobservable" and planar_status(look.series.mag_nT, noise) is None and noise > 0
+    if wide and residual is not None and residual.base == "attitude":
+        rms = float(np.sqrt(np.mean(residual.values**2)))
+        if rms > UNEXPLAINED * noise:
+            times = figure(rms / noise, 2)
+            return f"{figure(rms)} nT rms, {times} times the noise, go with no attitude: the field itself changes"
+    return status.reason
+
+
+def _tried(look: Look) -> dict[Kind, Status]:
+    series = look.series
+    strength = look.strength_nT if look.strength_nT > 0 else 1.0
+    plain = Recording(series.time_s, series.mag_nT)
+    statuses = {SPHERE: get("sphere").fit(plain, Reference(strength)).status, ELLIPSOID: look.ellipsoid.status}
+    q = attitude_of(series)
+    vector = None if q is None else _field_vector(look, q, strength)
+    if q is not None and vector is not None:
+        known = np.isfinite(q).all(axis=1)
+        recording = Recording(series.time_s[known], series.mag_nT[known], att_q=q[known])
+        statuses[VECTOR] = VectorLeastSquares().fit(recording, Reference.of_vector(vector)).status
+        statuses[EDDY] = VectorLeastSquares(eddy=True).fit(recording, Reference.of_vector(vector)).status
+    return statuses
+
+
+def _field_vector(look: Look, q: Array, strength: float) -> tuple[float, float, float] | None:
+    """About the field vector in the attitude's world, from the data; None where it does not keep a direction."""
+    corrected = look.corrected_nT
+    mean = mean_direction(q, look.series.mag_nT if corrected is None else corrected)
+    size = float(np.linalg.norm(mean))
+    if size < 0.5:
+        return None
+    east, north, up = (float(v) for v in strength * mean / size)
+    return east, north, up

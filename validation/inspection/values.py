@@ -1,0 +1,122 @@
+"""The values themselves: empty cells, least significant bit, full scale, frozen stretches, spikes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.inspection.faults import pile_up, repeats, spikes
+from validation.inspection.finding import Finding, counted, duration, figure, figures
+from validation.inspection.log import Log
+from validation.inspection.look import LEAST_ROWS, Look
+from validation.inspection.noise import gaps_after
+
+Array = NDArray[np.float64]
+SECTION = "values"
+COARSE = 2.0
+"""A step of so many standard deviations of noise hides the noise."""
+FINE = 0.1
+"""A step below this share of the noise does no harm."""
+MOST_LISTED = 20
+MOST_GAPS = 0.1
+"""Share of the samples before a gap, beyond which neighbours tell nothing."""
+
+
+def missing_finding(log: Log) -> Finding:
+    """Empty cells, NaN and infinities by column."""
+    counts = {name: int(np.count_nonzero(~np.isfinite(values))) for name, values in log.columns.items()}
+    counts = {name: count for name, count in counts.items() if count}
+    if not counts:
+        return Finding(SECTION, "missing", {}, "cells", "No cell is empty.")
+    told = ", ".join(f"{name} {count:,}" for name, count in counts.items())
+    needed = any(name == "time_s" or name.startswith("mag") for name in counts)
+    text = f"Empty or infinite cells: {told}."
+    return Finding(SECTION, "missing", counts, "cells", text, "warning" if needed else "note")
+
+
+def value_findings(look: Look) -> list[Finding]:
+    """Lattice, full scale, frozen stretches and spikes of one magnetometer."""
+    if len(look.series) < 3:
+        return []
+    found = [_constant(look), _lattice(look), _full_scale(look), _frozen(look), _spikes(look)]
+    return [finding for finding in found if finding is not None]
+
+
+def _constant(look: Look) -> Finding | None:
+    stuck = [axis for axis, width in zip("xyz", np.ptp(look.series.mag_nT, axis=0), strict=True) if width == 0]
+    if not stuck:
+        return None
+    axes = "All three axes are" if len(stuck) == 3 else f"Axis {' and '.join(stuck)} is"
+    text = f"{axes} constant: the sensor did not measure, or its column is another's."
+    return Finding(SECTION, "constant", stuck, "", text, "warning", look.sensor)
+
+
+def _lattice(look: Look) -> Finding:
+    steps = [lattice.step if lattice else float("nan") for lattice in look.lattices]
+    if not np.isfinite(steps).any():
+        text = "No least significant bit shows: the values are finer than it, or were computed with since."
+        return Finding(SECTION, "step", steps, "nT", text, "ok", look.sensor)
+    if any(lattice and lattice.floating for lattice in look.lattices):
+        text = f"Steps grow with the value, {figures(steps)} nT at least: the log keeps a fixed number of digits."
+        return Finding(SECTION, "step", steps, "nT", text, "note", look.sensor)
+    text = f"Least significant bit {figures(steps, 5)} nT"
+    shares = [lattice.share for lattice in look.lattices if lattice]
+    if min(shares) < 0.999:
+        text += f"; {100 - 100 * min(shares):.2g} % of the values lie beside it"
+    ratio = np.array(steps) / look.white_nT
+    worst = float(np.nanmax(ratio, initial=0.0))
+    if worst > COARSE:
+        text += f", {figure(worst, 2)} times the noise: rounding is most of what differences show"
+    elif worst > 0:
+        text += f", {figure(worst, 2)} of the noise" + (": it does no harm" if worst < FINE else "")
+    return Finding(SECTION, "step", steps, "nT", text + ".", "note" if worst > COARSE else "ok", look.sensor)
+
+
+def _full_scale(look: Look) -> Finding:
+    found = pile_up(look.series.mag_nT, look.lattices)
+    value = [{"axis": "xyz"[p.axis], "side": p.side, "level_nT": p.level, "samples": p.count} for p in found]
+    if not found:
+        return Finding(SECTION, "full_scale", value, "nT", "No axis stands at a full scale.", "ok", look.sensor)
+    told = ", ".join(f"{'xyz'[p.axis]} at {figure(p.level, 6)} nT ({counted(p.count, 'sample')})" for p in found)
+    text = f"Cut off at full scale: {told}; leave these samples out, or choose a wider range."
+    return Finding(SECTION, "full_scale", value, "nT", text, "warning", look.sensor)
+
+
+def _frozen(look: Look) -> Finding:
+    """Stretches that repeat one row, of the rows that a slower sensor does not repeat anyway."""
+    series = look.series
+    found = repeats(series.mag_nT)
+    value = [
+        {"at_s": float(series.time_s[first]), "samples": rows, "row": int(series.rows[first]) + 1}
+        for first, rows in found.frozen[:MOST_LISTED]
+    ]
+    if found.frozen:
+        rows = sum(count for _, count in found.frozen)
+        longest = max(found.frozen, key=lambda one: one[1])
+        last = min(longest[0] + longest[1], len(series) - 1)
+        text = f"Frozen {counted(len(found.frozen), 'time')}, {counted(rows, 'sample')} together; the longest, "
+        text += f"{duration(float(series.time_s[last] - series.time_s[longest[0]]))}, begins at "
+        text += f"{figure(float(series.time_s[longest[0]]), 6)} s."
+        return Finding(SECTION, "frozen", value, "", text, "warning", look.sensor)
+    share = 100 * found.repeated / len(series)
+    text = "No stretch is frozen"
+    text += f"; {share:.2g} % of the rows repeat the one before." if found.repeated else ", and no row is repeated."
+    return Finding(SECTION, "frozen", value, "", text, "ok", look.sensor)
+
+
+def _spikes(look: Look) -> Finding | None:
+    """Single wrong values; where neighbours are too far apart nothing can be said."""
+    series, rows = look.series, look.fresh
+    gaps = gaps_after(series.time_s[rows])
+    if not np.isfinite(look.white_nT).all() or len(rows) < LEAST_ROWS or len(gaps) > MOST_GAPS * len(rows):
+        return None
+    steps = np.array([lattice.step if lattice else 0.0 for lattice in look.lattices])
+    found = spikes(series.mag_nT[rows], steps, gaps)
+    count = int(found.sum())
+    value = {axis: int(n) for axis, n in zip("xyz", found.sum(axis=0), strict=True)}
+    if not count:
+        return Finding(SECTION, "spikes", value, "", "No spike stands out from its neighbours.", "ok", look.sensor)
+    first = float(series.time_s[rows[int(np.argmax(found.any(axis=1)))]])
+    text = f"{counted(count, 'spike')} of a single sample, 8 or more standard deviations from the neighbours; "
+    text += f"the first at {figure(first, 6)} s."
+    return Finding(SECTION, "spikes", value, "", text, "warning", look.sensor)

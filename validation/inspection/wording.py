@@ -1,0 +1,44 @@
+"""Findings as rows of a table."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from validation.inspection.finding import Finding, figure, figures
+from validation.inspection.inspection import Inspection
+
+MARKS = {"ok": "", "note": "·", "warning": "!"}
+MOST_NUMBERS = 3
+
+
+def rows(inspection: Inspection) -> list[list[str]]:
+    """Rows (what, mark, value, unit, sentence); the mark is "!" for a warning and "·" for a note."""
+    return [
+        [f"{finding.section}: {name(finding)}", MARKS[finding.level], *brief(finding), finding.text]
+        for finding in inspection.findings
+    ]
+
+
+def name(finding: Finding) -> str:
+    """A finding's name for readers, with the sensor of an array."""
+    return finding.name.replace("_", " ") + ("" if finding.sensor is None else f", sensor {finding.sensor}")
+
+
+def brief(finding: Finding) -> tuple[str, str]:
+    """A finding's value where it is a number or a few, and its unit."""
+    text = _text(finding.value)
+    return text, finding.unit if text else ""
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, float | np.floating):
+        return figure(float(value))
+    if isinstance(value, list) and 0 < len(value) <= MOST_NUMBERS and all(isinstance(v, float | int) for v in value):
+        return figures(value).replace(" and ", ", ")
+    return ""
