@@ -48,13 +48,8 @@ class EllipsoidCalibrator(Calibrator):
         flat = planar_status(recording.mag_nT, fit.noise_std * scaled.scale_nT)
         if found is None or flat is not None:
             return Calibration(self.name, flat or _no_ellipsoid(recording.mag_nT), history=history)
-        status = (
-            Status("ok")
-            if settled
-            else Status(
-                "not_converged",
-                f"after {self.rounds} rounds the estimate still moves by {history[-1]:.2g} standard deviations",
-            )
+        status = Status.settled(
+            settled, f"after {self.rounds} rounds the estimate still moves by {history[-1]:.2g} standard deviations"
         )
         jacobian = ellipsoid_jacobian(fit.theta, found)
         covariance = jacobian @ fit.covariance @ jacobian.T

@@ -1,17 +1,20 @@
-"""Differential evolution of a gradiometer's parameters, compiled: mutation, crossover, bounds, greedy selection."""
+"""Evolution of a gradiometer's parameters: differential evolution, compiled, and what every population shares."""
 
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, final
 
 import numpy as np
 
 from calib.gradiometer import FIXED, Array, Problem, residual_size, residuals
-from calib.gradiometer_fit import Found
+from calib.gradiometer_fit import Found, GradiometerCalibrator
 from calib.population import kernel
+from calib.reference import Reference
 from calib.result import Status
+from sim.dataset import Recording
 
 ROUNDING = 1e-12
 """A spread of the objective below this fraction of F is rounding."""
@@ -116,41 +119,50 @@ def generations(
     return schedule.iterations
 
 
-@dataclass(frozen=True)
-class Box:
-    """Search space: offsets within +-offset_fraction F, scale factors 1 +- scale_range, angles +-angle_deg."""
-
-    offset_fraction: float
-    scale_range: float
-    angle_deg: float
-
-    def bounds(self, k: int) -> tuple[Array, Array]:
-        """Least and greatest parameters (12 k,); equal for sensor 1's misalignment."""
-        reach = np.tile([self.offset_fraction] * 3 + [self.scale_range] * 3 + [math.radians(self.angle_deg)] * 6, k)
-        reach[list(FIXED)] = 0.0
-        middle = np.tile([0.0] * 3 + [1.0] * 3 + [0.0] * 6, k)
-        return middle - reach, middle + reach
-
-
-def found(evolved: Evolved, strength_nT: float) -> Found:
-    """What a search found, with its history in nT."""
-    history = tuple((evolved.history * strength_nT).tolist())
-    status = (
-        Status("ok")
-        if evolved.settled
-        else Status(
-            "not_converged",
-            f"after {len(history)} iterations the population has not settled (objective rms "
-            f"{history[-1]:.3g} nT): use polish = true, more iterations or a larger population",
-        )
-    )
-    return Found(evolved.best, history, status)
-
-
-def evolve(task: Problem, low: Array, high: Array, schedule: Schedule, rng: np.random.Generator) -> Evolved:
+def differential_evolution(
+    task: Problem, low: Array, high: Array, schedule: Schedule, rng: np.random.Generator
+) -> Evolved:
     """Minimise the objective within bounds low, high (12 k,), equal where a parameter is fixed."""
     x = low + rng.random((schedule.population, len(low))) * (high - low)
     cost, history = np.empty(schedule.population), np.empty(schedule.iterations)
     out = np.empty(residual_size(task))
     made = generations(x, cost, task, out, low, high, schedule, rng, history)
     return Evolved(x[int(cost.argmin())].copy(), history[:made], made < schedule.iterations)
+
+
+@dataclass(frozen=True)
+class EvolvingGradiometer(GradiometerCalibrator):
+    """A whole array by a population within bounds; a subclass writes `evolve`.
+
+    Search space: offsets within +-`offset_fraction` F, scale factors 1 +- `scale_range`, angles +-`angle_deg`;
+    [Ding2021] has 0.004, 0.1 and 2. The rest: `GradiometerCalibrator`.
+    """
+
+    population: int = 50
+    iterations: int = 10_000
+    offset_fraction: float = 0.1
+    scale_range: float = 0.2
+    angle_deg: float = 5.0
+
+    @abstractmethod
+    def evolve(self, task: Problem, low: Array, high: Array, rng: np.random.Generator) -> Evolved:
+        """The method itself, within bounds low, high (12 k,)."""
+
+    @final
+    def search(self, task: Problem, recording: Recording, reference: Reference, rng: np.random.Generator) -> Found:
+        """The best of the last population, with its history in nT."""
+        evolved = self.evolve(task, *self.bounds(len(task.total)), rng)
+        history = tuple((evolved.history * reference.strength_nT).tolist())
+        status = Status.settled(
+            evolved.settled,
+            f"after {len(history)} iterations the population has not settled (objective rms "
+            f"{history[-1]:.3g} nT): use polish = true, more iterations or a larger population",
+        )
+        return Found(evolved.best, history, status)
+
+    def bounds(self, k: int) -> tuple[Array, Array]:
+        """Least and greatest parameters (12 k,) of k sensors; equal for sensor 1's misalignment."""
+        reach = np.tile([self.offset_fraction] * 3 + [self.scale_range] * 3 + [math.radians(self.angle_deg)] * 6, k)
+        reach[list(FIXED)] = 0.0
+        middle = np.tile([0.0] * 3 + [1.0] * 3 + [0.0] * 6, k)
+        return middle - reach, middle + reach

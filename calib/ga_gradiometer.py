@@ -8,12 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from calib.evolution import Box, Evolved, found
+from calib.evolution import Evolved, EvolvingGradiometer
 from calib.gradiometer import Array, Problem, residual_size, residuals
-from calib.gradiometer_fit import Found, GradiometerCalibrator
 from calib.population import kernel
-from calib.reference import Reference
-from sim.dataset import Recording
 
 
 @kernel
@@ -65,31 +62,24 @@ def breed(
 
 
 @dataclass(frozen=True)
-class GaGradiometer(GradiometerCalibrator):
+class GaGradiometer(EvolvingGradiometer):
     """48 parameters of four sensors by a real-coded genetic algorithm.
 
     Tournaments of two, blend crossover [EshelmanSchaffer1993] with probability `crossing`, normal mutation of each gene
     with probability `mutating` whose deviation falls evenly from `mutation` of the range to zero, and the best kept.
     [Ding2021] compares with a genetic algorithm but does not describe it: operators and settings are usual ones.
-    Search space as in `IdeGradiometer`.
     """
 
     name: ClassVar[str] = "ga_gradiometer"
     summary: ClassVar[str] = "real-coded genetic algorithm of a whole array"
-    population: int = 50
-    iterations: int = 10_000
     crossing: float = 0.9
     mutating: float = 0.02
     mutation: float = 0.1
-    offset_fraction: float = 0.1
-    scale_range: float = 0.2
-    angle_deg: float = 5.0
 
-    def search(self, task: Problem, recording: Recording, reference: Reference, rng: np.random.Generator) -> Found:
+    def evolve(self, task: Problem, low: Array, high: Array, rng: np.random.Generator) -> Evolved:
         """Selection, crossover and mutation as above."""
-        low, high = Box(self.offset_fraction, self.scale_range, self.angle_deg).bounds(len(task.total))
         x = low + rng.random((self.population, len(low))) * (high - low)
         history = np.empty(self.iterations)
         settings = (self.crossing, self.mutating, self.mutation)
         breed(x, task, low, high, settings, rng, np.empty(residual_size(task)), history)
-        return found(Evolved(x[0].copy(), history, False), reference.strength_nT)
+        return Evolved(x[0].copy(), history, False)

@@ -98,12 +98,8 @@ def polished(task: Problem, start: Found) -> Found:
         fun, start.parameters[free], "3-point", method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-15, max_nfev=200
     )
     p[free] = found.x
-    status = (
-        OK
-        if found.status > 0
-        else Status(
-            "not_converged", f"no minimum after {found.nfev} steps of Levenberg-Marquardt: record more attitudes"
-        )
+    status = Status.settled(
+        found.status > 0, f"no minimum after {found.nfev} steps of Levenberg-Marquardt: record more attitudes"
     )
     return Found(p, start.history, status)
 

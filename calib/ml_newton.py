@@ -85,14 +85,10 @@ class MaximumLikelihoodNewton(Calibrator):
         wrong = _wrong_minimum(p, scaled, noise_std)
         if wrong is not None:
             return Calibration(self.name, wrong, history=history)
-        status = (
-            Status("ok")
-            if settled
-            else Status(
-                "not_converged",
-                f"after {len(history)} Newton steps the gradient is still {history[-1]:.2g} standard "
-                f"deviations, the limit is {self.gradient_tolerance:g}",
-            )
+        status = Status.settled(
+            settled,
+            f"after {len(history)} Newton steps the gradient is still {history[-1]:.2g} standard "
+            f"deviations, the limit is {self.gradient_tolerance:g}",
         )
         found = scaled.calibration(self.name, status, norm_fit(p, scaled.x, history), reference)
         return self._aligned(found, recording, reference) if self.align else found

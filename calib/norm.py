@@ -95,14 +95,22 @@ def parameters_of(T: Array, c: Array) -> Array:
 
 
 @njit(cache=True)
+def corrected(p: Array, x: Array, k: int) -> tuple[float, float, float]:
+    """y = T x_k - c of point k."""
+    a, b, d = x[k, 0], x[k, 1], x[k, 2]
+    return (
+        p[0] * a + p[1] * b + p[2] * d - p[6],
+        p[1] * a + p[3] * b + p[4] * d - p[7],
+        p[2] * a + p[4] * b + p[5] * d - p[8],
+    )
+
+
+@njit(cache=True)
 def norm_cost(p: Array, x: Array) -> float:
     """f(p) = sum_i (|T x_i - c| - 1)^2."""
     total = 0.0
     for k in range(len(x)):
-        a, b, d = x[k, 0], x[k, 1], x[k, 2]
-        u = p[0] * a + p[1] * b + p[2] * d - p[6]
-        v = p[1] * a + p[3] * b + p[4] * d - p[7]
-        w = p[2] * a + p[4] * b + p[5] * d - p[8]
+        u, v, w = corrected(p, x, k)
         total += (np.sqrt(u * u + v * v + w * w) - 1.0) ** 2
     return total
 
@@ -118,9 +126,7 @@ def norm_sums(p: Array, x: Array) -> tuple[float, Array, Array, Array]:
     total = 0.0
     for k in range(len(x)):
         a, b, d = x[k, 0], x[k, 1], x[k, 2]
-        u = p[0] * a + p[1] * b + p[2] * d - p[6]
-        v = p[1] * a + p[3] * b + p[4] * d - p[7]
-        w = p[2] * a + p[4] * b + p[5] * d - p[8]
+        u, v, w = corrected(p, x, k)
         inverse = 1.0 / max(np.sqrt(u * u + v * v + w * w), 1e-300)
         r = 1.0 / inverse - 1.0
         u, v, w = u * inverse, v * inverse, w * inverse
@@ -199,9 +205,7 @@ def noise_sums(p: Array, x: Array) -> tuple[float, Array, Array]:
     u, lean, across = np.empty(3), np.empty(3), np.empty(3)
     total = 0.0
     for k in range(len(x)):
-        _turned(p, x[k], u)
-        for i in range(3):
-            u[i] -= p[6 + i]
+        u[0], u[1], u[2] = corrected(p, x, k)
         length = np.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
         for i in range(3):
             u[i] /= length

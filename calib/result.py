@@ -26,6 +26,11 @@ class Status:
     kind: Kind
     reason: str = ""
 
+    @classmethod
+    def settled(cls, settled: bool, otherwise: str) -> Status:
+        """Ok, or not converged with the reason given."""
+        return cls("ok") if settled else cls("not_converged", otherwise)
+
 
 @dataclass(frozen=True, eq=False)
 class Segment:

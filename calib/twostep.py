@@ -67,14 +67,10 @@ class TwoStep(Calibrator):
         flat = planar_status(recording.mag_nT, found.noise_std * scaled.scale_nT)
         if flat is not None:
             return Calibration(self.name, flat, history=found.history)
-        status = (
-            Status("ok")
-            if found.settled
-            else Status(
-                "not_converged",
-                f"the last of {len(found.history)} steps was still {found.history[-1]:.2g} standard "
-                f"deviations long, the limit is {self.tolerance:g}",
-            )
+        status = Status.settled(
+            found.settled,
+            f"the last of {len(found.history)} steps was still {found.history[-1]:.2g} standard "
+            f"deviations long, the limit is {self.tolerance:g}",
         )
         return scaled.calibration(self.name, status, found.fit(scaled.x), reference)
 

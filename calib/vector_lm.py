@@ -70,10 +70,7 @@ class VectorLmCalibrator(Calibrator):
         scale = np.array([unit] * 3 + [1.0] * 18)
         variance = 2.0 * float(found.cost) / (len(y) - 21)
         covariance = np.asarray(variance * np.linalg.inv(H.T @ H) * np.outer(scale, scale), dtype=float)
-        status = (
-            Status("ok")
-            if found.status > 0
-            else Status("not_converged", f"{found.nfev} evaluations were not enough: raise max_evaluations")
-        )
+        enough = found.status > 0
+        status = Status.settled(enough, f"{found.nfev} evaluations were not enough: raise max_evaluations")
         extra = {"noise_std_nT": float(np.sqrt(variance)) * unit, "evaluations": float(found.nfev)}
         return calibration(self.name, status, found.x * scale, covariance, extra)

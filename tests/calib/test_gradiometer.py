@@ -10,7 +10,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference, Status, from_json, get, to_json
-from calib.evolution import Box
 from calib.gradiometer import (
     corrected,
     free_parameters,
@@ -173,7 +172,7 @@ def test_unfinished_search_is_not_called_converged():
 
 def test_least_squares_from_the_edge_of_the_search_space():
     recording, truth, _ = draw(10)
-    low, high = Box(0.1, 0.2, 5.0).bounds(4)
+    low, high = IdeGradiometer().bounds(4)
     task = problem(recording.array_mag_nT, STRENGTH_NT)
     corner = np.where(np.random.default_rng(0).random(48) < 0.5, low, high)
     np.testing.assert_allclose(polished(task, Found(corner)).parameters, vector(truth), atol=1e-9)
