@@ -20,6 +20,8 @@ STILL = "turntable-twelve-stops"
 GOOD: dict[str, tuple[str, ...]] = {
     "apply": ("apply", "calibration.json", "log.csv", "-o", "corrected.csv"),
     "calibrate": ("calibrate", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
+    "diagnose": ("diagnose", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
+    "inspect": ("inspect", "log.csv", "-o", "out"),
     "list": ("list", "effects"),
     "reproduce": ("reproduce", "zhou2012", "--seeds", "2", "-o", "out"),
     "run": ("run", STILL, "-o", "out"),
@@ -32,6 +34,8 @@ GOOD: dict[str, tuple[str, ...]] = {
 BAD: dict[str, tuple[str, ...]] = {
     "apply": ("apply", "nowhere.json", "log.csv", "-o", "corrected.csv"),
     "calibrate": ("calibrate", "nowhere.csv"),
+    "diagnose": ("diagnose", "nowhere.csv"),
+    "inspect": ("inspect", "nowhere.csv"),
     "list": ("list", "planets"),
     "reproduce": ("reproduce", "nobody1900", "-o", "out"),
     "run": ("run", "nowhere.toml", "-o", "out"),
