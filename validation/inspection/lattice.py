@@ -20,6 +20,9 @@ SINGLE_PRECISION = 2.0**-22
 """A step below this fraction of the largest value can be the storage's: single precision resolves 2^-24 to 2^-23."""
 LEAST_LARGE = 16
 """Values on either side that tell floating-point steps."""
+GROUP, LEAST_GROUPS, LEAST_IN_GROUP = 8, 8, 40
+PREFERRED, SAME_SIDE = 0.1, 0.9
+"""How far the share of odd codes is from a half, and in how many groups on the same side, to be a preference."""
 MOST_DIFFERENCES = 400
 GCD_TOLERANCES = (1e-6, 1e-3, 2e-2)
 """Remainders, as fractions of the smallest difference, that a common divisor takes for rounding."""
@@ -66,6 +69,24 @@ def _distinct(values: Array) -> Array:
     again = counts > 1
     usual = np.count_nonzero(again) >= LEAST_CODES and counts[again].sum() >= LEAST_SHARE * len(values)
     return distinct[again] if usual else distinct
+
+
+def odd_share(codes: NDArray[np.int64]) -> float:
+    """Share of odd ones among integer codes (n,), 0.5 unless one kind is preferred throughout; 0.5 where few codes.
+
+    The codes are taken in groups of GROUP neighbours, which differ in height little; a preference must show in nearly
+    all of them and make one kind half as frequent again as the other.
+    """
+    first = int(codes.min(initial=0)) // GROUP * GROUP
+    counts = np.bincount(codes - first)
+    groups = np.pad(counts, (0, -len(counts) % GROUP)).reshape(-1, GROUP)
+    full = groups[groups.sum(axis=1) >= LEAST_IN_GROUP]
+    if len(full) < LEAST_GROUPS:
+        return 0.5
+    shares = full[:, 1::2].sum(axis=1) / full.sum(axis=1)
+    share = float(full[:, 1::2].sum() / full.sum())
+    same = np.mean((shares > 0.5) == (share > 0.5))
+    return share if abs(share - 0.5) > PREFERRED and same >= SAME_SIDE else 0.5
 
 
 def _candidates(gaps: Array, size: float) -> list[float]:

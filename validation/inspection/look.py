@@ -16,7 +16,7 @@ from sim.dataset.units import UNITS, likely_unit
 from validation.inspection.faults import runs
 from validation.inspection.lattice import Lattice, find_lattice
 from validation.inspection.log import Series
-from validation.inspection.noise import gaps_after, white_noise
+from validation.inspection.noise import gaps_after, usual_interval, white_noise
 from validation.inspection.timing import stale
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ class Look:
     @property
     def rate_hz(self) -> float:
         """Samples a second between gaps, NaN of fewer than three."""
-        return 1.0 / float(np.median(np.diff(self.fresh_s))) if len(self.fresh) > 2 else float("nan")
+        return 1.0 / usual_interval(self.fresh_s) if len(self.fresh) > 2 else float("nan")
 
     @property
     def strength_nT(self) -> float:

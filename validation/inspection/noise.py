@@ -46,6 +46,12 @@ def gaps_after(time_s: Array) -> NDArray[np.intp]:
     return np.flatnonzero(step > GAP * np.median(step)) if len(step) else np.zeros(0, np.intp)
 
 
+def usual_interval(time_s: Array) -> float:
+    """Mean interval of times (n,) between gaps, s: unlike the median it is not that of rounded time stamps."""
+    step = np.diff(time_s)
+    return float(step[step <= GAP * np.median(step)].mean()) if len(step) else float("nan")
+
+
 def white_noise_std(values: Array, gaps: NDArray[np.intp] | None = None) -> Array:
     """Standard deviation (k,) of the white noise in values (n, k), see `white_noise`."""
     return white_noise(values, gaps)[0]

@@ -104,8 +104,6 @@ def _tones(look: Look, residual: Residual) -> list[Finding]:
         return []
     found = tones(residual.time_s, residual.values)
     edge_hz = motion_edge_hz(look)
-    if residual.base == "mean":
-        found = [tone for tone in found if tone.frequency_hz > edge_hz]
     rate = look.rate_hz
     resolution = 2.0 / float(np.ptp(residual.time_s))
     value = [_tone_value(tone, edge_hz, rate, resolution) for tone in found]
@@ -117,9 +115,9 @@ def _tones(look: Look, residual: Residual) -> list[Finding]:
     more = f" and {len(clear or value) - MOST_TOLD} more" if len(clear or value) > MOST_TOLD else ""
     text = f"{counted(len(clear or value), 'tone')} in {BASES[residual.base]}: {told}{more}."
     if not clear:
-        text += " All are where the vehicle moves: perhaps its motion, not the field's."
+        text += " All are at frequencies of the motion and may belong to it."
     elif len(clear) < len(value):
-        text += f" {len(value) - len(clear)} below {figure(edge_hz, 2)} Hz, where the vehicle moves, left out."
+        text += f" {len(value) - len(clear)} more below {figure(edge_hz, 2)} Hz may belong to the motion."
     return [Finding(SECTION, "tones", value, "Hz", text, "note", look.sensor)]
 
 

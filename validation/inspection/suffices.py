@@ -12,7 +12,7 @@ from calib.observability import planar_status
 from calib.vector_least_squares import VectorLeastSquares
 from sim.dataset import Recording
 from validation.inspection.conventions import mean_direction
-from validation.inspection.finding import Finding, Level, figure
+from validation.inspection.finding import Finding, figure
 from validation.inspection.look import Look, attitude_of
 
 Array = NDArray[np.float64]
@@ -36,12 +36,11 @@ EDDY = Kind("eddy", "Eddy currents as well, from attitude and field vector")
 
 
 def calibration_findings(look: Look) -> list[Finding]:
-    """A finding for each kind of calibration that could be tried, and how far the strength spreads."""
+    """How far the strength spreads, which kinds of calibration the recording is enough for, and a finding for each."""
     if len(look.series) < 3:
         return []
     statuses = _tried(look)
-    none = all(status.kind != "ok" for status in statuses.values())
-    found, said = [_spread(look)], ""
+    found, said = [_spread(look), _enough(look, statuses)], ""
     for kind, status in statuses.items():
         value, name = {"status": status.kind, "reason": status.reason}, f"enough_for_{kind.key}"
         if status.kind == "ok":
@@ -49,10 +48,20 @@ def calibration_findings(look: Look) -> list[Finding]:
         else:
             reason = _reason(look, status)
             text = f"{kind.what}: not enough, {'for the same reason' if reason == said else reason}."
-            level: Level = "warning" if none and not said else "note"
-            found.append(Finding(SECTION, name, value, "", text, level, look.sensor))
+            found.append(Finding(SECTION, name, value, "", text, "note", look.sensor))
             said = reason
     return found
+
+
+def _enough(look: Look, statuses: dict[Kind, Status]) -> Finding:
+    """The kinds that suffice; a warning where none does."""
+    kinds = [kind.key for kind, status in statuses.items() if status.kind == "ok"]
+    if kinds:
+        text = f"The recording is enough for {', '.join(kinds)}."
+        return Finding(SECTION, "enough_for", kinds, "", text, "ok", look.sensor)
+    reason = _reason(look, next(iter(statuses.values())))
+    text = f"The recording is enough for no calibration: {reason}."
+    return Finding(SECTION, "enough_for", kinds, "", text, "warning", look.sensor)
 
 
 def _spread(look: Look) -> Finding:

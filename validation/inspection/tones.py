@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.stats import gamma
 
+from validation.inspection.noise import usual_interval
+
 Array = NDArray[np.float64]
 MAINS_HZ = (50.0, 60.0)
-MAINS_DRIFT = 0.002
+MAINS_DRIFT = 0.001
 """Largest relative deviation of the mains' frequency from its nominal value."""
 MOST_REACH = 0.02
 """A reach beyond this share of the sampling rate would name any tone."""
@@ -72,7 +74,7 @@ def _on_grid(time_s: Array, residual: Array) -> tuple[Array, NDArray[np.bool_], 
     """Values on an even grid less their mean, where there are any, and its interval."""
     if len(time_s) < LEAST_SAMPLES:
         return None
-    interval_s = float(np.median(np.diff(time_s)))
+    interval_s = usual_interval(time_s)
     if not interval_s > 0:
         return None
     place = (time_s - time_s[0]) / interval_s

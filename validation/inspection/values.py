@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from validation.inspection.faults import pile_up, repeats, spikes
 from validation.inspection.finding import Finding, counted, duration, figure, figures
+from validation.inspection.lattice import odd_share
 from validation.inspection.log import Log
 from validation.inspection.look import LEAST_ROWS, Look
 from validation.inspection.noise import gaps_after
@@ -38,7 +39,7 @@ def value_findings(look: Look) -> list[Finding]:
     """Lattice, full scale, frozen stretches and spikes of one magnetometer."""
     if len(look.series) < 3:
         return []
-    found = [_constant(look), _lattice(look), _full_scale(look), _frozen(look), _spikes(look)]
+    found = [_constant(look), _lattice(look), _preferred(look), _full_scale(look), _frozen(look), _spikes(look)]
     return [finding for finding in found if finding is not None]
 
 
@@ -70,6 +71,21 @@ def _lattice(look: Look) -> Finding:
     elif worst > 0:
         text += f", {figure(worst, 2)} of the noise" + (": it does no harm" if worst < FINE else "")
     return Finding(SECTION, "step", steps, "nT", text + ".", "note" if worst > COARSE else "ok", look.sensor)
+
+
+def _preferred(look: Look) -> Finding | None:
+    """Every second code rarer than its neighbours: values between the converter's were made by averaging."""
+    shares, steps = [], []
+    for lattice, column in zip(look.lattices, look.series.mag_nT[look.fresh].T, strict=True):
+        if lattice is not None and not lattice.floating:
+            share = odd_share(np.rint((column - lattice.offset) / lattice.step).astype(np.int64))
+            shares.append(min(share, 1 - share))
+            steps.append(2 * lattice.step)
+    if not shares or min(shares) == 0.5:
+        return None
+    text = f"Every second code is rarer, {figures(shares, 2)} of all: the converter's step is perhaps {figures(steps)} "
+    text += "nT, and the codes between were averaged or interpolated from it."
+    return Finding(SECTION, "preferred_codes", shares, "", text, "note", look.sensor)
 
 
 def _full_scale(look: Look) -> Finding:

@@ -143,10 +143,11 @@ def draw_spectrum(look: Look) -> Figure:
         axis.axvline(tone.frequency_hz, color=INK, linewidth=0.7, linestyle=(0, (2, 2)))
         axis.annotate(f"{tone.frequency_hz:.4g}", (tone.frequency_hz, 1), xycoords=("data", "axes fraction"),
                       xytext=(2, -2), textcoords="offset points", rotation=90, va="top", fontsize=7.5)  # fmt: skip
-    for name, alias in mains_aliases(look.rate_hz).items():
-        if name in ("50 Hz", "60 Hz") and alias > found.frequency_hz[1]:
-            axis.axvline(alias, ymax=0.04, color="#d55e00", linewidth=2)
-            axis.annotate(name, (alias, 0.045), xycoords=("data", "axes fraction"), ha="center", fontsize=7.5)
+    for name, side in (("50 Hz", "right"), ("60 Hz", "left")):
+        alias = mains_aliases(look.rate_hz)[name]
+        if found.frequency_hz[1] < alias:
+            axis.axvline(alias, ymax=0.05, color="#d55e00", linewidth=2)
+            axis.annotate(f" {name} ", (alias, 0.02), xycoords=("data", "axes fraction"), ha=side, fontsize=7.5)
     axis.set(xlabel="frequency (Hz)", ylabel="nT/√Hz", xlim=(found.frequency_hz[1], found.frequency_hz[-1]))
     floor = np.sqrt(found.background[found.background > 0])
     if floor.size:
@@ -191,5 +192,5 @@ def draw_digits(look: Look) -> Figure:
             label = f"{'xyz'[k]}: value modulo {4 * unit:.3g} nT, in sixteenths"
         axis.bar(np.arange(CODES), np.bincount(code, minlength=CODES), color=XYZ[k], width=0.8)
         axis.axhline(len(code) / CODES, color=INK, linewidth=0.7, linestyle=(0, (4, 3)))
-        axis.set(xlabel=label, ylabel="samples" if k == 0 else "")
+        axis.set(xlabel=label, ylabel="samples" if k == 0 else "", xticks=range(0, CODES, 4))
     return figure
