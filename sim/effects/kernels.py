@@ -49,7 +49,7 @@ def times(matrix: Array, signal: Array) -> Array:
 def _lag(signal: Array, before: Array, state: Array, decay: float, new: float, old: float) -> Array:
     out = np.empty_like(signal)
     for i in range(len(signal)):
-        for j in range(3):
+        for j in range(signal.shape[1]):
             state[j] = decay * state[j] + new * signal[i, j] + old * before[j]
             before[j] = signal[i, j]
             out[i, j] = state[j]
@@ -57,7 +57,7 @@ def _lag(signal: Array, before: Array, state: Array, decay: float, new: float, o
 
 
 def first_order_lag(signal: Array, time_constant_s: float, interval_s: float, memory: dict[str, Array]) -> Array:
-    """Response y (n, 3) of tau dy/dt = x - y, exact for an x (n, 3) that is linear between its samples.
+    """Response y (n, q) of tau dy/dt = x - y, exact for an x (n, q) that is linear between its samples.
 
     ``y_k = a y_k-1 + b x_k + c x_k-1,  a = exp(-h/tau),  b = 1 - (tau/h)(1 - a),  c = (tau/h)(1 - a) - a``.
     A ramp comes out tau late whatever the sample interval h, also for tau << h. It starts in the steady state.

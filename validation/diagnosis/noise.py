@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import toeplitz
 from scipy.optimize import minimize
-from scipy.stats import gamma
+from scipy.stats import chi2, gamma
 
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
@@ -20,18 +21,25 @@ BINS = 40
 ALONG = 0.12
 """Share of slow power along the field below which it is a turn of the attitude: that of three equal axes is 1/3."""
 POOR = 1e-3
-STEP_S, LONE, ODD = 5.0, 5.5, 4.0
-"""Length of a block, and most standard deviations of a single step, of the mean step and of their correlation."""
+STEP_S, MOST_STEPS, ODD, SWINGS = 5.0, 400, 5.0, 8
+"""Length of a block and most of them; most standard deviations of innovations added up; lags that are tested."""
+TOLD = 30
+"""Frequencies at which a disturbance must stand out for its nature to be told; below that it is just slow."""
+Density = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
 class Noise:
-    """Slow noise: the effect at its fitted size, those as good, evidence in nats; `fits`: the spectrum agrees."""
+    """Slow noise: the effect at its fitted size, those as good, evidence in nats; `fits`: the spectrum agrees.
+
+    `told`: it stands out at so many frequencies that its nature is told from that of any slow disturbance.
+    """
 
     effect: Effect
     alternatives: tuple[str, ...]
     gain: float
     fits: bool
+    told: bool
 
     @property
     def name(self) -> str:
@@ -47,8 +55,6 @@ def slow_noise(problem: Problem, residual: Array) -> Noise | None:
     the sensor has: where it is missing, None.
     """
     if problem.mode == "vector" and along_field(problem, residual) < ALONG:
-        return None
-    if not wanders(residual, problem.state.interval_s):
         return None
     f, power, dof = _bands(residual, problem.state.interval_s)
     white = 2 * problem.state.interval_s
@@ -66,25 +72,39 @@ def slow_noise(problem: Problem, residual: Array) -> Noise | None:
     _, level, size = fits[best]
     expected = level + size * shapes[best](f)
     odd = gamma.sf(np.abs(power / expected - 1) + 1, dof, scale=1 / dof)
+    agrees = odd.min() > POOR / len(f) and wanders(
+        residual, problem.state.interval_s, lambda x: level + size * shapes[best](x)
+    )
     std = tuple(float(np.sqrt(size) * s) for s in np.resize(problem.sigma_nT, 3))
     parameter = BY_NAME[best].parameters()[0].name
-    return Noise(BY_NAME[best](**{parameter: std}), others, gain, bool(odd.min() > POOR / len(f)))
+    out = float(dof[expected > 2 * level].sum())
+    return Noise(BY_NAME[best](**{parameter: std}), others, gain, bool(agrees), out >= TOLD)
 
 
-def wanders(residual: Array, interval_s: float) -> bool:
-    """Whether the steps between block means look drawn at random: no lone jump, no steady course, no slow swing.
+def wanders(residual: Array, interval_s: float, density: Density) -> bool:
+    """Whether the steps between block means look drawn at random, with the spectrum S(f) as `density` gives it.
 
-    Steps of a noise between 1/f and 1/f^2 are at most weakly correlated beyond the neighbour, and Gaussian.
+    ``r_k = int S(f) sinc^2(f T) 4 sin^2(pi f T) cos(2 pi f k T) df`` is the covariance of the steps; its Cholesky
+    factor turns them into innovations, which no lone jump, steady course or slow swing may stand out of.
     """
-    length = max(1, min(round(STEP_S / interval_s), len(residual) // 40))
+    length = max(1, min(round(STEP_S / interval_s), len(residual) // 40), len(residual) // MOST_STEPS)
     m = len(residual) // length
     steps = np.diff(residual[: m * length].reshape(m, length, -1).mean(axis=1), axis=0)
-    steps = steps / steps.std(axis=0)
-    count = len(steps)
-    courses = np.abs(steps.mean(axis=0)) * np.sqrt(count)
-    swings = [float((steps[lag:] * steps[:-lag]).mean()) for lag in range(2, 6)]
-    limit = ODD / np.sqrt(count * residual.shape[1])
-    return bool(np.abs(steps).max() < LONE and courses.max() < ODD and sum(swings) < 2 * limit)
+    z = np.linalg.solve(_factor(density, length * interval_s, len(steps)), steps)
+    z = z / z.std(axis=0)
+    n, q = z.shape
+    beyond = np.concatenate([np.zeros((1, q)), np.cumsum(z, axis=0)])
+    courses = [np.abs(beyond[w:] - beyond[:-w]).max() / np.sqrt(w) for w in 2 ** np.arange(int(np.log2(n)) + 1)]
+    swings = np.array([(z[lag:] * z[:-lag]).sum() ** 2 / (n - lag) / q for lag in range(1, SWINGS + 1)])
+    return bool(max(courses) < ODD and chi2.sf(swings.sum(), SWINGS) > POOR)
+
+
+def _factor(density: Density, block_s: float, n: int) -> Array:
+    """Cholesky factor (n, n) of the covariance of n steps between means over blocks."""
+    f = np.asarray((np.arange(32 * n) + 0.5) / (8 * n * block_s), dtype=np.float64)
+    power = density(f) * np.sinc(f * block_s) ** 2 * 4 * np.sin(np.pi * f * block_s) ** 2
+    row = np.array([power @ np.cos(2 * np.pi * f * k * block_s) for k in range(n)])
+    return np.asarray(np.linalg.cholesky(toeplitz(row)))
 
 
 def along_field(problem: Problem, residual: Array) -> float:

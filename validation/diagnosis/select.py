@@ -99,16 +99,24 @@ def base_changes(selection: Selection) -> tuple[Found, ...]:
     ground = Ground.of(bare, selection.end.inside)
     members = {name: [Candidate(BY_NAME[name])] for name in ABSORBED}
     found: list[Found] = []
+    least = FORM_ERROR**2 * max((_raw_gain(f.evidence) for f in selection.found), default=0.0)
     while len(found) < MOST_EFFECTS:
         ranking = _ranked(ground, members)
         if not ranking or ranking[0].D <= THRESHOLD:
             break
         chosen = found_among(ranking)
-        if found and chosen.evidence.gain < FORM_ERROR**2 * found[0].evidence.gain:
+        least = max(least, FORM_ERROR**2 * found[0].evidence.gain) if found else least
+        if chosen.evidence.gain < least:
             break
         found.append(chosen)
         ground = Ground.of(bare, np.concatenate([ground.inside, found[-1].evidence.columns], axis=2))
     return tuple(found)
+
+
+def _raw_gain(found: Evidence) -> float:
+    """Nats that an effect explains where the base is not fitted anew."""
+    samples = float(found.sums.count.sum()) * found.columns.shape[1]
+    return float(samples * (found.strength / max(found.survival, 1e-9)) ** 2 / 2)
 
 
 def unseen(problem: Problem) -> tuple[str, ...]:

@@ -17,14 +17,14 @@ from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.field import earth_field_enu_nT
 from sim.state import Array
-from validation.diagnosis.compare import Ground
+from validation.diagnosis.compare import THRESHOLD, Ground
 from validation.diagnosis.direct import direct_evidence, louder, vec3
 from validation.diagnosis.localise import localise
 from validation.diagnosis.noise import Noise, along_field, slow_noise
 from validation.diagnosis.patch import joined, predict, refined, unexplained
 from validation.diagnosis.problem import Problem, pose
 from validation.diagnosis.result import Diagnosis, Gap, Named
-from validation.diagnosis.select import Found, Selection, base_changes, select, unseen
+from validation.diagnosis.select import FORM_ERROR, Found, Selection, base_changes, select, unseen
 from validation.diagnosis.verdict import advice_for, sentence_for, verdict_of
 
 Progress = Callable[[str], object]
@@ -76,7 +76,8 @@ def diagnose(
     if noisier is not None and noise is None:
         named.append(Named(noisier, (), "spectrum", None, 0.0))
     if noise is not None:
-        named.append(Named(noise[0].effect, noise[0].alternatives, "spectrum", noise[0].gain, 0.0))
+        slow = tuple(e.name for e in selection.first_ranking if e.D > THRESHOLD)[:3] if not noise[0].told else ()
+        named.append(Named(noise[0].effect, (*noise[0].alternatives, *slow), "spectrum", noise[0].gain, 0.0))
     before_nT, after_nT, gap = _gap(problem, selection, found, base, fine.effects)
     after = selection.after if found or not selection.found else selection.before
     unseen_names = unseen(problem) if problem.mode == "vector" else ()
@@ -109,7 +110,11 @@ def _noise(selection: Selection) -> tuple[Noise, bool] | None:
     alone = slow_noise(selection.start.problem, selection.start.residual())
     if alone is not None and alone.fits:
         return alone, True
-    beside = slow_noise(selection.end.problem, selection.end.residual())
+    left = selection.end.residual()
+    excess = float(np.sqrt(max((left**2).mean() - 1, 0.0)))
+    if selection.found and excess < FORM_ERROR * selection.found[0].evidence.strength:
+        return None
+    beside = slow_noise(selection.end.problem, left)
     return (beside, False) if beside is not None and beside.fits else None
 
 
