@@ -30,14 +30,16 @@ Density = Callable[[Array], Array]
 
 @dataclass(frozen=True)
 class Noise:
-    """Slow noise: the effect at its fitted size, those as good, evidence in nats; `fits`: the spectrum agrees.
+    """Slow noise: the effect at its fitted size, those as good, evidence in nats.
 
-    `told`: it stands out at so many frequencies that its nature is told from that of any slow disturbance.
+    score: log-likelihood of the residual's spectrum; fits: the spectrum and the steps agree; told: it stands out at so
+    many frequencies that its nature is told from that of any slow disturbance.
     """
 
     effect: Effect
     alternatives: tuple[str, ...]
     gain: float
+    score: float
     fits: bool
     told: bool
 
@@ -56,29 +58,32 @@ def slow_noise(problem: Problem, residual: Array) -> Noise | None:
     """
     if problem.mode == "vector" and along_field(problem, residual) < ALONG:
         return None
-    f, power, dof = _bands(residual, problem.state.interval_s)
-    white = 2 * problem.state.interval_s
+    interval_s = problem.state.interval_s
+    f, power, dof = _bands(residual, interval_s)
     shapes: dict[str, Callable[[Array], Array]] = {
         "flicker_noise": lambda x: 1 / x,
         "offset_random_walk": lambda x: 1 / (2 * np.pi**2 * x**2),
     }
-    plain = _best(f, power, dof, white, np.zeros(len(f)))[0]
-    fits = {name: _best(f, power, dof, white, shape(f)) for name, shape in shapes.items()}
+    fits = {name: _best(f, power, dof, 2 * interval_s, shape(f)) for name, shape in shapes.items()}
     best = max(fits, key=lambda name: fits[name][0])
-    gain = fits[best][0] - plain
+    gain = fits[best][0] - white_score(residual, interval_s)
     if gain <= THRESHOLD:
         return None
     others = tuple(name for name in fits if name != best and fits[best][0] - fits[name][0] < THRESHOLD)
-    _, level, size = fits[best]
+    score, level, size = fits[best]
     expected = level + size * shapes[best](f)
     odd = gamma.sf(np.abs(power / expected - 1) + 1, dof, scale=1 / dof)
-    agrees = odd.min() > POOR / len(f) and wanders(
-        residual, problem.state.interval_s, lambda x: level + size * shapes[best](x)
-    )
+    agrees = odd.min() > POOR / len(f) and wanders(residual, interval_s, lambda x: level + size * shapes[best](x))
     std = tuple(float(np.sqrt(size) * s) for s in np.resize(problem.sigma_nT, 3))
     parameter = BY_NAME[best].parameters()[0].name
     out = float(dof[expected > 2 * level].sum())
-    return Noise(BY_NAME[best](**{parameter: std}), others, gain, bool(agrees), out >= TOLD)
+    return Noise(BY_NAME[best](**{parameter: std}), others, gain, score, bool(agrees), out >= TOLD)
+
+
+def white_score(residual: Array, interval_s: float) -> float:
+    """Log-likelihood of a residual's spectrum (n, q) if it is white, of whatever size; beside `Noise.score`."""
+    f, power, dof = _bands(residual, interval_s)
+    return _best(f, power, dof, 2 * interval_s, np.zeros(len(f)))[0]
 
 
 def wanders(residual: Array, interval_s: float, density: Density) -> bool:
@@ -123,7 +128,7 @@ def _bands(residual: Array, interval_s: float) -> tuple[Array, Array, Array]:
     n, q = residual.shape
     power = (np.abs(np.fft.rfft(residual, axis=0)) ** 2).sum(axis=1) * 2 * interval_s / n / q
     f = np.fft.rfftfreq(n, interval_s)
-    edges = np.unique(np.geomspace(3, len(f) - 1, BINS).astype(int))
+    edges = np.unique(np.geomspace(1, len(f) - 1, BINS).astype(int))
     band = [slice(a, b) for a, b in itertools.pairwise(edges)]
     return (
         np.array([f[b].mean() for b in band]),

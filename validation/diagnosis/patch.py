@@ -66,7 +66,7 @@ def refined(
         left = unexplained(problem, predicted, use) if refit else _plain(problem, predicted)
         return np.asarray(left[use].ravel())
 
-    found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=ROUNDS, method="trf")
+    found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=ROUNDS, xtol=1e-5, ftol=1e-6)
     gram = found.jac.T @ found.jac
     std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(gram, rcond=1e-14, hermitian=True)), 0) * inflation) * scale
     made = _with_values(new, free, start + found.x * scale)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
+from sim.effects.kernels import kernel
 from sim.state import Array
 from validation.diagnosis.blocks import Cut
 from validation.diagnosis.candidates import Candidate
@@ -115,7 +116,7 @@ def _finer(residual: Array, drive: Array, time_s: Array, frequency_hz: float, li
 def places(problem: Problem, residual: Array, deflate: Array, member: Candidate) -> list[Candidate]:
     """Positions of a dipole: a coarse grid about the path on thinned samples, then the best few refined."""
     thin = _thinned(problem, residual, deflate)
-    path = thin.state.pos_enu_m
+    path = thin.path
     low, high = path.min(axis=0) - MARGIN_M, path.max(axis=0) + MARGIN_M
     axes = [
         np.linspace(a, b, max(COARSE, min(2 * COARSE, round((b - a) / 10)))) for a, b in zip(low, high, strict=True)
@@ -136,33 +137,47 @@ def places(problem: Problem, residual: Array, deflate: Array, member: Candidate)
 
 
 class _Thin:
-    """A problem on thinned samples for the search of a place: y (n, q) less its base part, B's orthonormal columns."""
+    """A problem on thinned samples for the search of a place.
 
-    def __init__(self, problem: Problem, y: Array, Q: Array, member_stage: str) -> None:
-        self.problem, self.state, self.y, self.Q, self.stage = problem, problem.state, y, Q, member_stage
+    path (n, 3); to_sensor (n, 3, 3) turns a field to the sensor, in units of the noise; y (3 n,) is the residual less
+    its base part; Q (n, p) are the base's orthonormal columns.
+    """
+
+    def __init__(self, path: Array, to_sensor: Array, y: Array, Q: Array) -> None:
+        self.path, self.to_sensor, self.y, self.Q = path, to_sensor, y.ravel(), Q
 
     def left(self, place: Array) -> Array:
-        """What the residual keeps (n q,) after the best moment at a place."""
-        E = self.problem.whitened(_unit_dipoles(self.state.pos_enu_m - place, self.state.R_wb), self.stage)
-        E = E - np.einsum("np,pqk->nqk", self.Q, np.einsum("np,nqk->pqk", self.Q, E))
-        flat = E.reshape(-1, E.shape[2])
-        c = np.linalg.lstsq(flat, self.y.ravel(), rcond=1e-10)[0]
-        return np.asarray(self.y.ravel() - flat @ c)
+        """What the residual keeps (3 n,) after the best moment at a place."""
+        E = _unit_dipoles(self.path, place, self.to_sensor).reshape(len(self.path), 9)
+        flat = (E - self.Q @ (self.Q.T @ E)).reshape(-1, 3)
+        c = np.linalg.lstsq(flat.T @ flat, flat.T @ self.y, rcond=1e-12)[0]
+        return np.asarray(self.y - flat @ c)
 
     def gain(self, place: Array) -> float:
         """Squares that a dipole at a place explains."""
-        return float((self.y**2).sum() - (self.left(place) ** 2).sum())
+        left = self.left(place)
+        return float(self.y @ self.y - left @ left)
 
     def refined(self, start: Array) -> Array:
         """The place of least squares near a start (variable projection)."""
         return np.asarray(least_squares(self.left, start, x_scale=5.0, max_nfev=25, diff_step=1e-4).x)
 
 
-def _unit_dipoles(way: Array, R_wb: Array) -> Array:
-    """Body field (n, 3, 3) of unit moments east, north, up: 100 (3 r r^T / r^5 - I / r^3) nT, turned."""
-    r = np.maximum(np.linalg.norm(way, axis=1), 0.3)[:, None, None]
-    outer = way[:, :, None] * way[:, None, :]
-    return np.asarray(R_wb.transpose(0, 2, 1) @ (100.0 * (3 * outer / r**5 - np.eye(3) / r**3)))
+@kernel
+def _unit_dipoles(path: Array, place: Array, to_sensor: Array) -> Array:
+    """Field (n, 3, 3) of unit moments east, north, up: 100 (3 r r^T / r^5 - I / r^3) nT, as the sensor sees it."""
+    out = np.empty((len(path), 3, 3))
+    for i in range(len(path)):
+        x, y, z = path[i, 0] - place[0], path[i, 1] - place[1], path[i, 2] - place[2]
+        r = max(np.sqrt(x * x + y * y + z * z), 0.3)
+        far, near = 300.0 / r**5, 100.0 / r**3
+        for a in range(3):
+            T = to_sensor[i, a]
+            along = far * (T[0] * x + T[1] * y + T[2] * z)
+            out[i, a, 0] = along * x - near * T[0]
+            out[i, a, 1] = along * y - near * T[1]
+            out[i, a, 2] = along * z - near * T[2]
+    return out
 
 
 def _thinned(problem: Problem, residual: Array, deflate: Array) -> _Thin:
@@ -171,17 +186,11 @@ def _thinned(problem: Problem, residual: Array, deflate: Array) -> _Thin:
     length = max(1, round(0.5 / problem.state.interval_s), -(-n // 3000))
     cut = Cut(length, n // length)
     middle = np.arange(cut.m) * length + length // 2
-    state = replace(
-        problem.state,
-        time_s=problem.state.time_s[middle],
-        pos_enu_m=problem.state.pos_enu_m[middle],
-        R_wb=problem.state.R_wb[middle],
-        field_nT=problem.state.field_nT[middle],
-    )
-    small = replace(problem, state=state, usable=np.ones(cut.m))
+    R_bw = problem.state.R_wb[middle].transpose(0, 2, 1)
+    to_sensor = np.ascontiguousarray((problem.turn / problem.sigma_nT[:, None]) @ R_bw)
     Q = np.linalg.qr(cut.blocks(deflate).mean(axis=1))[0]
     y = cut.blocks(residual).mean(axis=1)
-    return _Thin(small, y - Q @ (Q.T @ y), Q, "field")
+    return _Thin(problem.state.pos_enu_m[middle], to_sensor, y - Q @ (Q.T @ y), Q)
 
 
 def _with(member: Candidate, values: dict[str, object], tried: int) -> Candidate:

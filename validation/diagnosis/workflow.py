@@ -20,12 +20,12 @@ from sim.state import Array
 from validation.diagnosis.compare import THRESHOLD, Ground
 from validation.diagnosis.direct import direct_evidence, louder, vec3
 from validation.diagnosis.localise import localise
-from validation.diagnosis.noise import Noise, along_field, slow_noise
+from validation.diagnosis.noise import Noise, along_field, slow_noise, white_score
 from validation.diagnosis.patch import joined, predict, refined, unexplained
 from validation.diagnosis.problem import Problem, pose
 from validation.diagnosis.result import Diagnosis, Gap, Named
 from validation.diagnosis.select import FORM_ERROR, Found, Selection, base_changes, select, unseen
-from validation.diagnosis.verdict import advice_for, sentence_for, verdict_of
+from validation.diagnosis.verdict import HALF, advice_for, sentence_for, verdict_of
 
 Progress = Callable[[str], object]
 
@@ -58,9 +58,10 @@ def diagnose(
     for one in direct:
         problem = problem.without(one.samples)
     selection = select(problem, without, say)
-    noise = _noise(selection) if not selection.after.clean else None
-    found = () if noise is not None and noise[1] else selection.found
-    base = () if fitted_base else base_changes(selection)
+    noise = _noise(selection)
+    hopeless = noise is None and not selection.after.clean and _explained(selection) < HALF
+    found = () if hopeless or (noise is not None and noise[1]) else selection.found
+    base = () if hopeless or fitted_base else base_changes(selection)
     if noise is not None:  # a slow wander moves the mean: no change of a constant
         base = tuple(f for f in base if f.name not in ("hard_iron", "sensor_offset"))
     say("the simulator with the new model")
@@ -105,17 +106,30 @@ def diagnose(
     )
 
 
+def _explained(selection: Selection) -> float:
+    """Share of the gap that the found effects explain, on the data that they were fitted to."""
+    before, after = (float((ground.residual() ** 2).mean()) - 1 for ground in (selection.start, selection.end))
+    return (before - after) / before if before > 0 else 0.0
+
+
 def _noise(selection: Selection) -> tuple[Noise, bool] | None:
-    """Slow noise in what the base leaves (then it stands alone), else in what the found effects leave."""
-    alone = slow_noise(selection.start.problem, selection.start.residual())
-    if alone is not None and alone.fits:
-        return alone, True
-    left = selection.end.residual()
-    excess = float(np.sqrt(max((left**2).mean() - 1, 0.0)))
-    if selection.found and excess < FORM_ERROR * selection.found[0].evidence.strength:
+    """Slow noise: alone (True), where it explains the gap as well as the found effects do, else in what they leave."""
+    if selection.after.clean and not selection.found:
         return None
-    beside = slow_noise(selection.end.problem, left)
-    return (beside, False) if beside is not None and beside.fits else None
+    problem, left = selection.end.problem, selection.end.residual()
+    alone = slow_noise(problem, selection.start.residual())
+    beside = slow_noise(problem, left) if selection.found and not selection.after.clean else None
+    score = white_score(left, problem.state.interval_s)
+    price = selection.end.inside.shape[2] + THRESHOLD
+    if beside is not None and beside.fits and beside.score > score:
+        # The best of many slow courses takes more from a noise than its columns would by chance.
+        score, price = beside.score, 2 * (selection.end.inside.shape[2] + THRESHOLD * len(selection.found))
+    if alone is not None and alone.fits and (not selection.found or score - price < alone.score):
+        return alone, True
+    excess = float(np.sqrt(max((left**2).mean() - 1, 0.0)))
+    if beside is None or not beside.fits or excess < FORM_ERROR * selection.found[0].evidence.strength:
+        return None
+    return beside, False
 
 
 def _gap(

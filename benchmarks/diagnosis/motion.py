@@ -1,0 +1,65 @@
+"""Vehicles' motion for the trials, without any error of the magnetometer, and the colours that navigation adds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from calib.rates import body_rate
+from scenarios.load import load
+from sim.dataset import Recording
+from sim.dataset.assemble import recording_of
+from sim.processes import GaussMarkov
+from sim.rotation import matrix_from_q, multiply_q, q_from_rotation_vector, to_body
+from sim.simulate import blocks, plan
+from sim.state import Array, State
+
+MOTIONS = {"auv": "auv-spiral-excited", "quadrotor": "quad-calibration"}
+QUIET = ("navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0")
+ATTITUDE_DEG, CORRELATION_S, JITTER_S = 0.01, 60.0, 0.5e-3
+
+
+@lru_cache(maxsize=4)
+def flown(name: str) -> tuple[Recording, State, Array]:
+    """A vehicle's recording without magnetometer errors, the true state along it, and the field (east, north, up)."""
+    scenario = load(MOTIONS[name], list(QUIET)).model_copy(update={"effects": {}, "effect_order": None, "vary": {}})
+    made = plan(scenario, 0, 0)
+    columns: dict[str, list[Any]] = {}
+    for block in blocks(made):
+        for key, values in block.items():
+            columns.setdefault(key, []).append(values)
+    whole = {key: np.concatenate(parts) for key, parts in columns.items()}
+    truth_q = np.ascontiguousarray(np.stack([whole[f"true_q{a}"] for a in "wxyz"], axis=1))
+    recording = recording_of({k: v for k, v in whole.items() if not k.startswith(("true_", "effect"))})
+    R_wb = matrix_from_q(truth_q)
+    body = to_body(R_wb, made.field_enu_nT[None])
+    rate = body_rate(Recording(time_s=recording.time_s, mag_nT=np.zeros((len(recording), 3)), att_q=truth_q))
+    assert rate is not None
+    state = State(
+        time_s=recording.time_s, interval_s=float(recording.time_s[1] - recording.time_s[0]),
+        pos_enu_m=np.stack([whole[f"true_pos_{a}_m"] for a in ("east", "north", "up")], axis=1), R_wb=R_wb,
+        rate_rad_s=rate, field_enu_nT=made.field_enu_nT, field_nT=body, field_rate_nT_s=-np.cross(rate, body),
+        temperature_degC=whole["temperature_degC"], current_A=recording.current_A, attitude="navigation",
+    )  # fmt: skip
+    return recording, state, made.field_enu_nT
+
+
+def turned(recording: Recording, seed: int) -> Recording:
+    """The recording with an attitude that wanders by 0.01 degree over a minute."""
+    assert recording.att_q is not None
+    step_s = float(np.median(np.diff(recording.time_s)))
+    error = GaussMarkov(np.radians(ATTITUDE_DEG), CORRELATION_S, step_s, 3, np.random.default_rng([seed, 1]))
+    return replace(
+        recording, att_q=multiply_q(q_from_rotation_vector(error.draw(len(recording))), np.array(recording.att_q))
+    )
+
+
+def jittered(recording: Recording, mag_nT: Array, seed: int) -> Array:
+    """A measurement (n, 3) taken half a millisecond, one standard deviation, beside its time stamps."""
+    rng = np.random.default_rng([seed, 2])
+    return np.asarray(
+        mag_nT + np.gradient(mag_nT, recording.time_s, axis=0) * JITTER_S * rng.normal(size=(len(mag_nT), 1))
+    )

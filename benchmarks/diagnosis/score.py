@@ -1,0 +1,183 @@
+"""The bar's figures from the trials."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.diagnosis.outside import OUTSIDE
+from benchmarks.diagnosis.truth import EQUIVALENT
+
+Row = dict[str, Any]
+NOISES = {"flicker_noise", "offset_random_walk"}
+CONFIDENT = ("named", "composite")
+EXACT = ("attitude_misalignment", "hard_iron_drift", "diurnal_drift", "field_gradient", "nonlinearity", "offset_jump")
+"""Effects whose truth has the candidate's own form, so that intervals can be held against it."""
+
+
+def figures(rows: Sequence[Row]) -> dict[str, Any]:
+    """Every group of the bar, by name."""
+    out: dict[str, Any] = {}
+    by = {kind: [r for r in rows if r["kind"] == kind] for kind in sorted({r["kind"] for r in rows})}
+    if "null" in by:
+        out["null, white"] = _nulls(by["null"], allowed=set())
+    if "coloured" in by:
+        out["null, coloured"] = _nulls(by["coloured"], allowed=NOISES)
+    for strength in sorted({r["strengths"][0] for r in by.get("single", [])}):
+        out[f"single, {strength:g} sigma"] = _single([r for r in by["single"] if r["strengths"][0] == strength])
+    if "direct" in by:
+        out["direct"] = _single(by["direct"])
+    if "left-out" in by:
+        out["left out"] = _left_out(by["left-out"])
+    if "outside" in by:
+        out["outside the library"] = _outside(by["outside"])
+    for ratio in sorted({r["strengths"][0] for r in by.get("two", [])}):
+        out[f"two effects, {ratio:g} to 1"] = _two([r for r in by["two"] if r["strengths"][0] == ratio])
+    strong = [r for r in by.get("single", []) if r["strengths"][0] >= 0.3 and r["explained"] is not None]
+    if strong:
+        explained = [r["explained"] for r in strong]
+        out["gap"] = {"median": float(np.median(explained)), "tenth_percentile": float(np.quantile(explained, 0.1))}
+        out["parameters"] = _parameters(strong)
+    out["seconds"] = {
+        "slowest": max(r["seconds"] for r in rows),
+        "median": float(np.median([r["seconds"] for r in rows])),
+    }
+    return out
+
+
+def confusion(rows: Sequence[Row]) -> tuple[list[str], list[str], Any]:
+    """Hidden effects, what was named first, and how often (hidden, first) over single and direct trials."""
+    some = [r for r in rows if r["kind"] in ("single", "direct")]
+    hidden = sorted({r["hidden"][0] for r in some})
+    firsts = [_first(r) or r["verdict"] for r in some]
+    columns = hidden + sorted(set(firsts) - set(hidden))
+    count = np.zeros((len(hidden), len(columns)))
+    for r, first in zip(some, firsts, strict=True):
+        count[hidden.index(r["hidden"][0]), columns.index(first)] += 1
+    return hidden, columns, count
+
+
+def failures(rows: Sequence[Row]) -> list[str]:
+    """Every trial that missed, in words."""
+    out = []
+    for r in rows:
+        names = [name for name, _, _ in r["names"]]
+        miss = {
+            "null": bool(names),
+            "coloured": bool(set(names) - NOISES),
+            "single": not _hit(r),
+            "direct": not _hit(r),
+            "left-out": _misnamed(r),
+            "outside": r["verdict"] not in ("unknown", "partial") or not _driver(r),
+            "two": len(_found(r)) < 2,
+        }[r["kind"]]
+        if miss:
+            out.append(f"{r['key']}: {r['verdict']} {names} where {r['where'][:2]}")
+    return out
+
+
+def _nulls(rows: Sequence[Row], allowed: set[str]) -> Row:
+    named = [r for r in rows if {name for name, _, _ in r["names"]} - allowed]
+    return {"runs": len(rows), "named": len(named) / len(rows), "verdicts": dict(Counter(r["verdict"] for r in rows))}
+
+
+def _single(rows: Sequence[Row]) -> Row:
+    sizes = [1 + len(r["names"][0][1]) for r in rows if r["names"]]
+    return {
+        "runs": len(rows),
+        "in_class": float(np.mean([_hit(r) for r in rows])),
+        "first_right": float(np.mean([_right(r) for r in rows])),
+        "class_size": float(np.mean(sizes)) if sizes else None,
+        "extra_names": float(np.mean([max(0, len(r["names"]) - 1) for r in rows])),
+        "confidently_wrong": float(np.mean([r["verdict"] in CONFIDENT and not _hit(r) for r in rows])),
+        "verdicts": dict(Counter(r["verdict"] for r in rows)),
+    }
+
+
+def _left_out(rows: Sequence[Row]) -> Row:
+    wrong = [r for r in rows if _misnamed(r)]
+    return {
+        "runs": len(rows),
+        "misnamed": len(wrong) / len(rows),
+        "of": dict(Counter(f"{r['hidden'][0]} as {_first(r)}" for r in wrong)),
+        "verdicts": dict(Counter(r["verdict"] for r in rows)),
+    }
+
+
+def _outside(rows: Sequence[Row]) -> Row:
+    return {
+        "runs": len(rows),
+        "unknown": float(np.mean([r["verdict"] == "unknown" for r in rows])),
+        "driver_in_first_two": float(np.mean([_driver(r) for r in rows])),
+        "confidently_wrong": float(np.mean([r["verdict"] in CONFIDENT for r in rows])),
+        "verdicts": dict(Counter(r["verdict"] for r in rows)),
+    }
+
+
+def _two(rows: Sequence[Row]) -> Row:
+    found = [len(_found(r)) for r in rows]
+    extra = [max(0, len(r["names"]) - n) for r, n in zip(rows, found, strict=True)]
+    return {
+        "runs": len(rows), "both": float(np.mean([n == 2 for n in found])), "extra_names": float(np.mean(extra)),
+        "verdicts": dict(Counter(r["verdict"] for r in rows)),
+    }  # fmt: skip
+
+
+def _parameters(rows: Sequence[Row]) -> Row:
+    """Greatest errors that the bar names, as the share of runs within them, and the intervals' coverage."""
+    within = {"offset_jump.time_s": 0.25, "latency.delay_s": 0.05}
+    out: Row = {}
+    inside: list[bool] = []
+    for key, most in within.items():
+        errors = [
+            _error(r["parameters"][key], relative=key.startswith("latency")) for r in rows if key in r["parameters"]
+        ]
+        if errors:
+            out[key] = {"runs": len(errors), f"within {most:g}": float(np.mean(np.array(errors) <= most))}
+    for r in rows:
+        for key, (_, low, high, true) in r["parameters"].items():
+            if key.split(".")[0] in EXACT and low is not None:
+                inside += [a <= t <= b for a, b, t in zip(low, high, true, strict=True)]
+    if inside:
+        out["interval_coverage"] = {"intervals": len(inside), "share": float(np.mean(inside))}
+    return out
+
+
+def _error(values: Sequence[Any], *, relative: bool) -> float:
+    error = abs(values[0][0] - values[3][0])
+    return float(error / abs(values[3][0]) if relative else error)
+
+
+def _class(r: Row) -> set[str]:
+    return {n for name, others, _ in r["names"] for n in (name, *others)}
+
+
+def _same(truth: str) -> set[str]:
+    return {truth} | EQUIVALENT.get(truth, set())
+
+
+def _hit(r: Row) -> bool:
+    return bool(_class(r) & ({r["hidden"][0]} if r["kind"] == "single" else _same(r["hidden"][0])))
+
+
+def _first(r: Row) -> str:
+    return r["names"][0][0] if r["names"] else ""
+
+
+def _right(r: Row) -> bool:
+    return _first(r) in _same(r["hidden"][0])
+
+
+def _misnamed(r: Row) -> bool:
+    return r["verdict"] in CONFIDENT and not _class(r) & _same(r["hidden"][0])
+
+
+def _found(r: Row) -> set[str]:
+    return {truth for truth in r["hidden"] if _class(r) & _same(truth)}
+
+
+def _driver(r: Row) -> bool:
+    return bool(set(r["where"][:2]) & set(OUTSIDE[r["hidden"][0]][1]))

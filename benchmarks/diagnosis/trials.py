@@ -1,0 +1,136 @@
+"""The trials, and what one of them gives."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks.diagnosis.motion import MOTIONS, flown, jittered, turned
+from benchmarks.diagnosis.outside import OUTSIDE, disturbed
+from benchmarks.diagnosis.truth import BASE, DIRECT, HIDDEN, Tables, felt_by, hidden
+from scenarios.spec import ModelSpec
+from sim import effects as effect_table
+from sim.chain import Chain
+from sim.dataset import Recording
+from sim.state import Array, State
+from validation.diagnosis.result import Diagnosis, parameters
+from validation.diagnosis.workflow import diagnose
+
+STRENGTHS = (0.1, 0.3, 1.0)
+NULLS, COLOURED = 15, 10
+"""Null runs of each motion for one seed of the others: 300 and 200 for ten seeds."""
+COLOURS = ("attitude", "flicker", "jitter", "all")
+PAIRS = (
+    ("motor_current", "hysteresis"), ("eddy_current", "temperature_offset"), ("offset_jump", "nonlinearity"),
+    ("diurnal_drift", "motor_current"), ("local_dipole", "current_ripple"), ("hard_iron_drift", "latency"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One recording to diagnose: kind of test, motion, what is hidden at what strengths, seed."""
+
+    kind: str
+    motion: str
+    hidden: tuple[str, ...]
+    strengths: tuple[float, ...]
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """What tells it from every other."""
+        return "/".join(
+            [self.kind, self.motion, "+".join(self.hidden), "+".join(map(str, self.strengths)), f"{self.seed}"]
+        )
+
+
+def trials(first_seed: int, seeds: int) -> Iterator[Trial]:
+    """Every trial of the bench, a seed at a time."""
+    for seed in range(first_seed, first_seed + seeds):
+        for motion in MOTIONS:
+            for k in range(NULLS):
+                yield Trial("null", motion, (), (), seed * NULLS + k)
+            for k in range(COLOURED):
+                number = seed * COLOURED + k
+                yield Trial("coloured", motion, (COLOURS[number % len(COLOURS)],), (), number)
+            for effect in HIDDEN:
+                for strength in STRENGTHS:
+                    yield Trial("single", motion, (effect,), (strength,), seed)
+                yield Trial("left-out", motion, (effect,), (1.0,), seed)
+            for effect in DIRECT:
+                yield Trial("direct", motion, (effect,), (1.0,), seed)
+            for name in OUTSIDE:
+                yield Trial("outside", motion, (name,), (1.0,), seed)
+            for pair in PAIRS:
+                yield Trial("two", motion, pair, (1.0, 1.0), seed)
+                yield Trial("two", motion, pair[:: 1 - 2 * (seed % 2)], (3.0, 1.0), seed)
+
+
+def run(trial: Trial) -> dict[str, Any]:
+    """Make the recording, diagnose it, and tell what came out beside what was hidden."""
+    recording, truth, field = made(trial)
+    without = frozenset(trial.hidden if trial.kind == "left-out" else ())
+    model = ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field.tolist()}})
+    begun = time.perf_counter()
+    found = diagnose(recording, model, without=without)
+    return {
+        **asdict(trial), "key": trial.key, "verdict": found.verdict, "seconds": time.perf_counter() - begun,
+        "names": [(one.name, list(one.alternatives), one.how) for one in found.named],
+        "explained": found.gap.explained, "before_sigma": found.gap.before_sigma,
+        "where": [channel for channel, _, _ in found.where], "parameters": _against(found, truth),
+    }  # fmt: skip
+
+
+def made(trial: Trial) -> tuple[Recording, Tables, Array]:
+    """The trial's recording, the tables of what is hidden, and the field (east, north, up)."""
+    recording, state, field = flown(trial.motion)
+    tables: Tables = {}
+    if trial.kind not in ("null", "coloured", "outside"):
+        for name, strength in zip(trial.hidden, trial.strengths, strict=True):
+            tables |= hidden(name, strength, trial.seed, state)
+    if "flicker" in trial.hidden or "all" in trial.hidden:
+        tables["flicker_noise"] = {"density_nT_sqrt_hz": [0.2] * 3}
+    mag_nT = _measured(tables, state, trial)
+    recording = replace(recording, mag_nT=mag_nT)
+    if trial.kind == "coloured":
+        recording = _coloured(recording, trial)
+    if trial.kind == "outside":
+        recording = disturbed(trial.hidden[0], trial.strengths[0], trial.seed, recording, state, mag_nT)
+    return recording, tables, field
+
+
+def _measured(tables: Tables, state: State, trial: Trial) -> Array:
+    """The chain with the base and what is hidden; joined tables give the base's a second entry."""
+    everything = {**BASE}
+    for name, table in tables.items():
+        mine = table if isinstance(table, list) else [table]
+        everything[name] = [BASE[name], *mine] if name in BASE else table
+    felt = state
+    for name in trial.hidden:
+        felt = felt_by(name, felt)
+    return Chain(effect_table.build(everything, None, "truth"), trial.seed).apply(felt)[0]
+
+
+def _coloured(recording: Recording, trial: Trial) -> Recording:
+    colour = trial.hidden[0]
+    if colour in ("jitter", "all"):
+        recording = replace(recording, mag_nT=jittered(recording, recording.mag_nT, trial.seed))
+    return turned(recording, trial.seed) if colour in ("attitude", "all") else recording
+
+
+def _against(found: Diagnosis, truth: Tables) -> dict[str, Any]:
+    """Parameters with 95 % intervals of named effects whose truth has one table: name -> value, low, high, true."""
+    out: dict[str, Any] = {}
+    for one in found.named:
+        table = truth.get(one.name)
+        if not isinstance(table, dict):
+            continue
+        for key, p in parameters(one).items():
+            if key in table and (p["low"] is not None or key in ("time_s", "frequency_hz")):
+                values = [np.ravel(p[k]).tolist() if p[k] is not None else None for k in ("value", "low", "high")]
+                out[f"{one.name}.{key}"] = [*values, np.ravel(table[key]).tolist()]
+    return out
