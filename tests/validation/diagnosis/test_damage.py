@@ -1,0 +1,112 @@
+"""A small bench, and proof that it notices a damaged workflow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios.spec import ModelSpec
+from sim import effects as effect_table
+from sim.processes import GaussMarkov
+from sim.rotation import multiply_q, q_from_rotation_vector
+from validation.diagnosis import compare, select
+from validation.diagnosis.battery import Battery
+from validation.diagnosis.blocks import Cut
+from validation.diagnosis.candidates import proposed
+from validation.diagnosis.compare import THRESHOLD, Ground, judge
+from validation.diagnosis.problem import Problem, pose
+from validation.diagnosis.search import SEARCHES
+from validation.diagnosis.workflow import diagnose
+
+HIDDEN: dict[str, Any] = {
+    "motor_current": {"gain_nT_A": [2.0, -1.0, 4.0]},
+    "hysteresis": {"gain": [1e-3, 1e-3, 7e-4], "threshold_nT": 2000.0},
+    "offset_jump": {"time_s": 100.0, "step_nT": [2.0, -3.0, 1.0]},
+}
+TURN_DEG, TURN_S = 0.02, 20.0
+COLUMNS_COST = 5 / 6
+"""Nats that a column costs on held-out data for nothing: k/2 of the parameters' noise, 2/3 of it held, 5/2 times."""
+
+
+def _misses(flight: Callable[..., Any], model: Callable[..., ModelSpec]) -> list[str]:
+    """What a small bench finds wrong: names, the left-out rule, evidence of nothing, evidence against colour."""
+    out = []
+    for name, table in HIDDEN.items():
+        found = diagnose(flight({name: table}), model())
+        if [one.name for one in found.named] != [name] or found.verdict not in ("named", "class"):
+            out.append(f"{name}: {found.sentence}")
+    rest = diagnose(flight({"hysteresis": HIDDEN["hysteresis"]}), model(), without=frozenset({"hysteresis"}))
+    if rest.verdict in ("named", "class", "composite"):
+        out.append(f"left out: {rest.sentence}")
+    cost = np.mean([_cost_of_a_column(_problem(flight({}, seed=seed), model())) for seed in range(4)])
+    if abs(cost - COLUMNS_COST) > 0.35:
+        out.append(f"a column costs {cost:.2f} nats of white noise")
+    most = _most_evidence(_problem(_turned(flight({})), model()))
+    if most > 10 * THRESHOLD:
+        out.append(f"{most:.0f} nats for an effect where only the attitude wanders")
+    return out
+
+
+def _problem(recording: Any, model: ModelSpec) -> Problem:
+    assert model.field is not None
+    assert model.field.enu_nT is not None
+    field = np.array(model.field.enu_nT)
+    effects = effect_table.build(model.effects, None, "test")
+    return pose(recording, field, float(np.linalg.norm(field)), effects)
+
+
+def _fixed(problem: Problem) -> list[compare.Evidence]:
+    """Evidence of the candidates that have no search, at one setting each."""
+    ground = Ground.of(problem)
+    members = [several[0] for name, several in proposed(problem).items() if name not in SEARCHES]
+    judged = [compare._judged(ground, [one]) for one in members]
+    return [e for e in judged if e is not None]
+
+
+def _cost_of_a_column(problem: Problem) -> float:
+    evidence = _fixed(problem)
+    return -sum(e.gain for e in evidence) / sum(e.width for e in evidence)
+
+
+def _most_evidence(problem: Problem) -> float:
+    ground = Ground.of(problem)
+    judged = [judge(ground, several) for name, several in proposed(problem).items() if name not in SEARCHES]
+    return max(e.D for e in judged if e is not None)
+
+
+def _turned(recording: Any) -> Any:
+    step_s = float(np.median(np.diff(recording.time_s)))
+    error = GaussMarkov(np.radians(TURN_DEG), TURN_S, step_s, 3, np.random.default_rng(3)).draw(len(recording))
+    return replace(recording, att_q=multiply_q(q_from_rotation_vector(error), np.array(recording.att_q)))
+
+
+def test_the_small_bench_passes(flight, model) -> None:  # type: ignore[no-untyped-def]
+    assert _misses(flight, model) == []
+
+
+def _swap(patch: pytest.MonkeyPatch) -> None:
+    held = Cut.held
+    patch.setattr(Cut, "held", lambda cut, split: ~held(cut, split))
+
+
+def _no_deflation(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(compare, "inflation", lambda sums, fit: 1.0)
+
+
+def _anything_is_clean(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Battery, "clean", property(lambda battery: True))
+
+
+def _alphabetical(patch: pytest.MonkeyPatch) -> None:
+    ranked = select._ranked
+    patch.setattr(select, "_ranked", lambda *given: tuple(sorted(ranked(*given), key=lambda e: e.name)))
+
+
+@pytest.mark.parametrize("damage", [_swap, _no_deflation, _anything_is_clean, _alphabetical])
+def test_a_damaged_workflow_fails_the_small_bench(damage, flight, model, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    damage(monkeypatch)
+    assert _misses(flight, model) != []
