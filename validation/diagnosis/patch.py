@@ -59,9 +59,8 @@ def refined(
 
     def residual(x: Array) -> Array:
         try:
-            made = _with_values(new, free, start + x * scale)
-            predicted = predict(problem, made)
-        except InputError:
+            predicted = predict(problem, _with_values(new, free, start + x * scale))
+        except InputError:  # each number is within its bounds, but not all together
             return np.full(problem.target[use].size, 1e3)
         left = unexplained(problem, predicted, use) if refit else _plain(problem, predicted)
         return np.asarray(left[use].ravel())
@@ -122,17 +121,20 @@ def _steps(new: Sequence[Effect], free: Sequence[tuple[str, ...]]) -> Array:
 
 
 def _with_values(new: Sequence[Effect], free: Sequence[tuple[str, ...]], x: Array) -> tuple[Effect, ...]:
+    """The effects with new free numbers, each brought into its bounds."""
     out, at = [], 0
     for effect, names in zip(new, free, strict=True):
         k = len(effect.linear_units())
+        bounds = {p.name: (p.low, p.high) for p in effect.parameters()}
         others: dict[str, Any] = {
             p.name: getattr(effect, p.name) for p in effect.parameters() if p.name not in effect.linear
         }
-        coefficients, at = x[at : at + k], at + k
+        limits = np.array([bounds[name] for name, _ in effect.linear_units()]).reshape(k, 2).T
+        coefficients, at = np.clip(x[at : at + k], *limits), at + k
         for name in (n for n in names if n not in effect.linear):
             shape = np.shape(getattr(effect, name))
             size = int(np.prod(shape))
-            others[name] = x[at : at + size].reshape(shape)
+            others[name] = np.clip(x[at : at + size], *bounds[name]).reshape(shape)
             at += size
         out.append(type(effect).combine(coefficients, **others) if k else replace(effect, **others))
     return tuple(out)

@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.effects import BY_NAME
 from validation.diagnosis.battery import Battery, battery
+from validation.diagnosis.blocks import Cut
 from validation.diagnosis.candidates import ABSORBED, Candidate, proposed
 from validation.diagnosis.compare import THRESHOLD, Evidence, Ground, judge
 from validation.diagnosis.problem import Problem
@@ -18,8 +19,8 @@ MOST_EFFECTS = 3
 MEMORY = 10
 FORM_ERROR = 0.15
 """A further effect below this part of the first's size is the first's form, not a name of its own."""
-UNSEEN = 1e-3
-"""Largest survival of an effect that the base takes up whole."""
+UNSEEN, SMOOTH_S = 0.1, 1.0
+"""Largest survival of an effect that the base takes up nearly whole; length of the means that it is read from."""
 Progress = Callable[[str], object]
 
 
@@ -89,8 +90,11 @@ def residual_tests(ground: Ground, names: tuple[str, ...]) -> Battery:
     return battery(ground.residual(), ground.problem.usable, ground.problem.state.interval_s, fitted, memory)
 
 
-def base_changes(selection: Selection) -> tuple[Found, ...]:
-    """What of the base differs from the model as it was given: iron, offset, scale, axes, turn; vector mode only."""
+def base_changes(selection: Selection, without: frozenset[str] = frozenset()) -> tuple[Found, ...]:
+    """What of the base differs from the model as it was given: iron, offset, scale, axes, turn; vector mode only.
+
+    Its alternatives are also the effects that look like that change on this motion.
+    """
     problem = selection.end.problem
     if problem.mode != "vector":
         return ()
@@ -98,6 +102,7 @@ def base_changes(selection: Selection) -> tuple[Found, ...]:
     bare = replace(problem, base=np.zeros((len(target), 1)), target=target)
     ground = Ground.of(bare, selection.end.inside)
     members = {name: [Candidate(BY_NAME[name])] for name in ABSORBED}
+    others = {name: several for name, several in proposed(problem, without).items() if name not in SEARCHES}
     found: list[Found] = []
     least = FORM_ERROR**2 * max((_raw_gain(f.evidence) for f in selection.found), default=0.0)
     while len(found) < MOST_EFFECTS:
@@ -108,7 +113,8 @@ def base_changes(selection: Selection) -> tuple[Found, ...]:
         least = max(least, FORM_ERROR**2 * found[0].evidence.gain) if found else least
         if chosen.evidence.gain < least:
             break
-        found.append(chosen)
+        alike = tuple(e.name for e in _ranked(ground, others) if not e.behind(ranking[0]))
+        found.append(replace(chosen, alternatives=(*chosen.alternatives, *alike)))
         ground = Ground.of(bare, np.concatenate([ground.inside, found[-1].evidence.columns], axis=2))
     return tuple(found)
 
@@ -120,7 +126,7 @@ def _raw_gain(found: Evidence) -> float:
 
 
 def unseen(problem: Problem) -> tuple[str, ...]:
-    """Effects that have the channels but that the base takes up whole on this motion."""
+    """Effects that have the channels but that the base takes up nearly whole on this motion."""
     ground = Ground.of(problem)
     return tuple(
         name
@@ -130,16 +136,15 @@ def unseen(problem: Problem) -> tuple[str, ...]:
 
 
 def _survival(ground: Ground, member: Candidate) -> float:
-    """Largest part of any combination of a candidate's columns that the base cannot take up."""
+    """``rho = |(I - P_base) E| / |E|`` of a candidate's columns, as means over SMOOTH_S (rates are noisy)."""
     columns = member.columns(ground.problem)
-    n, q, k = columns.shape
-    Q = np.linalg.qr(ground.problem.base / np.linalg.norm(ground.problem.base, axis=0))[0]
-    raw = columns.reshape(n * q, k)
-    size = np.linalg.norm(raw, axis=0)
-    if not (size > 0).any():
-        return 0.0
-    left = (columns - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, columns))).reshape(n * q, k)
-    return float((np.linalg.norm(left, axis=0)[size > 0] / size[size > 0]).max())
+    cut = Cut(max(1, round(SMOOTH_S / ground.problem.state.interval_s)), 1)
+    cut = replace(cut, m=len(columns) // cut.length)
+    E, B = (cut.blocks(values).mean(axis=1) for values in (columns, ground.problem.base))
+    Q = np.linalg.qr(B / np.linalg.norm(B, axis=0))[0]
+    left = E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))
+    size = float(np.linalg.norm(E))
+    return float(np.linalg.norm(left)) / size if size > 0 else 0.0
 
 
 def _ranked(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:

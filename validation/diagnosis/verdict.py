@@ -7,22 +7,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from validation.diagnosis.battery import Battery
+from validation.diagnosis.candidates import ABSORBED
 from validation.diagnosis.problem import Problem
 from validation.diagnosis.result import Gap, Named, Verdict, short
 
 HALF = 0.5
-TURNED = ("soft_iron", "scale", "misalignment", "non_orthogonality")
 
 
-def verdict_of(named: Sequence[Named], clean: bool, gap: Gap, unseen: Sequence[str]) -> Verdict:
+def verdict_of(named: Sequence[Named], clean: bool, gap: Gap) -> Verdict:
     """The verdict: a name only where what is left is clean."""
     if not named:
         return "none" if clean else "unknown"
-    if unseen and any(one.how == "base" and one.name in TURNED for one in named):
-        return "not_observable"
     if not clean:
         explained = gap.explained
         return "partial" if explained is not None and explained >= HALF else "unknown"
+    if all(one.how == "base" for one in named) and any(set(one.alternatives) - set(ABSORBED) for one in named):
+        return "not_observable"
     if len(named) > 1:
         return "composite"
     if named[0].how == "spectrum":
@@ -62,7 +62,7 @@ def advice_for(
     out: list[str] = []
     if unseen:
         out.append(
-            f"On this motion {', '.join(unseen)} cannot be told from soft iron, which is biased by them; "
+            f"On this motion {', '.join(unseen)} can hardly be told from hard and soft iron, which they bias; "
             "fly turns at different rates and with changing roll and pitch (a spiral both ways, then a comb)."
         )
     for one in named:

@@ -61,7 +61,7 @@ def diagnose(
     noise = _noise(selection)
     hopeless = noise is None and not selection.after.clean and _explained(selection) < HALF
     found = () if hopeless or (noise is not None and noise[1]) else selection.found
-    base = () if hopeless or fitted_base else base_changes(selection)
+    base = () if hopeless or fitted_base else base_changes(selection, without)
     if noise is not None:  # a slow wander moves the mean: no change of a constant
         base = tuple(f for f in base if f.name not in ("hard_iron", "sensor_offset"))
     say("the simulator with the new model")
@@ -81,8 +81,9 @@ def diagnose(
         named.append(Named(noise[0].effect, (*noise[0].alternatives, *slow), "spectrum", noise[0].gain, 0.0))
     before_nT, after_nT, gap = _gap(problem, selection, found, base, fine.effects)
     after = selection.after if found or not selection.found else selection.before
-    unseen_names = unseen(problem) if problem.mode == "vector" else ()
-    verdict = verdict_of(named, after.clean or (noise is not None and noise[0].fits), gap, unseen_names)
+    found_names = {one.name for one in named}
+    unseen_names = tuple(n for n in unseen(problem) if n not in found_names) if problem.mode == "vector" else ()
+    verdict = verdict_of(named, after.clean or noise is not None, gap)
     if verdict == "unknown":  # what explains little is no name
         named = [one for one in named if one.how == "direct"]
         after_nT, gap = before_nT, replace(gap, after_nT=gap.before_nT, after_sigma=gap.before_sigma)

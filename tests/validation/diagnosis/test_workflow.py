@@ -96,3 +96,14 @@ def test_without_attitude_the_strength_is_compared(flight, model) -> None:  # ty
     assert found.problem.mode == "strength"
     assert any("local_dipole" in line for line in found.not_observable)
     assert [one.name for one in found.named] == ["offset_jump"]
+
+
+def test_a_level_spiral_cannot_tell_eddy_currents_from_soft_iron_and_the_advised_motion_does(flight, model) -> None:  # type: ignore[no-untyped-def]
+    hidden = {"eddy_current": {"matrix_s": [[3e-3, 6e-4, 0], [0, 2e-3, 3e-4], [4e-4, 0, 3e-3]]}}
+    level = diagnose(flight(hidden, "auv-spiral"), model("auv-spiral"))
+    assert level.verdict == "not_observable"
+    assert "eddy_current" in level.not_observable
+    assert any("eddy_current" in one.alternatives for one in level.named)
+    assert any("fly" in line for line in level.advice)
+    excited = diagnose(flight(hidden, "auv-spiral-excited"), model("auv-spiral-excited"))
+    assert (excited.verdict, [one.name for one in excited.named]) == ("named", ["eddy_current"])
