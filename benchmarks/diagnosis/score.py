@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -62,21 +62,20 @@ def confusion(rows: Sequence[Row]) -> tuple[list[str], list[str], Any]:
 
 def failures(rows: Sequence[Row]) -> list[str]:
     """Every trial that missed, in words."""
-    out = []
-    for r in rows:
-        names = [name for name, _, _ in r["names"]]
-        miss = {
-            "null": bool(names),
-            "coloured": bool(set(names) - NOISES),
-            "single": not _hit(r),
-            "direct": not _hit(r),
-            "left-out": _misnamed(r),
-            "outside": r["verdict"] not in ("unknown", "partial") or not _driver(r),
-            "two": len(_found(r)) < 2,
-        }[r["kind"]]
-        if miss:
-            out.append(f"{r['key']}: {r['verdict']} {names} where {r['where'][:2]}")
-    return out
+    missed: dict[str, Callable[[Row], bool]] = {
+        "null": lambda r: bool(r["names"]),
+        "coloured": lambda r: bool({name for name, _, _ in r["names"]} - NOISES),
+        "single": lambda r: not _hit(r),
+        "direct": lambda r: not _hit(r),
+        "left-out": _misnamed,
+        "outside": lambda r: r["verdict"] != "unknown" or not _driver(r),
+        "two": lambda r: len(_found(r)) < 2,
+    }
+    return [
+        f"{r['key']}: {r['verdict']} {[name for name, _, _ in r['names']]}, goes with {r['where'][:2]}"
+        for r in rows
+        if missed[r["kind"]](r)
+    ]
 
 
 def _nulls(rows: Sequence[Row], allowed: set[str]) -> Row:

@@ -96,7 +96,7 @@ DIRECT: dict[str, Draw] = {
         "full_scale_nT": float(rng.uniform(0.85, 0.97) * np.abs(state.field_nT).max()),
     },
     "spikes": lambda rng, state: {
-        "rate_hz": float(rng.uniform(0.02, 0.2)), "amplitude_nT": float(rng.uniform(60, 200)),
+        "rate_hz": float(rng.uniform(0.05, 0.3)), "amplitude_nT": float(rng.uniform(60, 200)),
     },
     "dropouts": lambda rng, state: {"rate_hz": float(rng.uniform(0.02, 0.1)), "mean_duration_s": 0.5},
 }  # fmt: skip

@@ -21,7 +21,7 @@ from validation.inspection.lattice import find_lattice
 LEAST_STEP = 0.05
 """Least significant bit in units of the noise, below which rounding is of no account."""
 LOUDER = 1.1
-LEAST_SPIKES = 3
+LEAST_SPIKES = 2
 FAR = 5.0
 NEAR = 2
 """Samples beside a held or clipped one whose jumps are no spikes."""
@@ -85,7 +85,7 @@ def _held(problem: Problem, known: dict[str, Effect]) -> Direct | None:
 def _single(problem: Problem, known: dict[str, Effect], lattices: tuple[Any, ...], beside: Mask) -> Direct | None:
     steps = np.array([0.0 if one is None else one.step for one in lattices])
     left = problem.recording.mag_nT - problem.clean_nT
-    where = spikes(problem.recording.mag_nT, steps) & ~beside[:, None]
+    where = spikes(problem.recording.mag_nT, steps) & ~(beside | _near(_spiked_currents(problem)))[:, None]
     count = int(np.count_nonzero(where))
     if count < LEAST_SPIKES or "spikes" in known:
         return None
@@ -104,6 +104,11 @@ def _repeated(problem: Problem) -> Mask:
     """Rows (n,) that repeat the row before."""
     mag = problem.recording.mag_nT
     return np.asarray(np.concatenate([[False], (mag[1:] == mag[:-1]).all(axis=1)]), dtype=np.bool_)
+
+
+def _spiked_currents(problem: Problem) -> Mask:
+    """Samples (n,) where a motor's current jumps for a moment, as its field then does."""
+    return np.asarray(spikes(problem.state.current_A).any(axis=1), dtype=np.bool_)
 
 
 def _near(samples: Mask) -> Mask:
