@@ -11,10 +11,10 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.colour import inflation, residual_of
+from calib.colour import inflation, lasting_nT2, residual_of
 from calib.observability import covariance_status
 from calib.reference import Reference
-from calib.result import Calibration, Status
+from calib.result import OFFSET_NAMES, Calibration, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -97,15 +97,22 @@ class Calibrator(ABC):
     def _inflated(self, result: Calibration, recording: Recording, reference: Reference) -> Calibration:
         """The result with its claimed covariance made true to residuals that are not white, see `calib.colour`.
 
+        With known attitude the residual is an offset's, so noise that lasts is added to the offset's covariance.
         A sequential filter is left alone: its process noise is in its covariance, and its last estimate need not fit
         the beginning of the recording.
         """
         if self.sequential or result.covariance is None or result.offset_covariance_nT2 is None:
             return result
         vector = {"attitude", "field_vector"} <= set(self.needs)
-        factor = inflation(residual_of(result, recording, reference, vector=vector))
+        residual_nT = residual_of(result, recording, reference, vector=vector)
+        factor = inflation(residual_nT)
+        covariance = factor * result.covariance
+        if vector:
+            offset = [result.covariance_names.index(name) for name in OFFSET_NAMES]
+            S = np.linalg.pinv(result.matrix)
+            covariance[np.ix_(offset, offset)] += S @ lasting_nT2(residual_nT) @ S.T
         parameters = result.parameters | {"covariance_inflation": factor}
-        return replace(result, covariance=factor * result.covariance, parameters=parameters)
+        return replace(result, covariance=covariance, parameters=parameters)
 
     def _usable(self, recording: Recording, reference: Reference) -> Status | None:
         if len(recording) < self.min_samples:

@@ -25,16 +25,39 @@ def inflation(residual: Array) -> float:
     V = max over block lengths L of W_L = L var(block means) / var(residual), which is 1 for white noise; a W_L within
     CHANCE standard deviations (sqrt(2 / blocks / k)) of 1 counts as 1.
     """
-    n = len(residual)
-    columns = np.ascontiguousarray(residual).reshape(n, -1)
-    worst, variance = 1.0, float(block_mean_square(columns, n))
-    for blocks in BLOCKS:
-        if n // blocks < LEAST_BLOCK or variance == 0.0:
-            continue
-        ratio = n // blocks * float(block_mean_square(columns, blocks)) / variance
+    columns = np.ascontiguousarray(residual).reshape(len(residual), -1)
+    worst = 1.0
+    for blocks, ratio in _excess(columns).items():
         if ratio > 1.0 + CHANCE * np.sqrt(2.0 / (blocks * columns.shape[1])):
             worst = max(worst, ratio)
     return worst
+
+
+def lasting_nT2(residual: Array) -> Array:
+    """Covariance (k, k) of what passes for a constant in residuals (n, k), in order of time; zero for passing noise.
+
+    Of flicker noise or drift the mean over the whole recording is part of the fitted offset and in no residual. Where
+    W_L is still larger for the longest blocks than for the shortest, by more than chance, that mean is taken to scatter
+    as the longest blocks' means do: for 1/f noise the scatter of means (its Allan deviation) is the same at any length.
+    """
+    n, k = residual.shape
+    excess = _excess(residual)
+    if len(excess) < 2:
+        return np.zeros((k, k))
+    longest, shortest = min(excess), max(excess)
+    chance = np.sqrt(2.0 / k * (1.0 / longest + 1.0 / shortest))
+    if excess[longest] < (1.0 + CHANCE * chance) * excess[shortest]:
+        return np.zeros((k, k))
+    means = residual[: n // longest * longest].reshape(longest, -1, k).mean(axis=1)
+    return np.asarray(np.cov(means.T))
+
+
+def _excess(columns: Array) -> dict[int, float]:
+    """W_L of columns (n, k) by number of blocks; none for residuals that vanish."""
+    n = len(columns)
+    variance = float(block_mean_square(columns, n))
+    usable = [blocks for blocks in BLOCKS if n // blocks >= LEAST_BLOCK and variance > 0.0]
+    return {blocks: n // blocks * float(block_mean_square(columns, blocks)) / variance for blocks in usable}
 
 
 @njit(cache=True, fastmath={"reassoc", "contract"})

@@ -77,9 +77,12 @@ def from_json(text: str, *, name: str = "external", where: str = "calibration") 
         raise InputError(f"{word} is not a number that JSON knows", where=where, do="write finite numbers or null")
 
     try:
-        data = json.loads(text, parse_constant=constant)
+        # an integer of any length is then finite, or infinite and refused
+        data = json.loads(text, parse_int=float, parse_constant=constant)
     except json.JSONDecodeError as error:
         raise InputError(f"not JSON: {error}", where=where) from None
+    except RecursionError:
+        raise InputError("nested too deep", where=where) from None
     if not isinstance(data, dict):
         raise InputError(f"expected a JSON object, found {type(data).__name__}", where=where)
     unknown = sorted(set(data) - set(KEYS))

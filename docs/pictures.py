@@ -12,12 +12,13 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import matplotlib
+import matplotlib.figure
 import numpy as np
 import rerun_cli
 import tables
@@ -26,10 +27,11 @@ from rerun.experimental import ViewerClient
 
 from sim.dataset import read_run
 from sim.scenario import load_checked
-from validation.outcome import Outcome
+from validation.inspection.inspection import inspect_file
 from validation.pipeline import run_scenario
 from validation.plots.effects import draw_effect_sizes, draw_effects
 from validation.plots.field import draw_norm, draw_residuals, draw_sphere
+from validation.plots.inspection import draw_coverage
 from validation.plots.motion import draw_path, draw_vehicle
 from validation.plots.style import STYLE, Draw
 
@@ -69,6 +71,7 @@ FIGURES = (
     Figure("effects.png", "auv-dive", draw_effects),
     Figure("vehicle.png", "quad-calibration", draw_vehicle),
 )
+COVERAGE = ("coverage.png", "quad-calibration")
 VIEWS = (
     View("viewer-auv-dive.png", "auv-dive", 9_500.0, ("spiral", "comb")),
     View("viewer-quad-comb.png", "quad-comb", 170.0),
@@ -83,16 +86,17 @@ def main() -> None:
             outcome = run_scenario(load_checked(name), place)
             for figure in FIGURES:
                 if figure.scenario == name:
-                    save(figure.file, draw(figure.draw, outcome))
+                    save(figure.file, draw(partial(figure.draw, outcome)))
+        save(COVERAGE[0], draw(partial(draw_coverage, inspect_file(Path(folder) / COVERAGE[1]).looks[0])))
         look(Path(folder), VIEWS)
     tables.write_all()
 
 
-def draw(function: Draw, outcome: Outcome) -> bytes:
-    """A report's figure as PNG."""
+def draw(function: Callable[[], matplotlib.figure.Figure]) -> bytes:
+    """A figure as PNG, in the style of the reports."""
     file = io.BytesIO()
     with matplotlib.rc_context(STYLE):
-        function(outcome).savefig(file, format="png", dpi=WIDTH_PX / 11.0)
+        function().savefig(file, format="png", dpi=WIDTH_PX / 11.0)
     return file.getvalue()
 
 

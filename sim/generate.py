@@ -47,18 +47,10 @@ def generate(
     the system refuses to write.
     """
     with alone_in(out):
-        return write_runs(scenario, out, runs=runs, seed=seed, jobs=jobs, progress=progress)
+        return write_runs(scenario, out, runs, seed, jobs, progress)
 
 
-def write_runs(
-    scenario: Scenario,
-    out: Path,
-    *,
-    runs: int = 1,
-    seed: int | None = None,
-    jobs: int = 1,
-    progress: Progress = lambda done, total: None,
-) -> Manifest:
+def write_runs(scenario: Scenario, out: Path, runs: int, seed: int | None, jobs: int, progress: Progress) -> Manifest:
     """`generate` for a caller that is `alone_in(out)` already."""
     seed = scenario.seed if seed is None else seed
     todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, plan(scenario, 0, seed).columns)

@@ -50,7 +50,7 @@ def run_scenario(
 
 
 def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress) -> Outcome:
-    written = write_runs(scenario, out, seed=seed, progress=lambda done, total: progress(done / total, STAGES))
+    written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES))
     recording, truth = read_run(out)
     judged = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES))
     outcome = replace(judged, tracking=written.files[0].tracking)

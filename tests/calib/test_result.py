@@ -94,6 +94,8 @@ def test_external_result_needs_little():
         ({"covariance": [[1]], "covariance_names": ["a", "b"]}, r"2 x 2"),
         ({"covariance": np.eye(9).tolist()}, r"covariance_names: missing"),
         ({"history": 3}, r"history: expected a list"),
+        ({"offset_nT": [1, 2, 10**400]}, r"offset_nT: expected a finite number, found inf"),
+        ({"wall_s": 10**4000}, r"wall_s: expected a finite number"),
         ({"wall_s": 1e999}, r"Infinity is not a number"),
     ],
 )
@@ -104,10 +106,15 @@ def test_bad_result_is_told_in_one_line(change, message):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["", "[1]", "{", "3"])
+@pytest.mark.parametrize("text", ["", "[1]", "{", "3", "9" * 5000])
 def test_not_an_object(text):
     with pytest.raises(InputError, match="JSON"):
         from_json(text)
+
+
+def test_nesting_without_end():
+    with pytest.raises(InputError, match="nested too deep"):
+        from_json('{"history": ' + "[" * 100_000)
 
 
 @pytest.mark.parametrize(
