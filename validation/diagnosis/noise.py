@@ -15,7 +15,7 @@ from sim.state import Array
 from validation.diagnosis.compare import THRESHOLD
 from validation.diagnosis.direct import vec3
 from validation.diagnosis.problem import Problem
-from validation.diagnosis.steps import Density, Steps, drawn_at_random
+from validation.diagnosis.steps import Density, Steps, drawn_at_random, refitted
 
 BINS = 40
 ALONG = 0.12
@@ -58,6 +58,7 @@ def slow_noise(problem: Problem, residual: Array) -> Noise | None:
     if problem.mode == "vector" and along_field(problem, residual) < ALONG:
         return None
     interval_s = problem.state.interval_s
+    residual = refitted(residual, problem.base, interval_s)
     f, power, dof = _bands(residual, interval_s)
     shapes: dict[str, Density] = {
         "flicker_noise": lambda x: 1 / x,
@@ -81,8 +82,10 @@ def slow_noise(problem: Problem, residual: Array) -> Noise | None:
     return Noise(BY_NAME[best](**{parameter: std}), others, gain, score, bool(agrees), told)
 
 
-def white_score(residual: Array, interval_s: float) -> float:
+def white_score(problem: Problem, residual: Array) -> float:
     """Log-likelihood of a residual's steps (n, q) if it is white, of whatever size; beside `Noise.score`."""
+    interval_s = problem.state.interval_s
+    residual = refitted(residual, problem.base, interval_s)
     f, power, dof = _bands(residual, interval_s)
     level = _best(f, power, dof, 2 * interval_s, np.zeros(len(f)))[1]
     return Steps.of(residual, interval_s).fit(level, None)[0]

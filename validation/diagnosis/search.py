@@ -19,6 +19,8 @@ BEST_TONES, BEST_PLACES = 1, 4
 MARGIN_M = 15.0
 NEAR_M, FAR_M = 0.5, 60.0
 COARSE = 7
+SLOWEST_TONE_HZ = 0.1
+"""A slower ripple is no ripple: with a steady current it would fit whatever comes round with the motion."""
 
 
 def searched(problem: Problem, residual: Array, deflate: Array, members: list[Candidate]) -> list[Candidate]:
@@ -92,7 +94,7 @@ def tones(problem: Problem, residual: Array, deflate: Array, member: Candidate) 
     drive = current[:, motor - 1] if motor else current.sum(axis=1)
     spectrum = (np.abs(np.fft.rfft(residual * drive[:, None], axis=0)) ** 2).sum(axis=1)
     f = np.fft.rfftfreq(len(drive), interval)
-    spectrum[f < 4 / (len(drive) * interval)] = 0.0
+    spectrum[f < max(SLOWEST_TONE_HZ, 4 / (len(drive) * interval))] = 0.0
     lines = []
     for _ in range(BEST_TONES):
         k = int(np.argmax(spectrum))

@@ -29,10 +29,8 @@ class Steps:
     @classmethod
     def of(cls, residual: Array, interval_s: float) -> Steps:
         """The steps of a residual (n, q): blocks of 5 s, shorter or longer where there would be too few or many."""
-        n = len(residual)
-        length = max(1, min(round(STEP_S / interval_s), n // LEAST_STEPS), n // MOST_STEPS)
-        means = residual[: n // length * length].reshape(n // length, length, -1).mean(axis=1)
-        return cls(np.diff(means, axis=0), length * interval_s)
+        length = _length(len(residual), interval_s)
+        return cls(_steps(residual, length), length * interval_s)
 
     def correlation(self, density: Density) -> Array:
         """``r_k = int S(f) sinc^2(f T) 4 sin^2(pi f T) cos(2 pi f k T) df`` (n,) of the steps under a spectrum S."""
@@ -47,6 +45,22 @@ class Steps:
         slow = np.zeros(len(white)) if shape is None else self.correlation(shape)
         parts = [_axis(column, white, slow) for column in self.values.T]
         return sum(p[0] for p in parts), np.array([p[1] for p in parts]), np.stack([p[2] for p in parts], axis=1)
+
+
+def refitted(residual: Array, base: Array, interval_s: float) -> Array:
+    """A residual (n, q) with the base (n, p) fitted to its steps, where a slow wander weighs little."""
+    length = _length(len(residual), interval_s)
+    change = np.linalg.lstsq(_steps(base, length), _steps(residual, length), rcond=1e-9)[0]
+    return np.asarray(residual - base @ change)
+
+
+def _length(n: int, interval_s: float) -> int:
+    return max(1, min(round(STEP_S / interval_s), n // LEAST_STEPS), n // MOST_STEPS)
+
+
+def _steps(values: Array, length: int) -> Array:
+    n = len(values)
+    return np.diff(values[: n // length * length].reshape(n // length, length, -1).mean(axis=1), axis=0)
 
 
 def _axis(steps: Array, white: Array, slow: Array) -> tuple[float, float, Array]:

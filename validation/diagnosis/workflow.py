@@ -28,6 +28,8 @@ from validation.diagnosis.select import FORM_ERROR, Found, Selection, base_chang
 from validation.diagnosis.verdict import HALF, advice_for, sentence_for, verdict_of
 
 Progress = Callable[[str], object]
+MIMIC_LEFT, STILL = 0.2, 0.3
+"""Part of the gap that a form error may leave; part of a channel's share of the gap that it keeps of what is left."""
 
 
 def diagnose(
@@ -83,11 +85,13 @@ def diagnose(
     after = selection.after if found or not selection.found else selection.before
     found_names = {one.name for one in named}
     unseen_names = tuple(n for n in unseen(problem) if n not in found_names) if problem.mode == "vector" else ()
+    where = localise(problem, before_nT / problem.sigma_nT)
     verdict = verdict_of(named, after.clean or noise is not None, gap)
+    if verdict == "partial" and _mimics(problem, where, after_nT, gap):
+        verdict = "unknown"
     if verdict == "unknown":  # what explains little is no name
         named = [one for one in named if one.how == "direct"]
         after_nT, gap = before_nT, replace(gap, after_nT=gap.before_nT, after_sigma=gap.before_sigma)
-    where = localise(problem, before_nT / problem.sigma_nT)
     missing = _without_channels(problem)
     return Diagnosis(
         verdict=verdict,
@@ -120,7 +124,7 @@ def _noise(selection: Selection) -> tuple[Noise, bool] | None:
     problem, left = selection.end.problem, selection.end.residual()
     alone = slow_noise(problem, selection.start.residual())
     beside = slow_noise(problem, left) if selection.found and not selection.after.clean else None
-    score = white_score(left, problem.state.interval_s)
+    score = white_score(problem, left)
     price = selection.end.inside.shape[2] + THRESHOLD
     if beside is not None and beside.fits and beside.score > score:
         # The best of many slow courses takes more from a noise than its columns would by chance.
@@ -154,6 +158,15 @@ def _gap(
 
     gap = Gap(rms(before * sigma), rms(before), rms(after * sigma), rms(after))
     return before * sigma, after * sigma, gap
+
+
+def _mimics(problem: Problem, where: tuple[tuple[str, str, float], ...], after_nT: Array, gap: Gap) -> bool:
+    """Whether what is left still goes with the gap's first channel: then the found effects only resemble the cause."""
+    if not where or (gap.explained or 0.0) > 1 - MIMIC_LEFT**2:
+        return False
+    channel, _, score = where[0]
+    left = {name: share for name, _, share in localise(problem, after_nT / problem.sigma_nT)}
+    return left.get(channel, 0.0) > STILL * score
 
 
 def _held_samples(ground: Ground) -> NDArray[np.bool_]:
