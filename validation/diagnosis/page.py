@@ -6,12 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 import jinja2
+import numpy as np
 
 from scenarios.toml import to_toml
 from validation.diagnosis.changes import model_diff
 from validation.diagnosis.compare import THRESHOLD
 from validation.diagnosis.result import Diagnosis, Named
-from validation.diagnosis.series import places, travels
+from validation.diagnosis.series import as_they_stand, gap_to_show, places, rms_nT, travels
 from validation.diagnosis.wording import MEANING, SEEN, gap_rows, parameter_rows
 from validation.plots import diagnosis as plots
 from validation.plots.style import Figure, encoded
@@ -75,12 +76,22 @@ def _otherwise(found: Diagnosis) -> tuple[str, str]:
     """What else it could be, or where nothing is named what the gap goes with."""
     if not found.named:
         return (", ".join(name for name, _, _ in found.where[:3]) or "–", "the gap goes with")
-    others = dict.fromkeys(name for one in found.named for name in one.alternatives)
-    return (", ".join(others) or "no other that was tested", "could also be")
+    others = [name for one in found.named for name in one.alternatives]
+    if found.verdict == "not_observable":
+        others += [name for name in found.not_observable if "(" not in name]  # those in brackets lack a channel
+    return (", ".join(dict.fromkeys(others)) or "no other that was tested", "could also be")
 
 
 def _share(found: Diagnosis) -> tuple[str, str]:
     gap = found.gap
+    if as_they_stand(found):
+        before, after = (digits(rms_nT(found, side)) for side in gap_to_show(found))
+        return (
+            f"{before} → {after} nT",
+            "measured minus simulated, the models as they stand; iron fitted anew hides it",
+        )
+    if found.named and all(one.effect.stochastic for one in found.named):
+        return ("its amount", "noise cannot be foretold sample by sample: the gap stays, the new model has its size")
     if gap.explained is None:
         return ("–", "no gap beyond the noise once iron is fitted anew")
     sizes = f"{digits(gap.before_nT)} → {digits(gap.after_nT)} nT"
@@ -88,13 +99,15 @@ def _share(found: Diagnosis) -> tuple[str, str]:
 
 
 def _sure(found: Diagnosis) -> tuple[str, str]:
+    """The evidence of the effect that is least sure."""
     if not found.named:
         return ("–", "no name to be sure of")
-    one = found.named[0]
+    one = min(found.named, key=lambda one: np.inf if one.D is None else one.D)
+    whose = f" for {one.name}, the least sure" if len(found.named) > 1 else ""
     again = "a second recording agrees" if one.evidence == "transferred" else "one recording; confirm with a second"
     if one.D is None or one.how not in ("held-out", "base"):
-        return (SEEN[one.how], again)
-    return (f"{digits(one.D)} nats", f"of evidence on held-out data, {THRESHOLD:.1f} are needed; {again}")
+        return (SEEN[one.how], f"is the evidence{whose}; {again}")
+    return (f"{digits(one.D)} nats", f"of evidence on held-out data{whose}; {THRESHOLD:.1f} are needed; {again}")
 
 
 def _row(one: Named) -> dict[str, Any]:

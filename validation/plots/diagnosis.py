@@ -38,7 +38,7 @@ def draw_gap(found: Diagnosis) -> Figure:
     for i, axis in enumerate(axes):
         keep_readable(axis, block_means(found.before_nT, length_for(len(time), FINE), usable)[:, i])
         axis.set_ylabel(f"{labels[i]} (nT)")
-    axes[0].legend(loc="upper right", ncols=2)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     how = "the models as they stand" if as_they_stand(found) else "iron fitted anew"
     axes[0].set_title(f"Measured minus simulated, {how}")
     axes[-1].set(xlabel=f"time ({unit})", xlim=(time[0], time[-1]))
@@ -133,9 +133,9 @@ def draw_ranking(found: Diagnosis) -> Figure:
 
 
 def _curves(before: Array, after: Array) -> list[tuple[Array, str, str]]:
-    """What is drawn of a gap: values, colour, label; one curve where nothing was added to the model."""
+    """What is drawn of a gap: values, colour, label; one curve where they are the same."""
     if np.array_equal(before, after):
-        return [(before, BEFORE, "before and after: nothing was added")]
+        return [(before, BEFORE, "before and after alike")]
     return [(before, BEFORE, "before"), (after, AFTER, "after")]
 
 
