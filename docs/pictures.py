@@ -12,7 +12,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,12 +21,13 @@ import matplotlib
 import numpy as np
 import rerun_cli
 import tables
+import verdicts
+from matplotlib.figure import Figure as MplFigure
 from PIL import Image
 from rerun.experimental import ViewerClient
 
 from sim.dataset import read_run
 from sim.scenario import load_checked
-from validation.outcome import Outcome
 from validation.pipeline import run_scenario
 from validation.plots.effects import draw_effect_sizes, draw_effects
 from validation.plots.field import draw_norm, draw_residuals, draw_sphere
@@ -76,23 +77,25 @@ VIEWS = (
 
 
 def main() -> None:
-    """Every run once, its figures, its views, then the tables."""
+    """The verdicts' pictures; every run once, its figures, its views; then the tables."""
+    for verdict, found in verdicts.diagnosed().items():
+        save(f"verdict-{verdict}.png", drawn(lambda found=found, verdict=verdict: verdicts.PICTURES[verdict](found)))
     with tempfile.TemporaryDirectory() as folder:
         for name in dict.fromkeys(picture.scenario for picture in (*FIGURES, *VIEWS)):
             place = Path(folder) / name
             outcome = run_scenario(load_checked(name), place)
             for figure in FIGURES:
                 if figure.scenario == name:
-                    save(figure.file, draw(figure.draw, outcome))
+                    save(figure.file, drawn(lambda figure=figure, outcome=outcome: figure.draw(outcome)))
         look(Path(folder), VIEWS)
     tables.write_all()
 
 
-def draw(function: Draw, outcome: Outcome) -> bytes:
+def drawn(draw: Callable[[], MplFigure]) -> bytes:
     """A report's figure as PNG."""
     file = io.BytesIO()
     with matplotlib.rc_context(STYLE):
-        function(outcome).savefig(file, format="png", dpi=WIDTH_PX / 11.0)
+        draw().savefig(file, format="png", dpi=WIDTH_PX / 11.0)
     return file.getvalue()
 
 

@@ -8,7 +8,7 @@ from calib.result import Calibration
 from magbench.console import show_table, show_text
 from validation.diagnosis.changes import model_diff
 from validation.diagnosis.result import Diagnosis
-from validation.diagnosis.wording import MEANING, gap_rows, parameter_rows
+from validation.diagnosis.wording import gap_rows, headline, parameter_rows
 from validation.outcome import Outcome
 
 COLUMNS = {
@@ -48,10 +48,7 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
 
 def show_diagnosis(found: Diagnosis) -> None:
     """Verdict, sentence, what to do next, effects, gap, and where it is short what changes in the model."""
-    show_text(f"verdict: {found.verdict} ({MEANING[found.verdict]})\n{found.sentence}")
-    if found.advice:
-        show_text("\nwhat to do next\n" + "\n".join(f"{i}. {line}" for i, line in enumerate(found.advice, start=1)))
-    show_text("")
+    show_text(headline(found) + "\n")
     heads = ["effect", "or", "parameter", "value", "low", "high", "unit"]
     rows = [
         [one.name, ", ".join(one.alternatives), *(cell or "" for cell in row)]

@@ -30,7 +30,8 @@ MAP = (
     plots.draw_map,
 )
 REST: tuple[tuple[str, str, Draw], ...] = (
-    ("The gap by channel", "Against the channels it goes with most: a clue, not a proof.", plots.draw_channel),
+    ("The gap by channel", "Against the channels it goes with most, bold the means over bins: a clue, not a proof.",
+     plots.draw_channel),
     ("The gap by frequency", "A clean rest lies on the dashed line.", plots.draw_spectrum),
     ("What each candidate explains",
      "Each effect alone, beside hard and soft iron fitted anew. Blue: named; red: not told from it.",

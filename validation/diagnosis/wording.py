@@ -28,6 +28,14 @@ SEEN = {
 }
 
 
+def headline(found: Diagnosis) -> str:
+    """Verdict, sentence and what to do next."""
+    lines = [f"verdict: {found.verdict} ({MEANING[found.verdict]})", found.sentence]
+    if found.advice:
+        lines += ["", "what to do next", *(f"{i}. {line}" for i, line in enumerate(found.advice, start=1))]
+    return "\n".join(lines)
+
+
 def parameter_rows(one: Named) -> Iterator[tuple[str, str, str | None, str | None, str]]:
     """Name, value, ends of the 95 % interval (None: not known) and unit of the parameters that are in use."""
     for name, p in parameters(one).items():

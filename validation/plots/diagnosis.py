@@ -20,6 +20,7 @@ FINE, COARSE, MOST_POINTS = 1500, 200, 4000
 """Points of the pale and of the bold lines over time, and of a cloud."""
 LEAST_HEIGHT_M, LEAST_SHARE = 0.5, 0.02
 """A path's height is drawn from this extent on, and from this share of the horizontal one."""
+BINS = 24
 NEEDED = float(np.log(100))
 
 
@@ -96,7 +97,7 @@ def draw_spectrum(found: Diagnosis) -> Figure:
 
 
 def draw_channel(found: Diagnosis) -> Figure:
-    """The gap against the channels it goes with most, before and after, on the axis where it is largest."""
+    """The gap against the channels it goes with most, where it is largest: means as dots, bins as lines."""
     values = dict(channels(found.problem))
     names = [name for name, _, _ in found.where if name in values][:3] or ["time_s"]
     gaps = gap_to_show(found)
@@ -108,10 +109,11 @@ def draw_channel(found: Diagnosis) -> Figure:
         channel = block_means(values[name], length)
         for gap, colour, label in _curves(*gaps):
             thin = block_means(gap[:, component], length, found.problem.usable)
-            axis.plot(channel, thin, ".", markersize=2, color=colour, alpha=0.5, label=label)
+            axis.plot(channel, thin, ".", markersize=2, color=colour, alpha=0.3)
+            axis.plot(*_binned(channel, thin), color=colour, linewidth=2.0, label=label)
         axis.set_xlabel(name)
     axes[0].set_ylabel(f"{axes_of(found)[component]} (nT)")
-    axes[0].legend(markerscale=5)
+    axes[0].legend()
     return figure
 
 
@@ -143,6 +145,13 @@ def _time(found: Diagnosis) -> tuple[Array, str]:
     time_s = found.problem.state.time_s
     scale, unit = (1.0, "s") if time_s[-1] < 600 else (60.0, "min") if time_s[-1] < 3 * 3600 else (3600.0, "h")
     return time_s / scale, unit
+
+
+def _binned(channel: Array, values: Array) -> tuple[Array, Array]:
+    """Means of both over bins of equal count along the channel."""
+    known = np.flatnonzero(np.isfinite(channel) & np.isfinite(values))
+    parts = np.array_split(known[np.argsort(channel[known], kind="stable")], BINS)
+    return tuple(np.array([of[part].mean() for part in parts if len(part)]) for of in (channel, values))  # type: ignore[return-value]
 
 
 def _density(values: Array, interval_s: float) -> tuple[Array, Array]:

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -190,3 +195,23 @@ def test_the_terminal_tells_all_of_it(found: Diagnosis, capsys: pytest.CaptureFi
     told = capsys.readouterr().out
     for text in ("end.", "1. Fly circles.", "2. Log currents.", "+[effects.motor_current]", "as they stand"):
         assert text in told
+
+
+@pytest.mark.slow
+def test_a_command_that_is_ended_leaves_nothing_half_written(flight, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    """A signal at any moment: either all four files or no directory at all."""
+    recording = flight({"motor_current": {"gain_nT_A": GAIN}})
+    rows = np.column_stack([recording.time_s, recording.mag_nT])
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="time_s,mag_x_nT,mag_y_nT,mag_z_nT", comments="")
+    asked = ["diagnose", str(tmp_path / "log.csv"), "--field-strength-nT", "52219", "-o", str(tmp_path / "out")]
+    ended = set()
+    for delay_s in np.linspace(1.0, 12.0, 12):
+        process = subprocess.Popen([sys.executable, "-m", "magbench", *asked], stderr=-1, stdout=-1, text=True)
+        time.sleep(delay_s)
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=120)
+        ended.add(process.returncode)
+        left = sorted(path.name for path in (tmp_path / "out").iterdir()) if (tmp_path / "out").exists() else []
+        assert left in ([], sorted(FILES))
+        shutil.rmtree(tmp_path / "out", ignore_errors=True)
+    assert 128 + signal.SIGTERM in ended
