@@ -93,6 +93,8 @@ def _share(found: Diagnosis) -> tuple[str, str]:
         )
     if found.named and all(one.effect.stochastic for one in found.named):
         return ("its amount", "noise cannot be foretold sample by sample: the gap stays, the new model has its size")
+    if found.named and all(one.how == "direct" for one in found.named):
+        return ("–", "such values are left out of the comparison; the new model makes them")
     if gap.explained is None:
         return ("–", "no gap beyond the noise once iron is fitted anew")
     sizes = f"{digits(gap.before_nT)} → {digits(gap.after_nT)} nT"

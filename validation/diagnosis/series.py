@@ -87,19 +87,13 @@ def places(found: Diagnosis) -> Places:
 
 
 def from_first(pos_m: Array) -> Array:
-    """Positions (n, 3) from the first that is known: a map grid's are too large for a viewer's single precision."""
-    known = np.isfinite(pos_m).all(axis=1)
-    return np.asarray(pos_m - pos_m[int(np.argmax(known))])
+    """Positions (n, 3) from the first: a map grid's are too large for a viewer's single precision."""
+    return np.asarray(pos_m - pos_m[0])
 
 
 def travels(places: Places) -> bool:
     """Whether there is a path to draw."""
-    return places.pos_m is not None and float(np.nanmax(np.ptp(_known(places.pos_m), axis=0), initial=0.0)) > 0.1
-
-
-def _known(pos_m: Array) -> Array:
-    known = pos_m[np.isfinite(pos_m).all(axis=1)]
-    return known if len(known) else np.zeros((1, 3))
+    return places.pos_m is not None and float(np.ptp(places.pos_m, axis=0).max()) > 0.1
 
 
 def length_for(n: int, most: int) -> int:

@@ -52,7 +52,7 @@ def draw_map(found: Diagnosis) -> Figure:
     assert where.pos_m is not None
     assert position is not None
     path_m = from_first(position)[every_nth(len(position), MOST_POINTS)]
-    extent = np.nanmax(where.pos_m, axis=0) - np.nanmin(where.pos_m, axis=0)
+    extent = np.ptp(path_m, axis=0)
     side = int(extent[1] > extent[0])
     planes = [(0, 1)]
     if extent[2] > max(LEAST_HEIGHT_M, LEAST_SHARE * extent[:2].max()):
@@ -149,7 +149,7 @@ def _time(found: Diagnosis) -> tuple[Array, str]:
 
 def _binned(channel: Array, values: Array) -> tuple[Array, Array]:
     """Means of both over bins of equal count along the channel."""
-    known = np.flatnonzero(np.isfinite(channel) & np.isfinite(values))
+    known = np.flatnonzero(np.isfinite(values))
     parts = np.array_split(known[np.argsort(channel[known], kind="stable")], BINS)
     return tuple(np.array([of[part].mean() for part in parts if len(part)]) for of in (channel, values))  # type: ignore[return-value]
 

@@ -109,7 +109,7 @@ def _send_space(stream: rr.RecordingStream, found: Diagnosis, where: Places) -> 
     static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     if recording.pos_enu_m is not None and travels(where):
         pos_m = from_first(recording.pos_enu_m)[keep]
-        strip = rr.LineStrips3D([pos_m[np.isfinite(pos_m).all(axis=1)]], colors=rgb(RAW), radii=rr.Radius.ui_points(1))
+        strip = rr.LineStrips3D([pos_m], colors=rgb(RAW), radii=rr.Radius.ui_points(1))
         static(stream, "world/path", strip)
         send(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
         here = rr.Points3D([[0, 0, 0]], radii=rr.Radius.ui_points(6), colors=rgb(LINES[4]))
@@ -128,7 +128,7 @@ def _send_gap_on_path(stream: rr.RecordingStream, where: Places) -> None:
     full = _usual(where.before_nT)
     for name, gap in (("before", where.before_nT), ("after", where.after_nT)):
         size = np.linalg.norm(gap, axis=1)
-        whole = np.isfinite(size) & np.isfinite(where.pos_m).all(axis=1)
+        whole = np.isfinite(size)
         share = np.clip(size[whole] / full, 0, 1)[:, None]
         colours = np.round((1 - share) * LOW + share * HIGH).astype(np.uint8)
         dots = rr.Points3D(where.pos_m[whole], colors=colours, radii=rr.Radius.ui_points(3))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import signal
@@ -62,6 +63,13 @@ def test_every_file_is_written_and_the_recording_is_valid(found: Diagnosis, tmp_
     verify(tmp_path / "recording.rrd")
     assert len(RrdReader(tmp_path / "recording.rrd").blueprints()) == 1
     assert load_model(tmp_path / "model.toml") == found.model
+
+
+def test_the_summary_is_json_even_where_a_figure_is_none(found: Diagnosis, tmp_path: Path) -> None:
+    write_diagnosis(replace(found, ranking=(("latency", np.nan, np.inf),)), tmp_path, "Diagnosis")
+    summary = json.loads((tmp_path / "diagnosis.json").read_text(), parse_constant=pytest.fail)
+    assert summary["candidates"] == [{"name": "latency", "evidence_nats": None, "strength_sigma": None}]
+    assert summary["model_out"] == "model.toml"
 
 
 def test_the_recording_holds_both_sides_and_the_gap(found: Diagnosis, tmp_path: Path) -> None:
