@@ -14,7 +14,6 @@ from validation.diagnosis.series import (
     MOST_PLACES,
     Places,
     as_they_stand,
-    axes_of,
     block_means,
     from_first,
     length_for,
@@ -22,6 +21,7 @@ from validation.diagnosis.series import (
     sides,
     travels,
 )
+from validation.diagnosis.wording import gap_rows
 from validation.outcome import Array, every_nth
 from validation.palette import LINES, RAW, XYZ, rgb
 from validation.recording.stream import (
@@ -41,7 +41,7 @@ BEFORE, AFTER = LINES[1], LINES[0]
 LOW, HIGH = (86, 180, 233), (213, 60, 0)
 """Colours of the smallest and the largest gap along the path."""
 PLACE, VEHICLE = "world/place", "world/place/vehicle"
-Named = dict[str, Array]
+Series = dict[str, Array]
 
 
 def diagnosis_recording(found: Diagnosis, title: str) -> bytes:
@@ -52,7 +52,7 @@ def diagnosis_recording(found: Diagnosis, title: str) -> bytes:
     (measured minus these) and `residual/…` (the same with hard and soft iron fitted anew: what the verdict rests on),
     x, y, z in nT, body frame; without attitude `mag`, and `strength/measured`, `strength/before`, `strength/after`,
     `residual/…` as one value. `channel/<name>`: what the gap goes with. Where recorded, `world`: path (m, ENU, from
-    its first point), attitude, and the gap along them. Samples that are no measurements are left out of means.
+    its first point), attitude, and the gap along them. What is no measurement (a spike) is left out of the gap.
     """
     length = length_for(len(found.problem.recording), MOST_ROWS)
     series, where = _series(found), places(found)
@@ -62,7 +62,7 @@ def diagnosis_recording(found: Diagnosis, title: str) -> bytes:
         static(stream, "notes", rr.TextDocument(_notes(found, length), media_type="text/markdown"))
         time_s = block_means(found.problem.state.time_s, length)
         for name, values in series.items():
-            usable = None if name.startswith("channel/") else found.problem.usable
+            usable = found.problem.usable if name.startswith(("residual/", "strength/")) else None
             labels, colours = _style(name, values)
             scalars(stream, name, time_s, block_means(values, length, usable), labels, colours)
         _send_space(stream, found, where)
@@ -72,7 +72,7 @@ def diagnosis_recording(found: Diagnosis, title: str) -> bytes:
     return recorded(name, _blueprint(found, where, series), fill)
 
 
-def _series(found: Diagnosis) -> Named:
+def _series(found: Diagnosis) -> Series:
     """Every series by its entity, at full length."""
     both, problem = sides(found), found.problem
     gap = {"residual/before": found.before_nT, "residual/after": found.after_nT}
@@ -109,7 +109,7 @@ def _send_space(stream: rr.RecordingStream, found: Diagnosis, where: Places) -> 
     static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     if recording.pos_enu_m is not None and travels(where):
         pos_m = from_first(recording.pos_enu_m)[keep]
-        strip = rr.LineStrips3D([pos_m], colors=rgb(RAW), radii=rr.Radius.ui_points(1))
+        strip = rr.LineStrips3D([pos_m], colors=rgb(RAW), radii=rr.Radius.ui_points(0.5))
         static(stream, "world/path", strip)
         send(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
         here = rr.Points3D([[0, 0, 0]], radii=rr.Radius.ui_points(6), colors=rgb(LINES[4]))
@@ -155,7 +155,7 @@ def _usual(gap_nT: Array) -> float:
 # layout and words
 
 
-def _blueprint(found: Diagnosis, where: Places, series: Named) -> rrb.Blueprint:
+def _blueprint(found: Diagnosis, where: Places, series: Series) -> rrb.Blueprint:
     notes = rrb.TextDocumentView(origin="notes", name="Diagnosis")
     bottom = rrb.Horizontal(rrb.Tabs(*_plots(found, series), active_tab=0), notes, column_shares=[3, 2])
     spaces = _spaces(found, where)
@@ -179,7 +179,7 @@ def _spaces(found: Diagnosis, where: Places) -> list[rrb.Spatial3DView]:
     return views
 
 
-def _plots(found: Diagnosis, series: Named) -> list[rrb.Grid | rrb.TimeSeriesView]:
+def _plots(found: Diagnosis, series: Series) -> list[rrb.Grid | rrb.TimeSeriesView]:
     time_s = found.problem.state.time_s
 
     def pair(kind: str, title: str) -> rrb.Grid:
@@ -205,9 +205,10 @@ def _lowest(gap_nT: Array) -> float | None:
 
 
 def _notes(found: Diagnosis, length: int) -> str:
-    gap, axes = found.gap, ", ".join(axes_of(found))
     lines = [f"# {found.verdict}", "", found.sentence, "", *(f"- {line}" for line in found.advice), ""]
-    lines += [f"Gap on held-out segments: {gap.before_nT:.4g} nT before, {gap.after_nT:.4g} nT after ({axes}).", ""]
+    lines += ["| gap, rms | before (nT) | after (nT) | explained |", "| --- | --- | --- | --- |"]
+    lines += [f"| {row[0]} | {row[1]} | {row[2]} | {row[-1]} |" for row in gap_rows(found)]
+    lines += [""]
     if found.where:
         lines += ["| channel | frame | share of the slow gap |", "| --- | --- | --- |"]
         lines += [f"| {name} | {frame} | {100 * score:.0f} % |" for name, frame, score in found.where]

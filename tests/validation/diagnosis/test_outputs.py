@@ -90,6 +90,15 @@ def test_the_recording_holds_both_sides_and_the_gap(found: Diagnosis, tmp_path: 
     assert np.isnan(residual[~used]).all()
 
 
+def test_a_spike_stays_in_what_was_measured_and_out_of_the_gap(flight, model, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    found = diagnose(flight({"spikes": {"rate_hz": 0.2, "amplitude_nT": 300.0}}), model())
+    path = recorded(found, tmp_path)
+    out = found.problem.usable == 0
+    assert out.any()
+    assert np.array_equal(read_series(path, "mag")[1], found.problem.recording.mag_nT)
+    assert np.isnan(read_series(path, "residual/before")[1][out]).all()
+
+
 def test_space_and_the_channels_it_goes_with_are_there(found: Diagnosis, tmp_path: Path) -> None:
     entities = {c.entity_path for c in RrdReader(recorded(found, tmp_path)).stream().to_chunks()}
     world = ("path", "gap/before", "gap/after", "place", "place/vehicle", "place/vehicle/gap/before")
