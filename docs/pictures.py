@@ -18,10 +18,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import matplotlib.figure
+import matplotlib
 import numpy as np
 import rerun_cli
 import tables
+import verdicts
+from matplotlib.figure import Figure as MplFigure
 from PIL import Image
 from rerun.experimental import ViewerClient
 
@@ -79,24 +81,26 @@ VIEWS = (
 
 
 def main() -> None:
-    """Every run once, its figures, its views, then the tables."""
+    """The verdicts' pictures; every run once, its figures, its views; then the tables."""
+    for verdict, found in verdicts.diagnosed().items():
+        save(f"verdict-{verdict}.png", drawn(partial(verdicts.PICTURES[verdict], found)))
     with tempfile.TemporaryDirectory() as folder:
         for name in dict.fromkeys(picture.scenario for picture in (*FIGURES, *VIEWS)):
             place = Path(folder) / name
             outcome = run_scenario(load_checked(name), place)
             for figure in FIGURES:
                 if figure.scenario == name:
-                    save(figure.file, draw(partial(figure.draw, outcome)))
-        save(COVERAGE[0], draw(partial(draw_coverage, inspect_file(Path(folder) / COVERAGE[1]).looks[0])))
+                    save(figure.file, drawn(partial(figure.draw, outcome)))
+        save(COVERAGE[0], drawn(partial(draw_coverage, inspect_file(Path(folder) / COVERAGE[1]).looks[0])))
         look(Path(folder), VIEWS)
     tables.write_all()
 
 
-def draw(function: Callable[[], matplotlib.figure.Figure]) -> bytes:
-    """A figure as PNG, in the style of the reports."""
+def drawn(draw: Callable[[], MplFigure]) -> bytes:
+    """A report's figure as PNG."""
     file = io.BytesIO()
     with matplotlib.rc_context(STYLE):
-        function().savefig(file, format="png", dpi=WIDTH_PX / 11.0)
+        draw().savefig(file, format="png", dpi=WIDTH_PX / 11.0)
     return file.getvalue()
 
 

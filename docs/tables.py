@@ -1,7 +1,7 @@
 """The tables of docs that come from the code, written between marks in the pages: effects, calibrators, keys, units.
 
 A page holds `<!-- table: NAME -->` and `<!-- end -->`; what stands between them is made here. `tests/test_readme.py`
-checks that the pages are what the code says, all but `tracking`, which is a measurement.
+checks that the pages are what the code says, all but MEASURED, which are measurements.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from sim.effects.base import Effect
 from sim.effects.values import Parameter
 from sim.motion import Motion, drive
 from sim.streams import stream
+from validation.diagnosis.result import Verdict
 from validation.plots.motion import euler_deg
 
 DOCS = Path(__file__).parent
@@ -233,6 +234,20 @@ def _length(metres: float) -> str:
     return f"{1e3 * metres:.2g} mm" if metres < 0.0995 else f"{metres:.2g} m"
 
 
+# verdicts
+
+
+def verdict(name: str) -> Callable[[], str]:
+    """What `magbench diagnose` says in a section of the page of verdicts."""
+
+    def said() -> str:
+        import verdicts  # beside this file; it runs the simulator
+
+        return str(verdicts.shown(name))
+
+    return said
+
+
 def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     lines = [heads, ("---",) * len(heads), *rows]
     return "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |\n" for line in lines)
@@ -252,9 +267,10 @@ TABLES: dict[str, Callable[[], str]] = {
     "navigation": keys(NavigationSpec),
     "sensors": keys(SensorSpec),
     "tracking": tracking,
+    **{f"verdict-{name}": verdict(name) for name in get_args(Verdict)},
 }
 """Every table by the name that a page asks for."""
-MEASURED = ("tracking",)
+MEASURED = ("tracking", *(name for name in TABLES if name.startswith("verdict-")))
 
 
 if __name__ == "__main__":

@@ -50,6 +50,11 @@ def emit(result: Mapping[str, Any]) -> None:
     sys.stdout.write("\n")
 
 
+def show_text(text: str) -> None:
+    """Text on standard output, its lines broken between words."""
+    Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False, markup=False).print(text)
+
+
 def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: bool = True) -> None:
     """A table on standard output: the first column to the left, numbers to the right."""
     table = Table(title=title or None, title_justify="left")

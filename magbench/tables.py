@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from calib.result import Calibration
-from magbench.console import show_table
-from validation.diagnosis.result import Diagnosis, parameters, short
+from magbench.console import show_table, show_text
+from validation.diagnosis.changes import model_diff
+from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.wording import gap_rows, headline, parameter_rows
 from validation.outcome import Outcome
 
 COLUMNS = {
@@ -17,6 +19,8 @@ COLUMNS = {
     "anomaly_rms": "anomaly",
 }
 """The scores that fit a terminal, and their short titles; all of them are in the report and in scores.json."""
+
+MOST_DIFF_LINES = 40
 
 
 def show_scores(outcome: Outcome) -> None:
@@ -43,27 +47,18 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
 
 
 def show_diagnosis(found: Diagnosis) -> None:
-    """Verdict, sentence, effects with parameters, gap and advice."""
-    show_table("", [f"verdict: {found.verdict}"], [[found.sentence]], numbers=False)
+    """Verdict, sentence, what to do next, effects, gap, and where it is short what changes in the model."""
+    show_text(headline(found) + "\n")
+    heads = ["effect", "or", "parameter", "value", "low", "high", "unit"]
     rows = [
-        [one.name, ", ".join(one.alternatives), name, *(short(p[key]) for key in ("value", "low", "high")), p["unit"]]
+        [one.name, ", ".join(one.alternatives), *(cell or "" for cell in row)]
         for one in found.named
-        for name, p in parameters(one).items()
-        if p["low"] is not None or p["value"] not in (0, 0.0)
+        for row in parameter_rows(one)
     ]
     if rows:
-        show_table(
-            "missing effects", ["effect", "or", "parameter", "value", "low", "high", "unit"], rows, numbers=False
-        )
-    gap = found.gap
-    share = "" if gap.explained is None else f"{100 * gap.explained:.1f} %"
-    sizes = [
-        f"{gap.before_nT:.4g} nT",
-        f"{gap.after_nT:.4g} nT",
-        f"{gap.before_sigma:.4g}",
-        f"{gap.after_sigma:.4g}",
-        share,
-    ]
-    show_table("gap, held out", ["before", "after", "before / noise", "after / noise", "explained"], [sizes])
-    if found.advice:
-        show_table("", ["what to do next"], [[line] for line in found.advice], numbers=False)
+        show_table("missing effects", heads, rows, numbers=False)
+    heads = ["gap, rms", "before, nT", "after, nT", "before / noise", "after / noise", "explained"]
+    show_table("", heads, gap_rows(found))
+    diff = model_diff(found)
+    if 0 < len(diff) <= MOST_DIFF_LINES:
+        show_text("\n" + "\n".join(diff))

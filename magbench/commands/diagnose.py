@@ -42,19 +42,23 @@ def diagnose(
     """
     from magbench.console import emit, say
     from magbench.tables import show_diagnosis
+    from sim.dataset.files import alone_in, remove_leftovers
     from validation.diagnosis.files import diagnose_file
-    from validation.diagnosis.outputs import write_diagnosis
+    from validation.diagnosis.outputs import FILES, write_diagnosis
 
     place = out or Path("out") / "diagnosis"
-    found = diagnose_file(
-        measured, model, confirm=confirm, enu=field_enu_nT, strength_nT=field_strength_nT, maps=map_ or (),
-        actuators=actuator or (), run=run, say=lambda what: say(f"diagnosis: {what}"),
-    )  # fmt: skip
-    write_diagnosis(found, place, f"Diagnosis of {measured.name}")
+    with alone_in(place):
+        remove_leftovers(place)
+        found = diagnose_file(
+            measured, model, confirm=confirm, enu=field_enu_nT, strength_nT=field_strength_nT, maps=map_ or (),
+            actuators=actuator or (), run=run, say=lambda what: say(f"diagnosis: {what}"),
+        )  # fmt: skip
+        say("diagnosis: report and recording")
+        write_diagnosis(found, place, f"Diagnosis of {measured.name}")
     if json:
         emit(found.as_dict() | {"model_out": str(place / "model.toml")})
     else:
         show_diagnosis(found)
-    say(f"{place}: report.html, diagnosis.json, model.toml")
+    say(f"{place}: {', '.join(FILES)}")
     if found.verdict not in EXPLAINED:
         raise typer.Exit(1)

@@ -1,75 +1,42 @@
-"""A diagnosis on disk: diagnosis.json, model.toml and report.html."""
+"""A diagnosis on disk: model.toml, diagnosis.json, report.html and recording.rrd, all of them or none."""
 
 from __future__ import annotations
 
 import json
+import math
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from scenarios.toml import to_toml
-from sim.dataset.files import alone_in, write_text
-from validation.diagnosis.result import Diagnosis, Named, parameters, short
-from validation.plots import diagnosis as plots
-from validation.plots.style import encoded
-from validation.wording import digits
+from sim.dataset.files import beside, told
+from validation.diagnosis.page import page_html
+from validation.diagnosis.result import Diagnosis
+from validation.recording.diagnosis import diagnosis_recording
 
-PICTURES = (
-    ("What each candidate explains", "Each effect alone, beside hard and soft iron fitted anew.", plots.draw_ranking),
-    ("The gap over time", "Body axes; hard and soft iron refitted. Blue should be noise.", plots.draw_gap),
-    ("The gap by frequency", "A clean rest lies on the dashed line.", plots.draw_spectrum),
-    ("The gap by channel", "Against the channels it goes with most: a clue, not a proof.", plots.draw_channel),
-)
+FILES = ("report.html", "diagnosis.json", "model.toml", "recording.rrd")
 
 
 def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
-    """Write the three files into a directory, each whole or not at all; InputError where that is refused."""
-    with alone_in(out):
-        write_text(out / "model.toml", to_toml(found.model))
-        write_text(
-            out / "diagnosis.json",
-            json.dumps(found.as_dict() | {"model_out": "model.toml"}, indent=1, default=str) + "\n",
-        )
-        loader = jinja2.PackageLoader("validation", "templates")
-        environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-        write_text(out / "report.html", environment.get_template("diagnosis.html").render(_page(found, title)))
+    """Write FILES into a directory that this process holds (`alone_in`).
+
+    They are made in memory, written beside, and renamed once all of them are whole, so that files of two diagnoses do
+    not stand side by side. Raises InputError where writing is refused.
+    """
+    summary = json.dumps(_null(found.as_dict()) | {"model_out": "model.toml"}, indent=1, allow_nan=False) + "\n"
+    texts = (page_html(found, title), summary, to_toml(found.model))
+    contents = (*(text.encode() for text in texts), diagnosis_recording(found, title))
+    with ExitStack() as whole:
+        for name, content in zip(FILES, contents, strict=True):
+            part = whole.enter_context(beside(out / name))
+            with told(out / name):
+                part.write_bytes(content)
 
 
-def _page(found: Diagnosis, title: str) -> dict[str, Any]:
-    gap = found.gap
-    explained = gap.explained
-    return {
-        "title": title,
-        "verdict": found.verdict,
-        "sentence": found.sentence,
-        "effects": [_row(one) for one in found.named],
-        "gap": [digits(v) for v in (gap.before_nT, gap.after_nT, gap.before_sigma, gap.after_sigma)],
-        "explained": "There is no gap beyond the noise."
-        if explained is None
-        else f"{100 * explained:.1f} % explained.",
-        "left": "; ".join(found.after.why),
-        "advice": found.advice,
-        "where": found.where,
-        "model": to_toml(found.model),
-        "pictures": [
-            {"title": name, "caption": caption, "data": encoded(lambda draw=draw: draw(found))}  # type: ignore[misc]
-            for name, caption, draw in PICTURES
-        ],
-    }
-
-
-def _share(explained: float | None) -> str:
-    return "There is no gap beyond the noise." if explained is None else f"{100 * explained:.1f} % of it explained."
-
-
-def _row(one: Named) -> dict[str, Any]:
-    lines = []
-    for name, p in parameters(one).items():
-        if p["low"] is not None:
-            lines.append(f"{name} = {short(p['value'])} [{short(p['low'])} to {short(p['high'])}] {p['unit']}")
-        elif p["value"] not in (0, 0.0):
-            lines.append(f"{name} = {short(p['value'])} {p['unit']}")
-    strength = f"{one.strength:.2g} sigma, {one.D:.3g} nats" if one.how in ("held-out", "base") and one.D else ""
-    return {"name": one.name, "alternatives": one.alternatives, "lines": lines, "how": one.how,
-            "evidence": ", ".join(filter(None, (strength, one.evidence)))}  # fmt: skip
+def _null(value: Any) -> Any:
+    """The same with None for what JSON cannot hold: NaN and infinity."""
+    if isinstance(value, dict):
+        return {key: _null(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_null(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
