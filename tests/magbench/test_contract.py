@@ -86,7 +86,8 @@ def test_the_example_in_the_help_uses_options_that_there_are(command: str, capfd
 def test_json_is_one_object_on_standard_output_and_nothing_else(
     command: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([*GOOD[command], "--json"]) == 0, capfd.readouterr().err
+    found_a_gap = {1} if command == "diagnose" else set()
+    assert main([*GOOD[command], "--json"]) in {0} | found_a_gap, capfd.readouterr().err
     assert isinstance(json.loads(capfd.readouterr().out), dict)
 
 

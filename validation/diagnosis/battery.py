@@ -49,6 +49,8 @@ def battery(residual: Array, usable: Array, interval_s: float, fitted: int, memo
         cut = Cut(length, len(residual) // length)
         count = cut.blocks(usable).sum(axis=1)
         total = cut.blocks(residual).sum(axis=1)[count > length / 2]
+        if len(total) < 20:
+            continue
         scaled = total**2 / count[count > length / 2, None] / variance
         excess[length_s] = float(scaled.mean())
         if chi2.sf(scaled.sum(), max(scaled.size - fitted, 1)) < FALSE_ALARM / len(LENGTHS_S):

@@ -106,10 +106,11 @@ def _bands(residual: Array, interval_s: float) -> tuple[Array, Array, Array]:
     """Mean frequency, power density and gamma shape of bands evenly spaced in log f, under a Hann window."""
     n, q = residual.shape
     window = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
-    power = (np.abs(np.fft.rfft(residual * window[:, None], axis=0)) ** 2).sum(axis=1)
+    varying = residual - residual.mean(axis=0)
+    power = (np.abs(np.fft.rfft(varying * window[:, None], axis=0)) ** 2).sum(axis=1)
     power *= 2 * interval_s / (window**2).sum() / q
     f = np.fft.rfftfreq(n, interval_s)
-    edges = np.unique(np.geomspace(1, len(f) - 1, BINS).astype(int))
+    edges = np.unique(np.geomspace(2, len(f) - 1, BINS).astype(int))
     band = [slice(a, b) for a, b in itertools.pairwise(edges)]
     return (
         np.array([f[b].mean() for b in band]),

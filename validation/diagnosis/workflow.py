@@ -100,7 +100,7 @@ def diagnose(
         where=where,
         gap=gap,
         not_observable=(*unseen_names, *missing),
-        advice=advice_for(verdict, named, unseen_names, missing, problem, _turning(problem, before_nT)),
+        advice=advice_for(verdict, named, unseen_names, missing, problem, where, _turning(problem, before_nT)),
         ranking=tuple((e.name, e.D, e.strength) for e in selection.first_ranking),
         before=selection.before,
         after=after,

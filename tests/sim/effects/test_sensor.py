@@ -73,6 +73,15 @@ def test_nonlinearity_has_its_size_at_the_reference_and_its_symmetry(states):
     np.testing.assert_allclose(label, [[50, 100, 150], [50, -100, -50]])
 
 
+def test_a_sensor_that_warms_late_follows_a_ramp_of_temperature_by_its_lag(states):
+    state = replace(states(2000), temperature_degC=20 + 0.01 * np.arange(2000) * states(2000).interval_s)
+    late = label_of(TemperatureOffset((1, 2, 3), reference_degC=20.0, lag_s=5.0), state)
+    settled = state.time_s - state.time_s[0] > 50
+    np.testing.assert_allclose(late[settled], 0.01 * (state.time_s - state.time_s[0] - 5)[settled, None] * [1, 2, 3])
+    scaled = label_of(TemperatureScale((1e-3, 1e-3, 1e-3), reference_degC=20.0, lag_s=5.0), state)
+    np.testing.assert_allclose(scaled, 1e-3 * state.field_nT * late[:, :1])
+
+
 def test_temperature_acts_on_offset_and_on_sensitivity(states):
     state = states(200)
     warm = state.temperature_degC - 15
