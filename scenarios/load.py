@@ -15,7 +15,7 @@ from scenarios.files import read_text
 from scenarios.overrides import Override, parse, put
 from scenarios.paths.excited import Excited
 from scenarios.problems import closest, first_problem, told
-from scenarios.spec import ModelSpec, Scenario
+from scenarios.spec import Model, ModelSpec, Scenario
 from scenarios.toml import as_dict, digest, to_toml
 from scenarios.vary import apply_vary, check_vary
 
@@ -38,14 +38,12 @@ def load(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
     return scenario
 
 
-def load_model(name_or_path: str | Path, overrides: Sequence[str] = ()) -> ModelSpec:
-    """What the diagnosis takes as a model: the field and effects of a scenario, or a file with just these tables."""
+def load_model(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Model:
+    """What the diagnosis takes as a model: a scenario, or a file with just a field and effects."""
     path = find(name_or_path)
     data = _read(path)
     if "phases" in data or "vehicle" in data:
-        scenario = load(path, overrides)
-        shared = {key: getattr(scenario, key) for key in ModelSpec.model_fields}
-        return ModelSpec(**shared)
+        return load(path, overrides)
     changes = [parse(text) for text in overrides]
     model = _validate(ModelSpec, _changed(data, changes), str(path), changes)
     _check_effects(model, str(path), changes)

@@ -162,10 +162,13 @@ class Scenario(Table):
 
 
 class ModelSpec(Table):
-    """A measurement model without a motion: what the diagnosis takes and writes."""
+    """A measurement model without a motion, which the diagnosis takes too."""
 
     name: str = Field("model", pattern=r"^[a-z0-9][a-z0-9_-]*$")
     summary: str = ""
     field: FieldSpec | None = None
     effects: dict[str, Any] = Field(default_factory=dict, description="tables by effect name; checked by sim.effects")
     effect_order: tuple[str, ...] | None = Field(None, description="default: the physical order of sim.effects")
+
+
+Model = ModelSpec | Scenario

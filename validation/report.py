@@ -125,7 +125,10 @@ def effect_parameters(outcome: Outcome) -> list[tuple[str, str, str]]:
     for sensor, table in enumerate(tables, start=1):
         mark = f" (sensor {sensor})" if len(tables) > 1 else ""
         for name in sorted(table, key=lambda n: order.index(n) if n in order else len(order)):
-            rows += [(name + mark, key, value) for key, value in _flat(table[name])]
+            several = table[name] if isinstance(table[name], list) else [table[name]]
+            for number, one in enumerate(several, start=1):
+                which = f", {number}" if len(several) > 1 else ""
+                rows += [(name + which + mark, key, value) for key, value in _flat(one)]
     return rows
 
 

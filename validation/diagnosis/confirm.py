@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenarios.spec import ModelSpec
+from scenarios.spec import Model
 from sim import effects as effect_table
 from sim.dataset import Recording
 from sim.field import earth_field_enu_nT
@@ -22,7 +22,7 @@ ONE_RUN = ("offset_jump",)
 
 
 def confirmed(
-    found: Diagnosis, second: Recording, model: ModelSpec, field_enu_nT: Array | None, strength_nT: float | None
+    found: Diagnosis, second: Recording, model: Model, field_enu_nT: Array | None, strength_nT: float | None
 ) -> Diagnosis:
     """The diagnosis with the evidence of each effect upgraded where the second recording bears it out.
 

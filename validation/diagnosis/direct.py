@@ -21,7 +21,7 @@ from validation.inspection.lattice import find_lattice
 LEAST_STEP = 0.05
 """Least significant bit in units of the noise, below which rounding is of no account."""
 LOUDER = 1.1
-LEAST_SPIKES = 2
+LEAST_SPIKES = 3
 FAR = 5.0
 NEAR = 2
 """Samples beside a held or clipped one whose jumps are no spikes."""

@@ -15,12 +15,16 @@ from sim.state import Array
 from validation.diagnosis.compare import THRESHOLD
 from validation.diagnosis.direct import vec3
 from validation.diagnosis.problem import Problem
-from validation.diagnosis.steps import Density, Steps, drawn_at_random, refitted
+from validation.diagnosis.steps import Density, Steps, drawn_at_random
 
 BINS = 40
 ALONG = 0.12
 """Share of slow power along the field below which it is a turn of the attitude: that of three equal axes is 1/3."""
 POOR = 1e-3
+SHAPES: dict[str, Density] = {
+    "flicker_noise": lambda f: 1 / f,
+    "offset_random_walk": lambda f: 1 / (2 * np.pi**2 * f**2),
+}
 NEIGHBOURS = 35 / 18
 """By how much a Hann window correlates neighbouring lines: lines over independent ones."""
 TOLD = 30
@@ -58,37 +62,72 @@ def slow_noise(problem: Problem, residual: Array) -> Noise | None:
     if problem.mode == "vector" and along_field(problem, residual) < ALONG:
         return None
     interval_s = problem.state.interval_s
-    residual = refitted(residual, problem.base, interval_s)
-    f, power, dof = _bands(residual, interval_s)
-    shapes: dict[str, Density] = {
-        "flicker_noise": lambda x: 1 / x,
-        "offset_random_walk": lambda x: 1 / (2 * np.pi**2 * x**2),
-    }
-    fits = {name: _best(f, power, dof, 2 * interval_s, shape(f)) for name, shape in shapes.items()}
-    best = max(fits, key=lambda name: fits[name][0])
-    _, level, size = fits[best]
+    residual = _refitted(residual, problem.base, interval_s, _Spectrum.of(residual, interval_s).density)
+    spectrum = _Spectrum.of(residual, interval_s)
     steps = Steps.of(residual, interval_s)
-    score, sizes, innovations = steps.fit(level, shapes[best])
-    gain = score - steps.fit(level, None)[0]
+    score, sizes, innovations = steps.fit(spectrum.level, SHAPES[spectrum.best])
+    gain = score - steps.fit(spectrum.level, None)[0]
     if gain <= THRESHOLD:
         return None
-    others = tuple(name for name in fits if name != best and fits[best][0] - fits[name][0] < THRESHOLD)
-    expected = level + size * shapes[best](f)
-    odd = gamma.sf(np.abs(power / expected - 1) + 1, dof, scale=1 / dof)
-    agrees = odd.min() > POOR / len(f) and drawn_at_random(innovations)
     std = vec3(np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT, 3))
-    parameter = BY_NAME[best].parameters()[0].name
-    told = float(dof[expected > 2 * level].sum()) >= TOLD
-    return Noise(BY_NAME[best](**{parameter: std}), others, gain, score, bool(agrees), told)
+    effect = BY_NAME[spectrum.best]
+    return Noise(
+        effect(**{effect.parameters()[0].name: std}), spectrum.others, gain, score,
+        fits=spectrum.agrees() and drawn_at_random(innovations), told=spectrum.outstanding() >= TOLD,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Spectrum:
+    """Power of a residual in bands, and the best slow noise in it: ``S = level + size SHAPES[best]``."""
+
+    f: Array
+    power: Array
+    dof: Array
+    best: str
+    others: tuple[str, ...]
+    level: float
+    size: float
+
+    @classmethod
+    def of(cls, residual: Array, interval_s: float) -> _Spectrum:
+        f, power, dof = _bands(residual, interval_s)
+        fits = {name: _best(f, power, dof, 2 * interval_s, shape(f)) for name, shape in SHAPES.items()}
+        best = max(fits, key=lambda name: fits[name][0])
+        others = tuple(name for name in fits if name != best and fits[best][0] - fits[name][0] < THRESHOLD)
+        return cls(f, power, dof, best, others, *fits[best][1:])
+
+    def density(self, f: Array) -> Array:
+        """S(f)."""
+        return np.asarray(self.level + self.size * SHAPES[self.best](f))
+
+    def agrees(self) -> bool:
+        """Whether no band is far from S."""
+        ratio = self.power / self.density(self.f)
+        odd = gamma.sf(np.abs(ratio - 1) + 1, self.dof, scale=1 / self.dof)
+        return bool(odd.min() > POOR / len(self.f))
+
+    def outstanding(self) -> float:
+        """At how many frequencies the slow noise is larger than the white one."""
+        return float(self.dof[self.density(self.f) > 2 * self.level].sum())
 
 
 def white_score(problem: Problem, residual: Array) -> float:
     """Log-likelihood of a residual's steps (n, q) if it is white, of whatever size; beside `Noise.score`."""
     interval_s = problem.state.interval_s
-    residual = refitted(residual, problem.base, interval_s)
     f, power, dof = _bands(residual, interval_s)
     level = _best(f, power, dof, 2 * interval_s, np.zeros(len(f)))[1]
     return Steps.of(residual, interval_s).fit(level, None)[0]
+
+
+def _refitted(residual: Array, base: Array, interval_s: float, density: Density) -> Array:
+    """A residual (n, q) with the base (n, p) fitted anew, each frequency weighing what the noise's spectrum says."""
+    n = len(residual)
+    window = np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2
+    f = np.maximum(np.fft.rfftfreq(n, interval_s), 1 / (n * interval_s))
+    B, r = (np.fft.rfft(window * values, axis=0) / np.sqrt(density(f))[:, None] for values in (base, residual))
+    change = np.linalg.lstsq((B.conj().T @ B).real, (B.conj().T @ r).real, rcond=1e-12)[0]
+    return np.asarray(residual - base @ change)
 
 
 def along_field(problem: Problem, residual: Array) -> float:

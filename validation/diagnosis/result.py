@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from scenarios.spec import ModelSpec
+from scenarios.spec import Scenario
 from sim.effects.base import Effect
 from sim.state import Array
 from validation.diagnosis.battery import Battery
@@ -72,7 +72,7 @@ class Diagnosis:
     ranking: tuple[tuple[str, float, float], ...]
     before: Battery
     after: Battery
-    model: ModelSpec
+    model: Scenario
     problem: Problem
     before_nT: Array
     after_nT: Array

@@ -47,13 +47,6 @@ class Steps:
         return sum(p[0] for p in parts), np.array([p[1] for p in parts]), np.stack([p[2] for p in parts], axis=1)
 
 
-def refitted(residual: Array, base: Array, interval_s: float) -> Array:
-    """A residual (n, q) with the base (n, p) fitted to its steps, where a slow wander weighs little."""
-    length = _length(len(residual), interval_s)
-    change = np.linalg.lstsq(_steps(base, length), _steps(residual, length), rcond=1e-9)[0]
-    return np.asarray(residual - base @ change)
-
-
 def _length(n: int, interval_s: float) -> int:
     return max(1, min(round(STEP_S / interval_s), n // LEAST_STEPS), n // MOST_STEPS)
 

@@ -8,33 +8,32 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.spec import ModelSpec
+from scenarios.spec import Model
 from sim import effects as effect_table
 from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
-from sim.effects.iron import HardIron, SoftIron
-from sim.effects.noise import WhiteNoise
 from sim.field import earth_field_enu_nT
 from sim.state import Array
 from validation.diagnosis.compare import THRESHOLD, Ground
-from validation.diagnosis.direct import direct_evidence, louder, vec3
+from validation.diagnosis.direct import direct_evidence, louder
 from validation.diagnosis.localise import localise
+from validation.diagnosis.model import patched
 from validation.diagnosis.noise import Noise, along_field, slow_noise, white_score
-from validation.diagnosis.patch import joined, predict, refined, unexplained
+from validation.diagnosis.patch import predict, refined, unexplained
 from validation.diagnosis.problem import Problem, pose
 from validation.diagnosis.result import Diagnosis, Gap, Named
 from validation.diagnosis.select import FORM_ERROR, Found, Selection, base_changes, select, unseen
 from validation.diagnosis.verdict import HALF, advice_for, sentence_for, verdict_of
 
 Progress = Callable[[str], object]
-MIMIC_LEFT, STILL = 0.2, 0.3
+MIMIC_LEFT, STILL = 0.2, 0.2
 """Part of the gap that a form error may leave; part of a channel's share of the gap that it keeps of what is left."""
 
 
 def diagnose(
     recording: Recording,
-    model: ModelSpec,
+    model: Model,
     *,
     field_enu_nT: Array | None = None,
     strength_nT: float | None = None,
@@ -104,7 +103,7 @@ def diagnose(
         ranking=tuple((e.name, e.D, e.strength) for e in selection.first_ranking),
         before=selection.before,
         after=after,
-        model=_model(model, effects, named, problem, fitted_base, field_enu_nT),
+        model=patched(model, named, problem, fitted_base),
         problem=problem,
         before_nT=before_nT,
         after_nT=after_nT,
@@ -161,12 +160,12 @@ def _gap(
 
 
 def _mimics(problem: Problem, where: tuple[tuple[str, str, float], ...], after_nT: Array, gap: Gap) -> bool:
-    """Whether what is left still goes with the gap's first channel: then the found effects only resemble the cause."""
+    """Whether what is left still goes with the gap's channels: then the found effects only resemble the cause."""
     if not where or (gap.explained or 0.0) > 1 - MIMIC_LEFT**2:
         return False
-    channel, _, score = where[0]
     left = {name: share for name, _, share in localise(problem, after_nT / problem.sigma_nT)}
-    return left.get(channel, 0.0) > STILL * score
+    first = where[0][2]
+    return any(left.get(name, 0.0) > STILL * score for name, _, score in where if score > first / 2)
 
 
 def _held_samples(ground: Ground) -> NDArray[np.bool_]:
@@ -188,28 +187,3 @@ def _without_channels(problem: Problem) -> tuple[str, ...]:
         for name, cls in BY_NAME.items()
         if not set(cls.needs) <= problem.has - blind
     )
-
-
-def _model(
-    model: ModelSpec,
-    effects: Sequence[Effect],
-    named: Sequence[Named],
-    problem: Problem,
-    fitted_base: bool,
-    field_enu_nT: Array | None,
-) -> ModelSpec:
-    """The model with the named effects; where its base was not known, with the fitted hard and soft iron too."""
-    new = [one.effect for one in named]
-    given = list(effects)
-    if fitted_base:
-        matrix = problem.turn - np.eye(3)
-        middle = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
-        new = [SoftIron(matrix.tolist()), HardIron(middle.tolist()), *new]
-    if not any(e.name == "white_noise" for e in given):
-        new.append(WhiteNoise(vec3(np.resize(problem.sigma_nT, 3))))
-    tables, order = effect_table.as_tables(joined(given, new))
-    values = {"effects": tables, "effect_order": order, "name": model.name, "summary": model.summary}
-    field = model.field.model_dump(mode="json", exclude_none=True) if model.field is not None else None
-    if field is None and field_enu_nT is not None:
-        field = {"enu_nT": field_enu_nT.tolist()}
-    return ModelSpec.model_validate(values | ({"field": field} if field else {}))
