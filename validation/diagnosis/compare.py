@@ -104,6 +104,16 @@ def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
     return better if better is not None and better.gain > found.gain else found
 
 
+def judged_columns(ground: Ground, columns: Array) -> float:
+    """Evidence D of columns (n, q, k) that belong to no effect: nats on held-out segments over the inflation."""
+    joint = _joined(ground, columns)
+    gains = [
+        (squares(ground.sums, fit(ground.sums, ~held), held) - squares(joint, fit(joint, ~held), held)) / 2
+        for held in map(ground.cut.held, range(SPLITS))
+    ]
+    return sum(gains) / HELD / inflation(joint, fit(joint, np.ones(ground.cut.m, bool)))
+
+
 def _misfit(ground: Ground, candidate: Candidate) -> float:
     everything = np.ones(ground.cut.m, bool)
     s = _joined(ground, candidate.columns(ground.problem))

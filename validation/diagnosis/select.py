@@ -11,7 +11,7 @@ from sim.effects import BY_NAME
 from validation.diagnosis.battery import Battery, battery
 from validation.diagnosis.blocks import Cut
 from validation.diagnosis.candidates import ABSORBED, Candidate, proposed
-from validation.diagnosis.compare import THRESHOLD, Evidence, Ground, judge
+from validation.diagnosis.compare import THRESHOLD, Evidence, Ground, judge, judged_columns
 from validation.diagnosis.problem import Problem
 from validation.diagnosis.search import SEARCHES
 
@@ -72,7 +72,18 @@ def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progres
         found.append(chosen)
         ground = Ground.of(problem, np.concatenate([ground.inside, chosen.evidence.columns], axis=2))
         now = residual_tests(ground, tuple(f.name for f in found))
+        if now.clean and _earth_vector_left(ground):
+            now = replace(now, why=("a constant vector in the earth's frame",))
     return Selection(tuple(found), start, ground, before, now, first)
+
+
+def _earth_vector_left(ground: Ground) -> bool:
+    """Whether a constant error of the earth's field is left, which an effect that depends on the place imitates."""
+    problem = ground.problem
+    if problem.mode != "vector":
+        return False
+    constant = judged_columns(ground, problem.whitened(problem.state.R_wb.transpose(0, 2, 1), "field"))
+    return constant > THRESHOLD
 
 
 def found_among(ranking: tuple[Evidence, ...]) -> Found:

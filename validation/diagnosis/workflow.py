@@ -27,8 +27,11 @@ from validation.diagnosis.select import FORM_ERROR, Found, Selection, base_chang
 from validation.diagnosis.verdict import HALF, advice_for, sentence_for, verdict_of
 
 Progress = Callable[[str], object]
-MIMIC_LEFT, STILL = 0.2, 0.2
-"""Part of the gap that a form error may leave; part of a channel's share of the gap that it keeps of what is left."""
+MIMIC_LEFT, STILL, PATCHWORK = 0.2, 0.2, 0.9
+"""Part of the gap that a form error may leave; part of a channel's share of the gap that it keeps of what is left;
+least that several effects must explain."""
+BESIDE_TIME = 0.1
+"""Share of a gap that goes with a channel beyond what goes with time, above which it is no noise."""
 
 
 def diagnose(
@@ -86,7 +89,7 @@ def diagnose(
     unseen_names = tuple(n for n in unseen(problem) if n not in found_names) if problem.mode == "vector" else ()
     where = localise(problem, before_nT / problem.sigma_nT)
     verdict = verdict_of(named, after.clean or noise is not None, gap)
-    if verdict == "partial" and _mimics(problem, where, after_nT, gap):
+    if verdict == "partial" and _mimics(problem, where, after_nT, gap, len(found) > 1):
         verdict = "unknown"
     if verdict == "unknown":  # what explains little is no name
         named = [one for one in named if one.how == "direct"]
@@ -121,8 +124,8 @@ def _noise(selection: Selection) -> tuple[Noise, bool] | None:
     if selection.after.clean and not selection.found:
         return None
     problem, left = selection.end.problem, selection.end.residual()
-    alone = slow_noise(problem, selection.start.residual())
-    beside = slow_noise(problem, left) if selection.found and not selection.after.clean else None
+    alone = _wander(problem, selection.start.residual())
+    beside = _wander(problem, left) if selection.found and not selection.after.clean else None
     score = white_score(problem, left)
     price = selection.end.inside.shape[2] + THRESHOLD
     if beside is not None and beside.fits and beside.score > score:
@@ -134,6 +137,14 @@ def _noise(selection: Selection) -> tuple[Noise, bool] | None:
     if beside is None or not beside.fits or excess < FORM_ERROR * selection.found[0].evidence.strength:
         return None
     return beside, False
+
+
+def _wander(problem: Problem, residual: Array) -> Noise | None:
+    """Slow noise in a residual, unless that goes with a channel more than with time."""
+    shares = {channel: share for channel, _, share in localise(problem, residual)}
+    if max(shares.values(), default=0.0) > shares.get("time_s", 0.0) + BESIDE_TIME:
+        return None
+    return slow_noise(problem, residual)
 
 
 def _gap(
@@ -159,9 +170,17 @@ def _gap(
     return before * sigma, after * sigma, gap
 
 
-def _mimics(problem: Problem, where: tuple[tuple[str, str, float], ...], after_nT: Array, gap: Gap) -> bool:
-    """Whether what is left still goes with the gap's channels: then the found effects only resemble the cause."""
-    if not where or (gap.explained or 0.0) > 1 - MIMIC_LEFT**2:
+def _mimics(
+    problem: Problem, where: tuple[tuple[str, str, float], ...], after_nT: Array, gap: Gap, several: bool
+) -> bool:
+    """Whether the found effects only resemble the cause.
+
+    They do where what is left still goes with the gap's channels, and where several explain it and yet not most of it.
+    """
+    explained = gap.explained or 0.0
+    if several and explained < PATCHWORK:
+        return True
+    if not where or explained > 1 - MIMIC_LEFT**2:
         return False
     left = {name: share for name, _, share in localise(problem, after_nT / problem.sigma_nT)}
     first = where[0][2]
