@@ -32,8 +32,11 @@ def read_recording(
     """
     file = _file(path, run)
     if maps or not _is_ours(file):
-        return read_measured(file, maps)
-    return recording_of(_read(file, _wanted(_names(file), groups)))
+        recording = read_measured(file, maps)
+    else:
+        recording = recording_of(_read(file, _wanted(_names(file), groups)))
+    pa.default_memory_pool().release_unused()  # twice what a long log takes would stay with Arrow
+    return recording
 
 
 def read_run(path: Path, *, run: int = 0) -> tuple[Recording, Truth]:

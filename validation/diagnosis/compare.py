@@ -28,7 +28,7 @@ class Evidence:
 
     gain: nats of log-likelihood; V: by how much colour inflates them; strength: rms of what it adds after the base is
     refitted, in units of the noise; survival: the part of its raw size that the base cannot take up; sums, fit: of
-    [already in, candidate].
+    [already in, candidate]; width: the candidate's number of columns, which are made again where they are needed.
     """
 
     candidate: Candidate
@@ -38,7 +38,7 @@ class Evidence:
     survival: float
     sums: Sums
     fit: Fit
-    columns: Array
+    width: int
 
     @property
     def name(self) -> str:
@@ -49,11 +49,6 @@ class Evidence:
     def D(self) -> float:
         """Evidence in nats, deflated by what is still coloured."""
         return self.gain / self.V
-
-    @property
-    def width(self) -> int:
-        """How many columns the candidate has."""
-        return int(self.columns.shape[2])
 
     @property
     def coefficients(self) -> Array:
@@ -122,12 +117,10 @@ def _misfit(ground: Ground, candidate: Candidate) -> float:
 
 def _judged(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
     """Settings profiled on the training segments of each split; ln of the number tried is taken off."""
-    problem = ground.problem
-    columns = [member.columns(problem) for member in settings]
-    usable = [i for i, c in enumerate(columns) if np.isfinite(c).all() and np.abs(c).max() > 0]
+    joint = {i: s for i, member in enumerate(settings) if (s := _tried(ground, member)) is not None}
+    usable = list(joint)
     if not usable:
         return None
-    joint = {i: _joined(ground, columns[i]) for i in usable}
     gains = []
     for split in range(SPLITS):
         held = ground.cut.held(split)
@@ -139,10 +132,18 @@ def _judged(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
     fits = {i: fit(s, everything) for i, s in joint.items()}
     best = min(usable, key=lambda i: squares(joint[i], fits[i], everything))
     chosen, factor = settings[best], inflation(joint[best], fits[best])
-    gain = sum(gains) / HELD - factor * _price(chosen.tried * len(settings), columns[best].shape[2])
-    strength, survival = _strength(ground, joint[best], fits[best], columns[best])
-    found = Evidence(chosen, gain, factor, strength, survival, joint[best], fits[best], columns[best])
+    width = joint[best].width - ground.inside.shape[2]
+    gain = sum(gains) / HELD - factor * _price(chosen.tried * len(settings), width)
+    strength, survival = _strength(ground, joint[best], fits[best], width)
+    found = Evidence(chosen, gain, factor, strength, survival, joint[best], fits[best], width)
     return found if _possible(found) else None
+
+
+def _tried(ground: Ground, member: Candidate) -> Sums | None:
+    """Sums with a candidate's columns, which are not kept; None where they are zero or not finite."""
+    columns = member.columns(ground.problem)
+    finite = np.isfinite(columns).all() and np.abs(columns).max() > 0
+    return _joined(ground, columns) if finite else None
 
 
 def _price(tried: int, k: int) -> float:
@@ -151,23 +152,27 @@ def _price(tried: int, k: int) -> float:
 
 
 def _possible(found: Evidence) -> bool:
-    """Whether the fit is one that the effect can have: an effect of one sign must not come out with the other."""
-    effect = found.candidate.effect
-    return bool(effect.linear or effect.tangents or found.coefficients[0] > 0)
+    """Whether the effect can have such a fit: no parameter beyond its bounds, none of one sign with the other."""
+    effect, c = found.candidate.effect, found.coefficients
+    if effect.linear and not found.candidate.phased:
+        bounds = {p.name: (p.low, p.high) for p in effect.parameters()}
+        return all(
+            bounds[name][0] <= v <= bounds[name][1] for v, (name, _) in zip(c, effect.linear_units(), strict=True)
+        )
+    return bool(effect.linear or effect.tangents or c[0] > 0)
 
 
 def _joined(ground: Ground, columns: Array) -> Sums:
-    both = np.concatenate([ground.inside, columns], axis=2)
+    both = np.concatenate([ground.inside, columns], axis=2) if ground.inside.size else columns
     return sums(ground.cut, ground.problem.base, both, ground.problem.target, ground.problem.usable)
 
 
-def _strength(ground: Ground, s: Sums, f: Fit, columns: Array) -> tuple[float, float]:
+def _strength(ground: Ground, s: Sums, f: Fit, k: int) -> tuple[float, float]:
     """Rms of the candidate's part after the base, and that over its raw rms."""
-    k = columns.shape[2]
     c = f.c[-k:]
     raw = float(c @ s.EE.sum(axis=0)[-k:, -k:] @ c)
     BB, BE = s.BB.sum(axis=0), s.BE.sum(axis=0)[:, :, -k:] @ c
     taken = float(np.einsum("pq,pr,rq->", BE, np.linalg.pinv(BB, rcond=1e-13, hermitian=True), BE))
     left = max(raw - taken, 0.0)
-    samples = max(float(s.count.sum()) * columns.shape[1], 1.0)
+    samples = max(float(s.count.sum()) * ground.problem.target.shape[1], 1.0)
     return math.sqrt(left / samples), math.sqrt(left / raw) if raw > 0 else 0.0

@@ -51,8 +51,9 @@ class Problem:
         """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""
         early = stage in ("field", "vehicle")
         if self.mode == "vector":
-            to_sensor = (self.turn if early else np.eye(3)) / self.sigma_nT[:, None]
-            return np.asarray(self.usable[:, None, None] * (to_sensor @ contribution_nT))
+            columns = self.turn @ contribution_nT if early else contribution_nT.copy()
+            columns *= (self.usable[:, None] / self.sigma_nT)[:, :, None]
+            return columns
         direction = self.state.field_nT / np.linalg.norm(self.state.field_nT, axis=1, keepdims=True)
         inward = direction if early else direction @ np.linalg.inv(self.turn)
         scalar = np.einsum("ni,nik->nk", inward, contribution_nT)[:, None, :]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sim.effects import BY_NAME
+from sim.state import Array
 from validation.diagnosis.battery import Battery, battery
 from validation.diagnosis.blocks import Cut
 from validation.diagnosis.candidates import ABSORBED, Candidate, proposed
@@ -70,7 +71,7 @@ def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progres
         if found and chosen.evidence.gain < FORM_ERROR**2 * found[0].evidence.gain:
             break
         found.append(chosen)
-        ground = Ground.of(problem, np.concatenate([ground.inside, chosen.evidence.columns], axis=2))
+        ground = Ground.of(problem, _with(ground, chosen))
         now = residual_tests(ground, tuple(f.name for f in found))
         if now.clean and _earth_vector_left(ground):
             now = replace(now, why=("a constant vector in the earth's frame",))
@@ -126,13 +127,18 @@ def base_changes(selection: Selection, without: frozenset[str] = frozenset()) ->
             break
         alike = tuple(e.name for e in _ranked(ground, others) if not e.behind(ranking[0]))
         found.append(replace(chosen, alternatives=(*chosen.alternatives, *alike)))
-        ground = Ground.of(bare, np.concatenate([ground.inside, found[-1].evidence.columns], axis=2))
+        ground = Ground.of(bare, _with(ground, chosen))
     return tuple(found)
+
+
+def _with(ground: Ground, chosen: Found) -> Array:
+    """The columns (n, q, k) already in, and a chosen effect's."""
+    return np.concatenate([ground.inside, chosen.evidence.candidate.columns(ground.problem)], axis=2)
 
 
 def _raw_gain(found: Evidence) -> float:
     """Nats that an effect explains where the base is not fitted anew."""
-    samples = float(found.sums.count.sum()) * found.columns.shape[1]
+    samples = float(found.sums.count.sum()) * found.sums.y1.shape[1]
     return float(samples * (found.strength / max(found.survival, 1e-9)) ** 2 / 2)
 
 
