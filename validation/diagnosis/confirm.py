@@ -7,14 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from scenarios.spec import Model
-from sim import effects as effect_table
 from sim.dataset import Recording
-from sim.field import earth_field_enu_nT
 from sim.state import Array
 from validation.diagnosis.blocks import Cut, Fit, block_sums, colour, sums
 from validation.diagnosis.compare import THRESHOLD
 from validation.diagnosis.patch import predict, unexplained
-from validation.diagnosis.problem import pose
+from validation.diagnosis.problem import posed
 from validation.diagnosis.result import Diagnosis, Named
 
 ONE_RUN = ("offset_jump",)
@@ -29,11 +27,7 @@ def confirmed(
     Gain of each effect with its coefficients as they are, beside the others, in nats over the inflation by colour; the
     base is fitted to the second recording. In vector mode only: without attitude the evidence stays "single-run".
     """
-    effects = effect_table.build(model.effects, model.effect_order, "model")
-    if field_enu_nT is None and model.field is not None:
-        field_enu_nT = earth_field_enu_nT(model.field)
-    strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or 5e4
-    problem = pose(second, field_enu_nT, strength, effects)
+    problem = posed(second, model, field_enu_nT, strength_nT)
     if problem.mode != "vector":
         return found
     use = np.ones(len(second), bool)

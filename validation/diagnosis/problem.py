@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 from calib import Reference, get
 from calib.rates import body_rate, smoothed_derivative
 from scenarios.errors import InputError
+from scenarios.spec import Model
+from sim import effects as effect_table
 from sim.chain import apply_deterministic
 from sim.dataset import Recording
 from sim.effects.base import Effect
+from sim.field import earth_field_enu_nT
 from sim.rotation import cross, matrix_from_q, to_body
 from sim.state import Array, State
 
@@ -77,6 +80,18 @@ def pose(recording: Recording, field_enu_nT: Array | None, strength_nT: float, e
     if recording.att_q is not None and field_enu_nT is not None:
         return _vector(recording, field_enu_nT, effects)
     return _strength(recording, strength_nT, effects)
+
+
+def posed(recording: Recording, model: Model, field_enu_nT: Array | None, strength_nT: float | None) -> Problem:
+    """The problem of a recording and a model, with the model's field where no other is given.
+
+    Raises InputError as `pose` does, and for a bad effect table of the model.
+    """
+    effects = effect_table.build(model.effects, model.effect_order, "model")
+    if field_enu_nT is None and model.field is not None:
+        field_enu_nT = earth_field_enu_nT(model.field)
+    strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or 5e4
+    return pose(recording, field_enu_nT, strength, effects)
 
 
 def noise_std(values: Array) -> Array:

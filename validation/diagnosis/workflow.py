@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.spec import Model
-from sim import effects as effect_table
 from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
-from sim.field import earth_field_enu_nT
 from sim.state import Array
 from validation.diagnosis.compare import THRESHOLD, Ground
 from validation.diagnosis.direct import direct_evidence, louder
@@ -21,7 +19,7 @@ from validation.diagnosis.localise import localise
 from validation.diagnosis.model import patched
 from validation.diagnosis.noise import Noise, along_field, slow_noise, white_score
 from validation.diagnosis.patch import predict, refined, unexplained
-from validation.diagnosis.problem import Problem, pose
+from validation.diagnosis.problem import Problem, posed
 from validation.diagnosis.result import Diagnosis, Gap, Named
 from validation.diagnosis.select import FORM_ERROR, Found, Selection, base_changes, select, unseen
 from validation.diagnosis.verdict import HALF, advice_for, sentence_for, verdict_of
@@ -51,66 +49,84 @@ def diagnose(
 
     Raises InputError as `validation.diagnosis.problem.pose` does, and for a bad effect table of the model.
     """
-    effects = effect_table.build(model.effects, model.effect_order, "model")
-    if field_enu_nT is None and model.field is not None:
-        field_enu_nT = earth_field_enu_nT(model.field)
-    strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or 5e4
     say("direct evidence")
-    whole = pose(recording, field_enu_nT, strength, effects)
+    whole = posed(recording, model, field_enu_nT, strength_nT)
     direct = direct_evidence(whole, without)
     problem = whole
     for one in direct:
         problem = problem.without(one.samples)
     selection = select(problem, without, say)
     noise = _noise(selection)
-    hopeless = noise is None and not selection.after.clean and _explained(selection) < HALF
-    found = () if hopeless or (noise is not None and noise[1]) else selection.found
-    base = () if hopeless or fitted_base else base_changes(selection, without)
-    if noise is not None:  # a slow wander moves the mean: no change of a constant
-        base = tuple(f for f in base if f.name not in ("hard_iron", "sensor_offset"))
+    found, base = _believed(selection, noise, fitted_base, without)
     say("the simulator with the new model")
-    everything = np.ones(len(recording), bool)
-    new = [f.evidence.candidate.made(f.evidence.coefficients) for f in (*found, *base)]
-    fine = refined(problem, new, everything, found[0].evidence.V if found else 1.0, refit=fitted_base)
-    named = [
-        Named(effect, f.alternatives, "base" if f in base else "held-out", f.evidence.D, f.evidence.strength, spread)
-        for effect, spread, f in zip(fine.effects, fine.spread, (*found, *base), strict=True)
-    ]
-    named += [Named(one.effect, (), "direct", None, 0.0) for one in direct]
-    noisier = louder(problem, selection.end.residual(), [one.effect for one in named], without)
-    if noisier is not None and noise is None:
-        named.append(Named(noisier, (), "spectrum", None, 0.0))
-    if noise is not None:
-        slow = tuple(e.name for e in selection.first_ranking if e.D > THRESHOLD)[:3] if not noise[0].told else ()
-        named.append(Named(noise[0].effect, (*noise[0].alternatives, *slow), "spectrum", noise[0].gain, 0.0))
-    before_nT, after_nT, gap = _gap(problem, selection, found, base, fine.effects)
+    held_out = _refined(problem, found, base, fitted_base)
+    seen = [Named(one.effect, (), "direct", None, 0.0) for one in direct]
+    named = [*held_out, *seen, *_noises(selection, noise, [*held_out, *seen], without)]
+    before_nT, after_nT, gap = _gap(problem, selection, found, base, [one.effect for one in held_out])
     after = selection.after if found or not selection.found else selection.before
-    found_names = {one.name for one in named}
-    unseen_names = tuple(n for n in unseen(problem) if n not in found_names) if problem.mode == "vector" else ()
     where = localise(problem, before_nT / problem.sigma_nT)
     verdict = verdict_of(named, after.clean or noise is not None, gap)
     if verdict == "partial" and _mimics(problem, where, after_nT, gap, len(found) > 1):
         verdict = "unknown"
     if verdict == "unknown":  # what explains little is no name
-        named = [one for one in named if one.how == "direct"]
+        named = seen
         after_nT, gap = before_nT, replace(gap, after_nT=gap.before_nT, after_sigma=gap.before_sigma)
-    missing = _without_channels(problem)
+    unseen_names, missing = _unseen(problem, named), _without_channels(problem)
     return Diagnosis(
-        verdict=verdict,
-        sentence=sentence_for(verdict, named, gap, where, after),
-        named=tuple(named),
-        where=where,
-        gap=gap,
-        not_observable=(*unseen_names, *missing),
+        verdict=verdict, sentence=sentence_for(verdict, named, gap, where, after), named=tuple(named), where=where,
+        gap=gap, not_observable=(*unseen_names, *missing),
         advice=advice_for(verdict, named, unseen_names, missing, problem, where, _turning(problem, before_nT)),
-        ranking=tuple((e.name, e.D, e.strength) for e in selection.first_ranking),
-        before=selection.before,
-        after=after,
-        model=patched(model, named, problem, fitted_base),
-        problem=problem,
-        before_nT=before_nT,
+        ranking=tuple((e.name, e.D, e.strength) for e in selection.first_ranking), before=selection.before,
+        after=after, model=patched(model, named, problem, fitted_base), problem=problem, before_nT=before_nT,
         after_nT=after_nT,
-    )
+    )  # fmt: skip
+
+
+def _believed(
+    selection: Selection, noise: tuple[Noise, bool] | None, fitted_base: bool, without: frozenset[str]
+) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
+    """The effects found, and the changes of the base, that noise and what is left speak for."""
+    if noise is None and not selection.after.clean and _explained(selection) < HALF:
+        return (), ()
+    found = () if noise is not None and noise[1] else selection.found
+    base = () if fitted_base else base_changes(selection, without)
+    if noise is not None:  # a slow wander moves the mean: no change of a constant
+        base = tuple(f for f in base if f.name not in ("hard_iron", "sensor_offset"))
+    return found, base
+
+
+def _refined(problem: Problem, found: Sequence[Found], base: Sequence[Found], fitted_base: bool) -> list[Named]:
+    """Effects and changes of the base with their parameters refined through the simulator's chain."""
+    everything = np.ones(len(problem.recording), bool)
+    V = found[0].evidence.V if found else 1.0
+    fine = refined(problem, _made(found, base), everything, V, refit=fitted_base)
+    return [
+        Named(effect, f.alternatives, "base" if f in base else "held-out", f.evidence.D, f.evidence.strength, spread)
+        for effect, spread, f in zip(fine.effects, fine.spread, (*found, *base), strict=True)
+    ]
+
+
+def _made(found: Sequence[Found], base: Sequence[Found]) -> list[Effect]:
+    return [f.evidence.candidate.made(f.evidence.coefficients) for f in (*found, *base)]
+
+
+def _noises(
+    selection: Selection, noise: tuple[Noise, bool] | None, others: Sequence[Named], without: frozenset[str]
+) -> list[Named]:
+    """Slow noise, or more white noise than the model has."""
+    if noise is None:
+        effects = [one.effect for one in others]
+        noisier = louder(selection.end.problem, selection.end.residual(), effects, without)
+        return [] if noisier is None else [Named(noisier, (), "spectrum", None, 0.0)]
+    one = noise[0]
+    slow = tuple(e.name for e in selection.first_ranking if e.D > THRESHOLD)[:3] if not one.told else ()
+    return [Named(one.effect, (*one.alternatives, *slow), "spectrum", one.gain, 0.0)]
+
+
+def _unseen(problem: Problem, named: Sequence[Named]) -> tuple[str, ...]:
+    """Effects that look like iron on this motion, but those that were found nevertheless."""
+    names = {one.name for one in named}
+    return tuple(name for name in unseen(problem) if name not in names) if problem.mode == "vector" else ()
 
 
 def _explained(selection: Selection) -> float:
@@ -156,7 +172,7 @@ def _gap(
     test = held & (problem.usable > 0)
     if problem.mode == "vector":
         before = unexplained(problem, problem.predicted_nT, train)
-        new = [f.evidence.candidate.made(f.evidence.coefficients) for f in (*found, *base)]
+        new = _made(found, base)
         trained = refined(problem, new, train).effects if new else ()
         after = unexplained(problem, predict(problem, trained), train)
     else:
