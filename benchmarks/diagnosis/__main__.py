@@ -20,7 +20,7 @@ from benchmarks.diagnosis.report import write_report  # noqa: E402
 from benchmarks.diagnosis.trials import run, trials  # noqa: E402
 from sim.pool import each  # noqa: E402
 
-SCORED, TUNED = 1000, 0
+SCORED, TUNED = 2000, 0
 """First seed of the scoring set, which is run once a release, and of the tuning set."""
 
 

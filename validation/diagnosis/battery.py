@@ -58,7 +58,8 @@ def battery(residual: Array, usable: Array, interval_s: float, fitted: int, memo
     tones = _tones(residual / np.sqrt(variance), interval_s)
     if tones:
         why.append("tones at " + ", ".join(f"{f:.4g} Hz" for f in tones))
-    kurtosis = float(np.mean((residual**4).mean(axis=0) / variance**2 * len(usable) / usable.sum()) - 3)
+    share = usable.sum() / len(usable)
+    kurtosis = float(np.mean((residual**4).mean(axis=0) / (residual**2).mean(axis=0) ** 2 * share) - 3)
     if kurtosis > 8 * np.sqrt(24 / residual.size) + 0.1:
         why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")
     return Battery(excess, tones, kurtosis, tuple(why))

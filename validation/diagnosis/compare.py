@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from sim.effects import EFFECTS
 from sim.state import Array
 from validation.diagnosis.blocks import HELD, SPLITS, Cut, Fit, Sums, fit, inflation, squares, sums
 from validation.diagnosis.candidates import Candidate
@@ -19,7 +20,9 @@ ALPHA = 0.01
 SEARCHED = 50
 """Settings beyond which they come from a search over the whole record, not from a list profiled in training."""
 THRESHOLD = math.log(1 / ALPHA)
-"""Least evidence D that is accepted, and the most by which look-alikes may fall short of the best."""
+"""Most evidence D by which look-alikes may fall short of the best."""
+ACCEPT = math.log(len(EFFECTS) / ALPHA)
+"""Least evidence that is accepted: the same, for the best of a whole library."""
 
 
 @dataclass(frozen=True)

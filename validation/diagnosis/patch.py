@@ -17,9 +17,11 @@ from sim.effects.base import Effect
 from sim.state import Array
 from validation.diagnosis.problem import Problem
 
-UNMOVED = ("motor", "time_s", "period_s", "reference_degC", "reference_nT", "origin_enu_m", "extent_enu_m")
+UNMOVED = ("motor", "time_s", "reference_degC", "reference_nT", "origin_enu_m", "extent_enu_m")
 """Parameters that are not refined: whole numbers, conventions, and a moment (a sample, found by search)."""
 ROUNDS = 12
+OPEN = 1e-8
+"""Eigenvalue of the correlation of parameters below which their combination is not determined."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +69,18 @@ def refined(
 
     found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=ROUNDS, xtol=1e-5, ftol=1e-6)
     gram = found.jac.T @ found.jac
-    std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(gram, rcond=1e-14, hermitian=True)), 0) * inflation) * scale
+    std = np.sqrt(_variances(gram) * inflation) * scale
     made = _with_values(new, free, start + found.x * scale)
     return Refined(made, tuple(_split(made, free, std)))
+
+
+def _variances(gram: Array) -> Array:
+    """Diagonal (k,) of the inverse of a Gram matrix (k, k); infinite where the data leave a direction open."""
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    values, vectors = np.linalg.eigh(gram / np.outer(size, size))
+    open_ = values < OPEN
+    variances = (vectors[:, ~open_] ** 2 / values[~open_]).sum(axis=1) / size**2
+    return np.where((vectors[:, open_] ** 2).sum(axis=1) > 1e-3, np.inf, variances)
 
 
 def predict(problem: Problem, new: Sequence[Effect]) -> Array:
@@ -145,7 +156,8 @@ def _split(new: Sequence[Effect], free: Sequence[tuple[str, ...]], std: Array) -
     for effect, names in zip(new, free, strict=True):
         spread: dict[str, Array] = {}
         for name, unit in effect.linear_units():
-            spread[name] = np.hypot(spread.get(name, 0.0), std[at] * np.abs(unit))
+            part = np.where(unit == 0, 0.0, std[at]) * np.where(unit == 0, 1.0, np.abs(unit))
+            spread[name] = np.hypot(spread.get(name, 0.0), part)
             at += 1
         for name in (n for n in names if n not in effect.linear):
             size = int(np.prod(np.shape(getattr(effect, name))))

@@ -95,9 +95,13 @@ def posed(recording: Recording, model: Model, field_enu_nT: Array | None, streng
 
 
 def noise_std(values: Array) -> Array:
-    """Noise (q,) of a sample of values (n, q) that vary slowly beside it, from second differences, robustly."""
-    second = np.diff(values, 2, axis=0) / np.sqrt(6.0)
-    spread = np.median(np.abs(second), axis=0) / 0.6744897501960817
+    """Noise (q,) of a sample of values (n, q) that vary slowly beside it, from second differences.
+
+    Those beyond four robust standard deviations count as four: rare failures weigh little, and little is lost.
+    """
+    second = np.abs(np.diff(values, 2, axis=0)) / np.sqrt(6.0)
+    robust = np.median(second, axis=0) / 0.6744897501960817
+    spread = np.sqrt((np.minimum(second, 4 * robust) ** 2).mean(axis=0))
     return np.asarray(np.where(spread > 0, spread, np.maximum(second.std(axis=0), 1e-6)))
 
 

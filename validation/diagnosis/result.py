@@ -13,6 +13,8 @@ from sim.state import Array
 from validation.diagnosis.battery import Battery
 from validation.diagnosis.problem import Problem
 
+LEAST_EXCESS = 0.02
+"""Excess of power over the noise's that its own chance allows; a share of less cannot be told."""
 Verdict = Literal["none", "named", "class", "composite", "partial", "generic", "unknown", "not_observable"]
 
 
@@ -51,7 +53,7 @@ class Gap:
     def explained(self) -> float | None:
         """(g0^2 - g1^2) / (g0^2 - 1), at most 1, g in units of the noise; None where there is no gap to explain."""
         excess = self.before_sigma**2 - 1
-        return min(1.0, (self.before_sigma**2 - self.after_sigma**2) / excess) if excess > 1e-3 else None
+        return min(1.0, (self.before_sigma**2 - self.after_sigma**2) / excess) if excess > LEAST_EXCESS else None
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,7 @@ def _effect(one: Named) -> dict[str, Any]:
 
 
 def parameters(one: Named) -> dict[str, dict[str, Any]]:
-    """Value with 95 % interval and unit of every parameter in use."""
+    """Value with 95 % interval and unit of every parameter in use; no interval where the data do not give one."""
     out: dict[str, dict[str, Any]] = {}
     for p in one.effect.parameters():
         value = getattr(one.effect, p.name)
@@ -118,6 +120,8 @@ def parameters(one: Named) -> dict[str, dict[str, Any]]:
             out[p.name] = {"value": value, "low": None, "high": None, "unit": ""}
             continue
         spread = one.spread.get(p.name)
+        if spread is not None and not np.isfinite(spread).all():
+            spread = None  # the data leave a combination of its components open
         middle = np.asarray(value, dtype=float)
         out[p.name] = {
             "value": middle.tolist(),

@@ -12,13 +12,13 @@ from sim.state import Array
 from validation.diagnosis.battery import Battery, battery
 from validation.diagnosis.blocks import Cut
 from validation.diagnosis.candidates import ABSORBED, Candidate, proposed
-from validation.diagnosis.compare import THRESHOLD, Evidence, Ground, judge, judged_columns
+from validation.diagnosis.compare import ACCEPT, THRESHOLD, Evidence, Ground, judge, judged_columns
 from validation.diagnosis.problem import Problem
 from validation.diagnosis.search import SEARCHES
 
 MOST_EFFECTS = 3
 MEMORY = 10
-FORM_ERROR = 0.15
+FORM_ERROR, SAME_FORM = 0.15, 0.35
 """A further effect below this part of the first's size is the first's form, not a name of its own."""
 UNSEEN, SMOOTH_S = 0.1, 1.0
 """Largest survival of an effect that the base takes up nearly whole; length of the means that it is read from."""
@@ -65,10 +65,10 @@ def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progres
         say(f"candidates, round {len(found) + 1}")
         ranking = _ranked(ground, members)
         first = first or ranking
-        if not ranking or ranking[0].D <= THRESHOLD:
+        if not ranking or ranking[0].D <= ACCEPT:
             break
         chosen = found_among(ranking)
-        if found and chosen.evidence.gain < FORM_ERROR**2 * found[0].evidence.gain:
+        if found and chosen.evidence.gain < _form(chosen, found) ** 2 * found[0].evidence.gain:
             break
         found.append(chosen)
         ground = Ground.of(problem, _with(ground, chosen))
@@ -76,6 +76,11 @@ def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progres
         if now.clean and _earth_vector_left(ground):
             now = replace(now, why=("a constant vector in the earth's frame",))
     return Selection(tuple(found), start, ground, before, now, first)
+
+
+def _form(chosen: Found, found: list[Found]) -> float:
+    """Part of the first effect's size below which another is only its form; more for one that is in already."""
+    return SAME_FORM if chosen.name in {f.name for f in found} else FORM_ERROR
 
 
 def _earth_vector_left(ground: Ground) -> bool:
@@ -119,7 +124,7 @@ def base_changes(selection: Selection, without: frozenset[str] = frozenset()) ->
     least = FORM_ERROR**2 * max((_raw_gain(f.evidence) for f in selection.found), default=0.0)
     while len(found) < MOST_EFFECTS:
         ranking = _ranked(ground, members)
-        if not ranking or ranking[0].D <= THRESHOLD:
+        if not ranking or ranking[0].D <= ACCEPT:
             break
         chosen = found_among(ranking)
         least = max(least, FORM_ERROR**2 * found[0].evidence.gain) if found else least

@@ -36,7 +36,7 @@ def verdict_of(named: Sequence[Named], clean: bool, gap: Gap) -> Verdict:
         return "none" if clean else "unknown"
     if not clean:
         explained = gap.explained
-        return "partial" if explained is not None and explained >= HALF else "unknown"
+        return "partial" if explained is None or explained >= HALF else "unknown"
     if all(one.how == "base" for one in named) and any(set(one.alternatives) - set(ABSORBED) for one in named):
         return "not_observable"
     if len(named) > 1:

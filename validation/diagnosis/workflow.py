@@ -20,14 +20,19 @@ from validation.diagnosis.model import patched
 from validation.diagnosis.noise import Noise, along_field, slow_noise, white_score
 from validation.diagnosis.patch import predict, refined, unexplained
 from validation.diagnosis.problem import Problem, posed
-from validation.diagnosis.result import Diagnosis, Gap, Named
-from validation.diagnosis.select import FORM_ERROR, Found, Selection, base_changes, select, unseen
+from validation.diagnosis.result import Diagnosis, Gap, Named, Verdict
+from validation.diagnosis.select import Found, Selection, base_changes, select, unseen
 from validation.diagnosis.verdict import HALF, advice_for, sentence_for, verdict_of
 
 Progress = Callable[[str], object]
+Where = tuple[tuple[str, str, float], ...]
 MIMIC_LEFT, STILL, PATCHWORK = 0.2, 0.2, 0.9
 """Part of the gap that a form error may leave; part of a channel's share of the gap that it keeps of what is left;
 least that several effects must explain."""
+FORM_NOISE = 0.25
+"""Part of the first effect's size below which a slow noise beside it is its form."""
+HARDLY = 0.1
+"""Excess of the residual's power over the noise's, below which a share of it says nothing."""
 BESIDE_TIME = 0.1
 """Share of a gap that goes with a channel beyond what goes with time, above which it is no noise."""
 
@@ -66,7 +71,7 @@ def diagnose(
     after = selection.after if found or not selection.found else selection.before
     where = localise(problem, before_nT / problem.sigma_nT)
     verdict = verdict_of(named, after.clean or noise is not None, gap)
-    if verdict == "partial" and _mimics(problem, where, after_nT, gap, len(found) > 1):
+    if _mimics(verdict, problem, where, after_nT, gap, named):
         verdict = "unknown"
     if verdict == "unknown":  # what explains little is no name
         named = seen
@@ -130,9 +135,9 @@ def _unseen(problem: Problem, named: Sequence[Named]) -> tuple[str, ...]:
 
 
 def _explained(selection: Selection) -> float:
-    """Share of the gap that the found effects explain, on the data that they were fitted to."""
+    """Share of the gap that the found effects explain, on the data that they were fitted to; 1 if it is hardly one."""
     before, after = (float((ground.residual() ** 2).mean()) - 1 for ground in (selection.start, selection.end))
-    return (before - after) / before if before > 0 else 0.0
+    return (before - after) / before if before > HARDLY else 1.0
 
 
 def _noise(selection: Selection) -> tuple[Noise, bool] | None:
@@ -150,7 +155,8 @@ def _noise(selection: Selection) -> tuple[Noise, bool] | None:
     if alone is not None and alone.fits and (not selection.found or score - price < alone.score):
         return alone, True
     excess = float(np.sqrt(max((left**2).mean() - 1, 0.0)))
-    if beside is None or not beside.fits or excess < FORM_ERROR * selection.found[0].evidence.strength:
+    form = FORM_NOISE * selection.found[0].evidence.strength if selection.found else 0.0
+    if beside is None or not (beside.fits and beside.told) or excess < form:
         return None
     return beside, False
 
@@ -187,20 +193,25 @@ def _gap(
 
 
 def _mimics(
-    problem: Problem, where: tuple[tuple[str, str, float], ...], after_nT: Array, gap: Gap, several: bool
+    verdict: Verdict, problem: Problem, where: Where, after_nT: Array, gap: Gap, named: Sequence[Named]
 ) -> bool:
     """Whether the found effects only resemble the cause.
 
-    They do where what is left still goes with the gap's channels, and where several explain it and yet not most of it.
+    They do where several explain the gap and yet not most of it, and where what is left, be it a slow noise, still goes
+    with the channels that the gap goes with.
     """
-    explained = gap.explained or 0.0
-    if several and explained < PATCHWORK:
+    noisy = any(one.how == "spectrum" for one in named)
+    several = sum(one.how == "held-out" for one in named) > 1
+    if not (verdict == "partial" or (verdict == "composite" and noisy)) or gap.explained is None:
+        return False
+    if verdict == "partial" and several and gap.explained < PATCHWORK:
         return True
-    if not where or explained > 1 - MIMIC_LEFT**2:
+    if not where or gap.explained > 1 - MIMIC_LEFT**2:
         return False
     left = {name: share for name, _, share in localise(problem, after_nT / problem.sigma_nT)}
     first = where[0][2]
-    return any(left.get(name, 0.0) > STILL * score for name, _, score in where if score > first / 2)
+    goes_with = [name for name, _, score in where if score > first / 2 and left.get(name, 0.0) > STILL * score]
+    return bool(set(goes_with) - {"time_s"} if noisy else goes_with)
 
 
 def _held_samples(ground: Ground) -> NDArray[np.bool_]:
