@@ -14,6 +14,13 @@ from benchmarks.diagnosis.truth import EQUIVALENT
 Row = dict[str, Any]
 NOISES = {"flicker_noise", "offset_random_walk"}
 CONFIDENT = ("named", "composite")
+WITHIN = {
+    "offset_jump.time_s": (0.25, "s"),
+    "local_dipole.position_enu_m": (0.5, "m"),
+    "current_ripple.frequency_hz": (1e-3, "Hz"),
+    "latency.delay_s": (0.05, ""),
+}
+"""Most error of a parameter, and its unit; without one it is relative."""
 EXACT = ("attitude_misalignment", "hard_iron_drift", "diurnal_drift", "field_gradient", "nonlinearity", "offset_jump")
 """Effects whose truth has the candidate's own form, so that intervals can be held against it."""
 
@@ -126,28 +133,29 @@ def _two(rows: Sequence[Row]) -> Row:
 
 
 def _parameters(rows: Sequence[Row]) -> Row:
-    """Greatest errors that the bar names, as the share of runs within them, and the intervals' coverage."""
-    within = {"offset_jump.time_s": 0.25, "latency.delay_s": 0.05}
+    """Share of runs whose error is within the bar's limit, and the intervals' coverage."""
     out: Row = {}
-    inside: list[bool] = []
-    for key, most in within.items():
-        errors = [
-            _error(r["parameters"][key], relative=key.startswith("latency")) for r in rows if key in r["parameters"]
-        ]
+    for key, (most, unit) in WITHIN.items():
+        errors = [_error(r["parameters"][key], relative=not unit) for r in rows if key in r["parameters"]]
         if errors:
-            out[key] = {"runs": len(errors), f"within {most:g}": float(np.mean(np.array(errors) <= most))}
-    for r in rows:
-        for key, (_, low, high, true) in r["parameters"].items():
-            if key.split(".")[0] in EXACT and low is not None:
-                inside += [a <= t <= b for a, b, t in zip(low, high, true, strict=True)]
+            limit = f"within {most:g} {unit}" if unit else f"within {100 * most:g} %"
+            out[key] = {"runs": len(errors), limit: float(np.mean(np.array(errors) <= most))}
+    inside = [
+        a <= t <= b
+        for r in rows
+        for key, (_, low, high, true) in r["parameters"].items()
+        if key.split(".")[0] in EXACT and low is not None
+        for a, b, t in zip(low, high, true, strict=True)
+    ]
     if inside:
         out["interval_coverage"] = {"intervals": len(inside), "share": float(np.mean(inside))}
     return out
 
 
 def _error(values: Sequence[Any], *, relative: bool) -> float:
-    error = abs(values[0][0] - values[3][0])
-    return float(error / abs(values[3][0]) if relative else error)
+    found, true = np.array(values[0]), np.array(values[3])
+    error = float(np.linalg.norm(found - true))
+    return error / float(np.linalg.norm(true)) if relative else error
 
 
 def _class(r: Row) -> set[str]:

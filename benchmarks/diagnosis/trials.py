@@ -123,12 +123,11 @@ def _coloured(recording: Recording, trial: Trial) -> Recording:
 
 
 def _against(found: Diagnosis, truth: Tables) -> dict[str, Any]:
-    """Parameters with 95 % intervals of named effects whose truth has one table: name -> value, low, high, true."""
+    """Parameters with 95 % intervals of named effects: value, low, high, true; of several sources the main one."""
     out: dict[str, Any] = {}
     for one in found.named:
-        table = truth.get(one.name)
-        if not isinstance(table, dict):
-            continue
+        tables = truth.get(one.name, {})
+        table = tables[0] if isinstance(tables, list) else tables
         for key, p in parameters(one).items():
             if key in table and (p["low"] is not None or key in ("time_s", "frequency_hz")):
                 values = [np.ravel(p[k]).tolist() if p[k] is not None else None for k in ("value", "low", "high")]
