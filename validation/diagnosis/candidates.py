@@ -18,6 +18,7 @@ from validation.diagnosis.problem import Problem
 ABSORBED = ("soft_iron", "hard_iron", "misalignment", "non_orthogonality", "scale", "sensor_offset")
 """What the base takes up; a change of these is read from the base itself."""
 PHASE = "phase_deg"
+LEAST_PATH_M = 3.0
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,13 @@ def proposed(problem: Problem, without: frozenset[str] = frozenset()) -> dict[st
         and (effect.linear or effect.search or effect.tangents)
         and set(effect.needs) <= problem.has
         and not (problem.mode == "strength" and {"attitude", "position"} & set(effect.needs))
+        and not ("position" in effect.needs and _stands(problem))
     }
+
+
+def _stands(problem: Problem) -> bool:
+    """Whether the path is too short for a field that differs from place to place."""
+    return bool(np.ptp(problem.state.pos_enu_m, axis=0).max() < LEAST_PATH_M)
 
 
 def _settings(effect: type[Effect], state: State) -> Iterator[dict[str, Any]]:

@@ -91,7 +91,7 @@ class _Spectrum:
 
     @classmethod
     def of(cls, residual: Array, interval_s: float) -> _Spectrum:
-        f, power, dof = _bands(residual, interval_s)
+        f, power, dof = spectrum_bands(residual, interval_s)
         fits = {name: _best(f, power, dof, 2 * interval_s, shape(f)) for name, shape in SHAPES.items()}
         best = max(fits, key=lambda name: fits[name][0])
         others = tuple(name for name in fits if name != best and fits[best][0] - fits[name][0] < THRESHOLD)
@@ -115,7 +115,7 @@ class _Spectrum:
 def white_score(problem: Problem, residual: Array) -> float:
     """Log-likelihood of a residual's steps (n, q) if it is white, of whatever size; beside `Noise.score`."""
     interval_s = problem.state.interval_s
-    f, power, dof = _bands(residual, interval_s)
+    f, power, dof = spectrum_bands(residual, interval_s)
     level = _best(f, power, dof, 2 * interval_s, np.zeros(len(f)))[1]
     return Steps.of(residual, interval_s).fit(level, None)[0]
 
@@ -141,7 +141,7 @@ def along_field(problem: Problem, residual: Array) -> float:
     return float(((nT * u).sum(axis=1) ** 2).sum() / max((nT**2).sum(), 1e-300))
 
 
-def _bands(residual: Array, interval_s: float) -> tuple[Array, Array, Array]:
+def spectrum_bands(residual: Array, interval_s: float) -> tuple[Array, Array, Array]:
     """Mean frequency, power density and gamma shape of bands evenly spaced in log f, under a Hann window."""
     n, q = residual.shape
     window = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2

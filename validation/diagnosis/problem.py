@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from calib import Reference, get
 from calib.rates import body_rate, smoothed_derivative
 from scenarios.errors import InputError
-from scenarios.spec import Model
+from scenarios.spec import Model, Scenario
 from sim import effects as effect_table
 from sim.chain import apply_deterministic
 from sim.dataset import Recording
@@ -34,7 +34,8 @@ class Problem:
     sample, `sigma_nT` (q,); `base` B (n, p); `usable` (n,) is 0 where a sample is no measurement (repeated, clipped, a
     spike), else 1.
     `turn` (3, 3): from the undisturbed to the measured field; `clean_nT` (n, 3): what the fitted base predicts;
-    `predicted_nT` (n, 3): what the model as given predicts.
+    `predicted_nT` (n, 3): what the model as given predicts. `attitude_std_rad`: the error of navigation's attitude
+    that the model states, 0 if none.
     """
 
     recording: Recording
@@ -49,6 +50,7 @@ class Problem:
     clean_nT: Array
     predicted_nT: Array
     has: frozenset[str]
+    attitude_std_rad: float = 0.0
 
     def whitened(self, contribution_nT: Array, stage: str) -> Array:
         """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""
@@ -91,7 +93,9 @@ def posed(recording: Recording, model: Model, field_enu_nT: Array | None, streng
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = earth_field_enu_nT(model.field)
     strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or 5e4
-    return pose(recording, field_enu_nT, strength, effects)
+    problem = pose(recording, field_enu_nT, strength, effects)
+    stated_deg = model.navigation.attitude_noise_std_deg if isinstance(model, Scenario) else 0.0
+    return replace(problem, attitude_std_rad=float(np.radians(stated_deg)))
 
 
 def noise_std(values: Array) -> Array:

@@ -15,6 +15,7 @@ from validation.diagnosis.candidates import ABSORBED, Candidate, proposed
 from validation.diagnosis.compare import ACCEPT, THRESHOLD, Evidence, Ground, judge, judged_columns
 from validation.diagnosis.problem import Problem
 from validation.diagnosis.search import SEARCHES
+from validation.diagnosis.stated import as_stated
 
 MOST_EFFECTS = 3
 MEMORY = 10
@@ -59,6 +60,8 @@ def select(problem: Problem, without: frozenset[str] = frozenset(), say: Progres
     start = ground = Ground.of(problem)
     members = proposed(problem, without)
     before = now = residual_tests(ground, ())
+    if before.clean and as_stated(problem, ground.residual()):  # slow errors that the model states look like effects
+        return Selection((), start, ground, before, before, ())
     found: list[Found] = []
     first: tuple[Evidence, ...] = ()
     while len(found) < MOST_EFFECTS and not (found and now.clean):
@@ -101,10 +104,15 @@ def found_among(ranking: tuple[Evidence, ...]) -> Found:
 
 
 def residual_tests(ground: Ground, names: tuple[str, ...]) -> Battery:
-    """The tests of what a ground leaves; after a low-pass or a delay the noise has a memory of some samples."""
+    """The tests of what a ground leaves; slow errors that the model itself states pass them.
+
+    After a low-pass or a delay the noise has a memory of some samples.
+    """
     fitted = ground.problem.base.shape[1] * ground.problem.target.shape[1] + ground.inside.shape[2]
     memory = MEMORY if {"latency", "bandwidth"} & set(names) else 1
-    return battery(ground.residual(), ground.problem.usable, ground.problem.state.interval_s, fitted, memory)
+    left = ground.residual()
+    tests = battery(left, ground.problem.usable, ground.problem.state.interval_s, fitted, memory)
+    return tests if tests.clean or not as_stated(ground.problem, left) else replace(tests, why=())
 
 
 def base_changes(selection: Selection, without: frozenset[str] = frozenset()) -> tuple[Found, ...]:
@@ -128,12 +136,18 @@ def base_changes(selection: Selection, without: frozenset[str] = frozenset()) ->
             break
         chosen = found_among(ranking)
         least = max(least, FORM_ERROR**2 * found[0].evidence.gain) if found else least
-        if chosen.evidence.gain < least:
+        if chosen.evidence.gain < least or chosen.evidence.strength < _turned_by(problem):
             break
         alike = tuple(e.name for e in _ranked(ground, others) if not e.behind(ranking[0]))
         found.append(replace(chosen, alternatives=(*chosen.alternatives, *alike)))
         ground = Ground.of(bare, _with(ground, chosen))
     return tuple(found)
+
+
+def _turned_by(problem: Problem) -> float:
+    """Rms that the stated attitude error makes, in units of the noise; a smaller change of the base cannot be told."""
+    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
+    return problem.attitude_std_rad * strength_nT / float(np.sqrt((problem.sigma_nT**2).mean()))
 
 
 def _with(ground: Ground, chosen: Found) -> Array:

@@ -56,7 +56,7 @@ def sentence_for(
     driver = f"; it goes with {', '.join(name for name, _, _ in where[:3])}" if where else ""
     left = "; ".join(after.why)
     return {
-        "none": "The model agrees with the recording: what is left is white noise.",
+        "none": "The model agrees with the recording: what is left is no more than the noise that it states.",
         "named": f"Missing in the model: {words}{share}; what is left is clean.",
         "class": f"Missing in the model: {words}{share}; what is left is clean, but the data do not tell them apart.",
         "composite": f"Missing in the model: {words}{share}.",

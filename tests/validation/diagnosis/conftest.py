@@ -42,6 +42,21 @@ def _flown(scenario: str) -> tuple[Recording, State, Plan]:
 
 
 @pytest.fixture
+def own() -> Callable[..., Recording]:
+    """Make a scenario's own recording, with its effects and the errors of its navigation, for a seed."""
+
+    def make(scenario: str, seed: int, *changes: str) -> Recording:
+        columns: dict[str, list[Any]] = {}
+        for block in blocks(plan(load(scenario, changes), 0, seed)):
+            for key, values in block.items():
+                if not key.startswith(("true_", "effect")):
+                    columns.setdefault(key, []).append(values)
+        return recording_of({key: np.concatenate(parts) for key, parts in columns.items()})
+
+    return make
+
+
+@pytest.fixture
 def flight() -> Flight:
     """Make a recording with effects (tables) beside the base, for a scenario and a seed."""
 

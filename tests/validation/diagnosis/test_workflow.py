@@ -48,6 +48,28 @@ def test_nothing_is_named_where_nothing_is_hidden(seed: int, flight, model) -> N
     assert (found.verdict, found.named) == ("none", ())
 
 
+@pytest.mark.parametrize("scenario", ["quad-calibration", "auv-spiral-excited"])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_models_own_recording_agrees_with_it(scenario: str, seed: int, own) -> None:  # type: ignore[no-untyped-def]
+    """The attitude errors that the scenario states are no gap."""
+    found = diagnose(own(scenario, seed), load_model(scenario))
+    assert (found.verdict, found.named) == ("none", ())
+
+
+def test_an_effect_is_seen_beside_the_attitude_errors_that_the_model_states(own) -> None:  # type: ignore[no-untyped-def]
+    recording = own("auv-spiral-excited", 1, "effects.motor_current.gain_nT_A=[3, -2, 6]")
+    found = diagnose(recording, load_model("auv-spiral-excited"))
+    assert "motor_current" in {name for one in found.named for name in (one.name, *one.alternatives)}
+
+
+def test_a_wander_that_the_model_has_is_no_gap(flight, model) -> None:  # type: ignore[no-untyped-def]
+    wander = {"flicker_noise": {"density_nT_sqrt_hz": [0.5, 0.5, 0.5]}}
+    known = model()
+    known = known.model_copy(update={"effects": {**known.effects, **wander}})
+    assert diagnose(flight(wander, seed=3), known).verdict == "none"
+    assert diagnose(flight(wander, seed=3), model()).verdict in ("named", "generic")
+
+
 def test_the_gap_shrinks_on_held_out_segments(flight, model) -> None:  # type: ignore[no-untyped-def]
     gap = diagnose(flight({"nonlinearity": HIDDEN["nonlinearity"]}), model()).gap
     assert gap.before_sigma > 1.1
