@@ -18,7 +18,8 @@ from validation.diagnosis.problem import Problem
 ABSORBED = ("soft_iron", "hard_iron", "misalignment", "non_orthogonality", "scale", "sensor_offset")
 """What the base takes up; a change of these is read from the base itself."""
 PHASE = "phase_deg"
-LEAST_PATH_M = 3.0
+LEAST_PATH_M = 2.0
+"""Shortest path on which a field may differ from place to place; a fixed sensor's navigation wanders by about one."""
 
 
 @dataclass(frozen=True)
