@@ -30,12 +30,12 @@ from rerun.experimental import ViewerClient
 from sim.dataset import read_run
 from sim.scenario import load_checked
 from validation.inspection.inspection import inspect_file
-from validation.pipeline import run_scenario
-from validation.plots.effects import draw_effect_sizes, draw_effects
-from validation.plots.field import draw_norm, draw_residuals, draw_sphere
-from validation.plots.inspection import draw_coverage
-from validation.plots.motion import draw_path, draw_vehicle
-from validation.plots.style import STYLE, Draw
+from validation.outputs.run import run_scenario
+from validation.views.plots.effects import draw_effect_sizes, draw_effects
+from validation.views.plots.field import draw_norm, draw_residuals, draw_sphere
+from validation.views.plots.inspection import draw_coverage
+from validation.views.plots.motion import draw_path, draw_vehicle
+from validation.views.plots.style import STYLE, Draw
 
 PICTURES = Path(__file__).parent / "pictures"
 WIDTH_PX, COLOURS, MOST_BYTES = 1400, 256, 200_000

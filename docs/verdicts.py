@@ -18,11 +18,11 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from magbench.cli import main
-from validation.diagnosis.changes import model_diff
 from validation.diagnosis.files import diagnose_file
+from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis
-from validation.diagnosis.wording import headline
-from validation.plots.diagnosis import draw_channel, draw_gap, draw_ranking, draw_spectrum
+from validation.views.plots.diagnosis import draw_channel, draw_gap, draw_ranking, draw_spectrum
+from validation.views.words.diagnosis import headline
 
 PAGE = Path(__file__).parent / "verdicts.md"
 WIDTH, MOST_DIFF_LINES = 100, 20

@@ -16,7 +16,7 @@ from typing import Any
 
 _PUBLIC = {
     "Calibration": "calib.result",
-    "Outcome": "validation.outcome",
+    "Outcome": "validation.scoring.outcome",
     "Recording": "sim.dataset",
     "Reference": "calib",
     "Scenario": "scenarios.spec",
@@ -26,7 +26,7 @@ _PUBLIC = {
     "load_checked": "sim.scenario",
     "read_recording": "sim.dataset",
     "read_run": "sim.dataset",
-    "run_scenario": "validation.pipeline",
+    "run_scenario": "validation.outputs.run",
 }
 __all__ = sorted(_PUBLIC)
 

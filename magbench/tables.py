@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 from calib.result import Calibration
 from magbench.console import show_table, show_text
-from validation.diagnosis.changes import model_diff
+from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis
-from validation.diagnosis.wording import gap_rows, headline, parameter_rows
-from validation.outcome import Outcome
+from validation.scoring.outcome import Outcome
+from validation.views.words.diagnosis import gap_rows, headline, parameter_rows
 
 COLUMNS = {
     "offset_error": "offset",

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from scenarios.errors import InputError
-from validation.recording import viewer_program
+from validation.views.recording import viewer_program
 
 
 def view(file: Path, *, web: bool = False) -> None:

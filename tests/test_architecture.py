@@ -44,8 +44,8 @@ def test_a_calibrator_cannot_name_the_truth() -> None:
     ("library", "home"),
     [
         ("mujoco", lambda p: package_of(p) == "sim"),
-        ("rerun", lambda p: (ROOT / "validation" / "recording") in p.parents),
-        ("matplotlib", lambda p: (ROOT / "validation" / "plots") in p.parents),
+        ("rerun", lambda p: (ROOT / "validation" / "views" / "recording") in p.parents),
+        ("matplotlib", lambda p: (ROOT / "validation" / "views" / "plots") in p.parents),
         ("filterpy", lambda p: package_of(p) == "calib"),
     ],
 )

@@ -26,7 +26,7 @@ from sim.dataset import read_manifest
 from sim.effects import EFFECTS
 from tests.conftest import ROOT
 from tests.short import cuts
-from validation.export import FORMATS
+from validation.calibrating.export import FORMATS
 from validation.reproduce import PAPERS
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -37,8 +37,8 @@ def calibrate(
     from magbench.console import emit
     from magbench.tables import show_calibrations
     from scenarios.errors import InputError
-    from validation.calibration_file import write_calibrations
-    from validation.fitting import calibrate_file
+    from validation.calibrating.files import write_calibrations
+    from validation.calibrating.fitting import calibrate_file
 
     if export and out is None:
         raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")

@@ -44,7 +44,7 @@ def diagnose(
     from magbench.tables import show_diagnosis
     from sim.dataset.files import alone_in, remove_leftovers
     from validation.diagnosis.files import diagnose_file
-    from validation.diagnosis.outputs import FILES, write_diagnosis
+    from validation.outputs.diagnosis import FILES, write_diagnosis
 
     place = out or Path("out") / "diagnosis"
     with alone_in(place):

@@ -25,11 +25,11 @@ def inspect(
     """
     from magbench.console import emit, say, show_table
     from validation.inspection.inspection import headline, inspect_file, summary
-    from validation.inspection.wording import rows
+    from validation.views.words.inspection import rows
 
     inspection = inspect_file(data, maps=map_ or (), run=run)
     if out is not None:
-        from validation.inspection.page import write_inspection
+        from validation.views.pages.inspection import write_inspection
 
         write_inspection(inspection, out)
     if json:

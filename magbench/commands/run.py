@@ -16,7 +16,7 @@ def run(scenario: ScenarioName, out: Out = None, seed: Seed = None, set_: Overri
     from magbench.tables import show_scores
     from sim.scenario import load_checked
     from sim.tracking import warning
-    from validation.pipeline import run_scenario, summary
+    from validation.outputs.run import run_scenario, summary
 
     spec = load_checked(scenario, set_ or ())
     place = out or Path("out") / spec.name

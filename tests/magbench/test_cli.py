@@ -20,7 +20,7 @@ from magbench.cli import main
 from scenarios.load import catalogue
 from sim.dataset import read_run
 from tests.short import cuts
-from validation.recording import read_series, verify
+from validation.views.recording import read_series, verify
 
 
 def run_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:

@@ -12,10 +12,10 @@ from scenarios.errors import InputError
 from scenarios.load import load_model
 from scenarios.spec import ModelSpec
 from sim.dataset import Recording, read_recording
-from validation.diagnosis.confirm import confirmed
+from validation.calibrating.fitting import reference_of
+from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.workflow import diagnose
-from validation.fitting import reference_of
 
 
 def diagnose_file(

@@ -10,8 +10,8 @@ import numpy as np
 from scenarios.spec import Scenario
 from sim.effects.base import Effect
 from sim.state import Array
-from validation.diagnosis.battery import Battery
-from validation.diagnosis.problem import Problem
+from validation.diagnosis.evidence.battery import Battery
+from validation.diagnosis.evidence.problem import Problem
 
 LEAST_EXCESS = 0.02
 """Excess of power over the noise's that its own chance allows; a share of less cannot be told."""

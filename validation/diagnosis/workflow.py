@@ -13,16 +13,16 @@ from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
 from sim.state import Array
-from validation.diagnosis.compare import THRESHOLD, Ground
-from validation.diagnosis.direct import direct_evidence, louder
-from validation.diagnosis.localise import localise
-from validation.diagnosis.model import patched
-from validation.diagnosis.noise import Noise, along_field, slow_noise, white_score
-from validation.diagnosis.patch import predict, refined, unexplained
-from validation.diagnosis.problem import Problem, posed
+from validation.diagnosis.decision.select import Found, Selection, base_changes, select, unseen
+from validation.diagnosis.decision.verdict import HALF, advice_for, sentence_for, verdict_of
+from validation.diagnosis.evidence.compare import THRESHOLD, Ground
+from validation.diagnosis.evidence.direct import direct_evidence, louder
+from validation.diagnosis.evidence.localise import localise
+from validation.diagnosis.evidence.noise import Noise, along_field, slow_noise, white_score
+from validation.diagnosis.evidence.problem import Problem, posed
+from validation.diagnosis.repair.model import patched
+from validation.diagnosis.repair.patch import predict, refined, unexplained
 from validation.diagnosis.result import Diagnosis, Gap, Named, Verdict
-from validation.diagnosis.select import Found, Selection, base_changes, select, unseen
-from validation.diagnosis.verdict import HALF, advice_for, sentence_for, verdict_of
 
 Progress = Callable[[str], object]
 Where = tuple[tuple[str, str, float], ...]
@@ -52,7 +52,7 @@ def diagnose(
     field_enu_nT, strength_nT : the reference, where the model does not state it. fitted_base : the model's iron is not
     known, so that a difference of the base is no finding. without : effects left out of the library.
 
-    Raises InputError as `validation.diagnosis.problem.pose` does, and for a bad effect table of the model.
+    Raises InputError as `validation.diagnosis.evidence.problem.pose` does, and for a bad effect table of the model.
     """
     say("direct evidence")
     whole = posed(recording, model, field_enu_nT, strength_nT)

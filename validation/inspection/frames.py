@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.inspection.conventions import (
+from validation.inspection.finding import Finding, Level, duration, figure
+from validation.inspection.look import Look, attitude_of
+from validation.signals.conventions import (
     CONVENTIONS,
     EXPECTED,
     RateMatch,
@@ -14,8 +16,6 @@ from validation.inspection.conventions import (
     mean_direction,
     read_as,
 )
-from validation.inspection.finding import Finding, Level, duration, figure
-from validation.inspection.look import Look, attitude_of
 
 Array = NDArray[np.float64]
 SECTION = "frames"

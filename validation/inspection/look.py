@@ -13,11 +13,11 @@ from calib import Calibration, Reference, get
 from sim.dataset import Recording
 from sim.dataset.checks import FIELD_RANGE_NT
 from sim.dataset.units import UNITS, likely_unit
-from validation.inspection.faults import runs
-from validation.inspection.lattice import Lattice, find_lattice
 from validation.inspection.log import Series
-from validation.inspection.noise import gaps_after, usual_interval, white_noise
 from validation.inspection.timing import stale
+from validation.signals.faults import runs
+from validation.signals.lattice import Lattice, find_lattice
+from validation.signals.noise import gaps_after, usual_interval, white_noise
 
 Array = NDArray[np.float64]
 MOST_NOISE = 0.05

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from calib.observability import axis_text, planar_status, spread
 from validation.inspection.finding import Finding, Level, figure, figures
 from validation.inspection.look import Look, attitude_of
-from validation.inspection.sphere import cells, directions, largest_hole
+from validation.signals.sphere import cells, directions, largest_hole
 
 Array = NDArray[np.float64]
 SECTION = "motion"

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from validation.inspection.finding import Finding, Level, counted, figure, figures
 from validation.inspection.look import Look, Residual
-from validation.inspection.noise import BlockMeans, block_means, white_noise_std
-from validation.inspection.tones import Tone, mains_aliases, mains_named, spectrum, tones
+from validation.signals.noise import BlockMeans, block_means, white_noise_std
+from validation.signals.tones import Tone, mains_aliases, mains_named, spectrum, tones
 
 Array = NDArray[np.float64]
 SECTION = "noise"

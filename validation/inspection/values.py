@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.inspection.faults import pile_up, repeats, spikes
 from validation.inspection.finding import Finding, counted, duration, figure, figures
-from validation.inspection.lattice import odd_share
 from validation.inspection.log import Log
 from validation.inspection.look import LEAST_ROWS, Look
-from validation.inspection.noise import gaps_after
+from validation.signals.faults import pile_up, repeats, spikes
+from validation.signals.lattice import odd_share
+from validation.signals.noise import gaps_after
 
 Array = NDArray[np.float64]
 SECTION = "values"

@@ -6,11 +6,11 @@ from scenarios.errors import InputError
 from validation.reproduce.base import Findings, Reproduction, Row
 
 PAPERS: dict[str, tuple[str, str]] = {
-    "zhang2018": ("validation.reproduce.zhang2018", "Zhang2018"),
-    "li2017": ("validation.reproduce.li2017", "Li2017"),
-    "long2013": ("validation.reproduce.long2013", "Long2013"),
-    "zhou2012": ("validation.reproduce.zhou2012", "Zhou2012"),
-    "ding2021": ("validation.reproduce.ding2021", "Ding2021"),
+    "zhang2018": ("validation.reproduce.zhang2018.paper", "Zhang2018"),
+    "li2017": ("validation.reproduce.li2017.paper", "Li2017"),
+    "long2013": ("validation.reproduce.long2013.paper", "Long2013"),
+    "zhou2012": ("validation.reproduce.zhou2012.paper", "Zhou2012"),
+    "ding2021": ("validation.reproduce.ding2021.paper", "Ding2021"),
 }
 """Module and class of each paper's reproduction, imported when it is asked for."""
 

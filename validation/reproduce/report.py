@@ -10,8 +10,8 @@ from typing import Any
 import jinja2
 
 from sim.dataset.files import told, write_text
-from validation.plots.style import encoded
 from validation.reproduce.base import Findings, Reproduction, Row
+from validation.views.plots.style import encoded
 
 Results = Mapping[Reproduction, Findings]
 
@@ -31,7 +31,7 @@ def write(results: Results, out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
     write_text(out / "reproduction.json", json.dumps(as_dict(results), indent=1, ensure_ascii=False) + "\n")
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent.parent / "templates"),
+        loader=jinja2.FileSystemLoader(Path(__file__).parent.parent / "views" / "templates"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
     )

@@ -13,13 +13,14 @@ from scenarios.spec import ModelSpec
 from sim import effects as effect_table
 from sim.processes import GaussMarkov
 from sim.rotation import multiply_q, q_from_rotation_vector
-from validation.diagnosis import compare, select
-from validation.diagnosis.battery import Battery
-from validation.diagnosis.blocks import Cut
-from validation.diagnosis.candidates import proposed
-from validation.diagnosis.compare import THRESHOLD, Ground, judge
-from validation.diagnosis.problem import Problem, pose
-from validation.diagnosis.search import SEARCHES
+from validation.diagnosis.decision import select
+from validation.diagnosis.evidence import compare
+from validation.diagnosis.evidence.battery import Battery
+from validation.diagnosis.evidence.blocks import Cut
+from validation.diagnosis.evidence.compare import THRESHOLD, Ground, judge
+from validation.diagnosis.evidence.problem import Problem, pose
+from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.library.search import SEARCHES
 from validation.diagnosis.workflow import diagnose
 
 HIDDEN: dict[str, Any] = {

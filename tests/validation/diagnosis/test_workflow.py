@@ -10,7 +10,7 @@ import pytest
 from scenarios.load import load_model
 from scenarios.toml import to_toml
 from sim import effects as effect_table
-from validation.diagnosis.confirm import confirmed
+from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
 
 HIDDEN: dict[str, Any] = {

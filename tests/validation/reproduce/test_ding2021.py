@@ -7,11 +7,11 @@ import pytest
 
 from calib.gradiometer import free_parameters
 from calib.ide_gradiometer import IdeGradiometer
-from validation.reproduce.ding2021 import Ding2021
-from validation.reproduce.ding2021_figures import tensor_before_after
-from validation.reproduce.ding2021_rows import PRINTED, error_row
-from validation.reproduce.ding2021_searches import SearchTask, StartTask, search, starts
-from validation.reproduce.ding2021_trials import (
+from validation.reproduce.ding2021.figures import tensor_before_after
+from validation.reproduce.ding2021.paper import Ding2021
+from validation.reproduce.ding2021.rows import PRINTED, error_row
+from validation.reproduce.ding2021.searches import SearchTask, StartTask, search, starts
+from validation.reproduce.ding2021.trials import (
     STRENGTH_NT,
     SpreadTask,
     bound,

@@ -8,9 +8,9 @@ import pytest
 from calib.kalman import KalmanSettings, track
 from calib.kalman_rescaled import MICROTESLA
 from validation.reproduce.base import Findings
-from validation.reproduce.li2017 import Li2017
-from validation.reproduce.li2017_rows import _against
-from validation.reproduce.li2017_trials import (
+from validation.reproduce.li2017.paper import Li2017
+from validation.reproduce.li2017.rows import _against
+from validation.reproduce.li2017.trials import (
     CALM,
     CONSTANT,
     LOUD,

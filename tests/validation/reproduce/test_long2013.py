@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.reproduce.long2013 import Long2013
-from validation.reproduce.long2013_rows import NOISES_NT
-from validation.reproduce.long2013_trials import (
+from validation.reproduce.long2013.paper import Long2013
+from validation.reproduce.long2013.rows import NOISES_NT
+from validation.reproduce.long2013.trials import (
     AXES_DEG,
     HARD_IRON_NT,
     OFFSET_NT,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.reproduce import zhang2018_trials
-from validation.reproduce.zhang2018 import Zhang2018
-from validation.reproduce.zhang2018_printed import AFTER_NT, PRINTED_F_NT, TOTAL_NT
-from validation.reproduce.zhang2018_trials import (
+from validation.reproduce.zhang2018 import trials as zhang2018_trials
+from validation.reproduce.zhang2018.paper import Zhang2018
+from validation.reproduce.zhang2018.printed import AFTER_NT, PRINTED_F_NT, TOTAL_NT
+from validation.reproduce.zhang2018.trials import (
     DRIFT_NT_H,
     LONGER,
     MAIN,

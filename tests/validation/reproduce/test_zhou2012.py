@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from calib.de_turntable import axes_matrix
-from validation.reproduce.zhou2012 import Zhou2012
-from validation.reproduce.zhou2012_trials import NOISE_NT, PRINTED, STOPS, bound, recording, stops
+from validation.reproduce.zhou2012.paper import Zhou2012
+from validation.reproduce.zhou2012.trials import NOISE_NT, PRINTED, STOPS, bound, recording, stops
 
 
 def test_the_stops_are_a_clockwise_turn_of_a_level_sensor():

@@ -1,0 +1,113 @@
+"""Exports give back the calibration when they are used as the flight controllers use them."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib import Calibration, Status
+from scenarios.errors import InputError
+from sim.dataset import Recording
+from validation.calibrating.export import FORMATS, exported
+
+MATRIX = np.array([[0.95, 0.02, -0.01], [0.02, 1.05, 0.03], [-0.01, 0.03, 1.01]])
+OFFSET_NT = np.array([1200.0, -800.0, 2000.0])
+GOOD = Calibration("ellipsoid", Status("ok"), OFFSET_NT, MATRIX)
+MEASURED_FLU_NT = np.array([21_000.0, -9_000.0, -40_000.0])
+TRUE_FLU_NT = MATRIX @ (MEASURED_FLU_NT - OFFSET_NT)
+FRD = np.array([1.0, -1.0, -1.0])
+
+
+def parameters(form: str) -> dict[str, float]:
+    text = exported(GOOD, form)[1]
+    return {name: float(value) for name, value in re.findall(r"([A-Z0-9_]+)[ ,](-?[0-9.]+)", text)}
+
+
+def symmetric(diagonal: list[float], xy: float, xz: float, yz: float) -> np.ndarray:
+    return np.diag(diagonal) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]])
+
+
+def test_px4_scales_after_taking_the_offset_in_gauss() -> None:
+    p = parameters("px4")
+    scale = symmetric([p[f"CAL_MAG0_{a}SCALE"] for a in "XYZ"], *(p[f"CAL_MAG0_{a}ODIAG"] for a in "XYZ"))
+    offset = np.array([p[f"CAL_MAG0_{a}OFF"] for a in "XYZ"])
+    corrected = scale @ (FRD * MEASURED_FLU_NT / 1e5 - offset)
+    np.testing.assert_allclose(1e5 * FRD * corrected, TRUE_FLU_NT, atol=0.01)
+
+
+def test_ardupilot_adds_the_offset_in_milligauss() -> None:
+    p = parameters("ardupilot")
+    matrix = symmetric([p[f"COMPASS_DIA_{a}"] for a in "XYZ"], *(p[f"COMPASS_ODI_{a}"] for a in "XYZ"))
+    offset = np.array([p[f"COMPASS_OFS_{a}"] for a in "XYZ"])
+    corrected = matrix @ (p["COMPASS_SCALE"] * (FRD * MEASURED_FLU_NT / 100.0 + offset))
+    np.testing.assert_allclose(100.0 * FRD * corrected, TRUE_FLU_NT, atol=0.1)
+
+
+def test_ros_is_in_tesla() -> None:
+    text = exported(GOOD, "ros")[1]
+    rows = [[float(v) for v in row.split(",")] for row in re.findall(r"\[(.*)\]", text)]
+    np.testing.assert_allclose(1e9 * np.array(rows[1:]) @ (1e-9 * MEASURED_FLU_NT - rows[0]), TRUE_FLU_NT, atol=1e-3)
+
+
+def test_c_header_holds_the_numbers() -> None:
+    numbers = [float(v) for v in re.findall(r"(-?[0-9.]+(?:e[+-][0-9]+)?)f", exported(GOOD, "c")[1])]
+    np.testing.assert_allclose(numbers, [*OFFSET_NT, *MATRIX.ravel()], rtol=1e-8)
+
+
+PROGRAM = """
+#include <stdio.h>
+#include "mag_calibration.h"
+
+int main(void) {
+    float m[3], h[3];
+    while (scanf("%f %f %f", &m[0], &m[1], &m[2]) == 3) {
+        for (int i = 0; i < 3; i++) {
+            h[i] = 0.0f;
+            for (int j = 0; j < 3; j++) h[i] += MAG_MATRIX[i][j] * (m[j] - MAG_OFFSET_NT[j]);
+        }
+        printf("%.9g %.9g %.9g\\n", h[0], h[1], h[2]);
+    }
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize(("compiler", "standard"), [("gcc", "-std=c99"), ("g++", "-std=c++11")])
+def test_firmware_with_the_c_header_corrects_as_apply_does(compiler: str, standard: str, tmp_path: Path) -> None:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"there is no {compiler}")
+    name, text = exported(GOOD, "c")
+    (tmp_path / name).write_text(text)
+    source = tmp_path / ("main.c" if compiler == "gcc" else "main.cpp")
+    source.write_text(PROGRAM)
+    flags = ["-Wall", "-Wextra", "-pedantic", "-Werror", standard]
+    subprocess.run([compiler, *flags, str(source), "-o", str(tmp_path / "main")], check=True)
+    measured_nT = np.random.default_rng(0).uniform(-60_000, 60_000, (100, 3))
+    lines = "".join(f"{x} {y} {z}\n" for x, y, z in measured_nT)
+    told = subprocess.run([str(tmp_path / "main")], input=lines, capture_output=True, text=True, check=True).stdout
+    corrected_nT = np.array([line.split() for line in told.splitlines()], float)
+    expected_nT = GOOD.apply(Recording(np.arange(100.0), measured_nT))
+    np.testing.assert_allclose(corrected_nT, expected_nT, atol=0.05)  # single precision: 2^-24 of 60,000 nT, ten times
+
+
+@pytest.mark.parametrize("form", ["px4", "ardupilot"])
+def test_a_turned_matrix_does_not_fit_six_numbers(form: str) -> None:
+    turned = Calibration("vector", Status("ok"), OFFSET_NT, MATRIX @ [[1, 0.05, 0], [-0.05, 1, 0], [0, 0, 1]])
+    with pytest.raises(InputError, match="not symmetric"):
+        exported(turned, form)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_nothing_is_exported_without_an_estimate(form: str) -> None:
+    with pytest.raises(InputError, match="gave no calibration"):
+        exported(Calibration("ellipsoid", Status("not_converged", "too flat")), form)
+
+
+def test_unknown_form_lists_the_others() -> None:
+    with pytest.raises(InputError, match="ardupilot"):
+        exported(GOOD, "betaflight")

@@ -1,0 +1,79 @@
+"""One flight of the quadrotor, with any effects in its magnetometer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios.load import load
+from scenarios.spec import ModelSpec
+from sim import effects as effect_table
+from sim.chain import Chain
+from sim.dataset import Recording
+from sim.dataset.assemble import recording_of
+from sim.simulate import Plan, blocks, plan
+from sim.state import State
+from validation.diagnosis.evidence.problem import pose
+
+BASE: dict[str, Any] = {
+    "soft_iron": {"matrix": [[0.05, 0.01, -0.02], [0.01, -0.03, 0.015], [0.0, 0.01, 0.02]]},
+    "hard_iron": {"offset_nT": [500.0, -300.0, 800.0]},
+    "white_noise": {"std_nT": [2.0, 2.0, 2.0]},
+}
+Flight = Callable[..., Recording]
+
+
+@lru_cache(maxsize=2)
+def _flown(scenario: str) -> tuple[Recording, State, Plan]:
+    quiet = ["navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0"]
+    made = plan(load(scenario, quiet).model_copy(update={"effects": {}, "effect_order": None, "vary": {}}), 0, 1)
+    columns: dict[str, list[Any]] = {}
+    for block in blocks(made):
+        for key, values in block.items():
+            if not key.startswith(("true_", "effect")):
+                columns.setdefault(key, []).append(values)
+    recording = recording_of({key: np.concatenate(parts) for key, parts in columns.items()})
+    return recording, pose(recording, made.field_enu_nT, 5e4, ()).state, made
+
+
+@pytest.fixture
+def own() -> Callable[..., Recording]:
+    """Make a scenario's own recording, with its effects and the errors of its navigation, for a seed."""
+
+    def make(scenario: str, seed: int, *changes: str) -> Recording:
+        columns: dict[str, list[Any]] = {}
+        for block in blocks(plan(load(scenario, changes), 0, seed)):
+            for key, values in block.items():
+                if not key.startswith(("true_", "effect")):
+                    columns.setdefault(key, []).append(values)
+        return recording_of({key: np.concatenate(parts) for key, parts in columns.items()})
+
+    return make
+
+
+@pytest.fixture
+def flight() -> Flight:
+    """Make a recording with effects (tables) beside the base, for a scenario and a seed."""
+
+    def make(hidden: dict[str, Any], scenario: str = "quad-calibration", seed: int = 5) -> Recording:
+        recording, state, _ = _flown(scenario)
+        effects = effect_table.build({**BASE, **hidden}, None, "test")
+        return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])
+
+    return make
+
+
+@pytest.fixture
+def model() -> Callable[..., ModelSpec]:
+    """The base as a model, for a scenario's field."""
+
+    def make(scenario: str = "quad-calibration") -> ModelSpec:
+        field = _flown(scenario)[2].field_enu_nT.tolist()
+        return ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field}})
+
+    return make

@@ -1,0 +1,83 @@
+"""White noise within 5 %, slow noise against white, Allan deviation against allantools."""
+
+from __future__ import annotations
+
+import allantools
+import numpy as np
+import pytest
+
+from tests.validation.inspection.recordings import RATE_HZ, rounded, still, turning
+from validation.signals.noise import allan_deviation, block_means, gaps_after, white_noise_std
+
+
+@pytest.mark.parametrize("motion", [still, turning])
+@pytest.mark.parametrize("std", [0.5, 5.0, 50.0])
+@pytest.mark.parametrize("steps", [0.0, 0.5, 1.0])
+def test_white_noise_within_five_percent(motion, std: float, steps: float) -> None:  # type: ignore[no-untyped-def]
+    """On a lattice the noise includes the rounding's step / sqrt(12)."""
+    for seed in range(10):
+        values = motion(20_000)[1] + np.random.default_rng(seed).normal(0, std, (20_000, 3))
+        expected = std * np.sqrt(1 + steps**2 / 12)
+        np.testing.assert_allclose(white_noise_std(rounded(values, steps * std)) / expected, 1, atol=0.05)
+
+
+def test_spikes_gaps_and_bursts_do_not_matter() -> None:
+    rng = np.random.default_rng(0)
+    time_s, field = turning(20_000)
+    values = field + rng.normal(0, 5, field.shape)
+    values[rng.choice(20_000, 40, replace=False)] += 3000
+    values[5000:6000] += rng.normal(0, 300, (1000, 3))
+    keep = np.r_[0:9000, 12_000:20_000]
+    gaps = gaps_after(time_s[keep])
+    assert gaps.tolist() == [8999]
+    np.testing.assert_allclose(white_noise_std(values[keep], gaps), 5, rtol=0.07)
+
+
+def test_axes_are_kept_apart() -> None:
+    values = np.random.default_rng(1).normal(0, [1, 10, 100], (20_000, 3))
+    np.testing.assert_allclose(white_noise_std(values), [1, 10, 100], rtol=0.05)
+
+
+@pytest.mark.parametrize("samples", [0, 1, 3, 11])
+def test_too_few_samples_give_no_noise(samples: int) -> None:
+    values = np.zeros((samples, 3))
+    assert np.isnan(white_noise_std(values)).all()
+    assert block_means(np.arange(samples, dtype=float), values) == []
+
+
+def test_white_noise_has_no_excess() -> None:
+    """False alarms of `excess > chance()`, over 200 recordings, 3 lengths and 3 axes: below 1 % of the recordings."""
+    alarms = 0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        samples = int(rng.integers(500, 20_000))
+        found = block_means(np.arange(samples) / RATE_HZ, rng.normal(0, 5, (samples, 3)))
+        alarms += any((blocks.excess > blocks.chance()).any() for blocks in found)
+    assert alarms <= 2
+
+
+def test_slow_noise_has_the_excess_of_its_own_variance() -> None:
+    """Blocks of 5 s of white noise 5 nT and a sine of 0.5 nT in 200 s: sqrt(1 + 0.125 n / 25)."""
+    rng = np.random.default_rng(2)
+    time_s = np.arange(100_000) / RATE_HZ
+    slow = 0.5 * np.sin(2 * np.pi * time_s / 200)
+    found = {b.length_s: b for b in block_means(time_s, rng.normal(0, 5, (100_000, 3)) + slow[:, None])}
+    np.testing.assert_allclose(found[5.0].excess, np.sqrt(1 + 0.125 * 250 / 25), rtol=0.15)
+    assert (found[20.0].excess > found[20.0].chance()).all()
+    assert found[5.0].blocks == 400
+    assert found[5.0].samples == 250
+
+
+def test_blocks_across_a_gap_are_left_out() -> None:
+    time_s = np.r_[0 : 100 : 1 / RATE_HZ, 103.5 : 200 : 1 / RATE_HZ]
+    found = block_means(time_s, np.random.default_rng(3).normal(0, 1, (len(time_s), 1)), (5.0,))
+    assert found[0].blocks == 39
+
+
+def test_allan_deviation_is_that_of_allantools() -> None:
+    values = np.cumsum(np.random.default_rng(4).normal(0, 1, (5000, 2)), axis=0)
+    tau_s, deviation = allan_deviation(1 / RATE_HZ, values)
+    for axis in range(2):
+        theirs = allantools.oadev(values[:, axis], rate=RATE_HZ, data_type="freq", taus=tau_s)
+        np.testing.assert_allclose(tau_s, theirs[0])
+        np.testing.assert_allclose(deviation[:, axis], theirs[1], rtol=1e-6)

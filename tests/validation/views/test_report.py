@@ -1,0 +1,238 @@
+"""The report: complete, self-contained, safe to open, and small for long recordings."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import html
+import importlib.util
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.result import Calibration, Status
+from scenarios.errors import InputError
+from validation.scoring.outcome import RANKED_BY, Outcome
+from validation.scoring.scores import Score
+from validation.signals.thin import envelope, every_nth
+from validation.views.pages.outcome import SECTIONS, write_report
+from validation.views.words.outcome import digits, notes_markdown, plainly, rms, score_table, what_was_simulated
+
+_spec = importlib.util.spec_from_file_location("outcome_example", Path(__file__).with_name("outcome_example.py"))
+assert _spec is not None
+assert _spec.loader is not None
+example = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(example)
+
+
+class Links(HTMLParser):
+    """Every address that a page would load or go to."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.found: list[str] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found += [value or "" for key, value in attrs if key in ("src", "href", "srcset", "action", "data")]
+
+
+@pytest.fixture(scope="module")
+def outcome() -> Outcome:
+    return example.example_outcome(3000)
+
+
+@pytest.fixture(scope="module")
+def page(outcome: Outcome, tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(outcome, path)
+    assert [p.name for p in path.parent.iterdir()] == ["report.html"]
+    return path.read_text(encoding="utf-8")
+
+
+def test_needs_nothing_from_outside(page: str) -> None:
+    assert all(link.startswith(("data:image/", "#")) for link in Links(page).found)
+    assert not re.search(r"@import|url\(|<script|<link", page)
+
+
+def test_every_picture_is_there_and_is_an_image(page: str) -> None:
+    pictures = [link for link in Links(page).found if link.startswith("data:")]
+    assert len(pictures) == len(SECTIONS)
+    for picture in pictures:
+        head, data = picture.split(",", 1)
+        raw = base64.b64decode(data, validate=True)
+        assert raw.startswith(b"\x89PNG") if "png" in head else b"<svg" in raw[:1000]
+
+
+def test_tells_everything(outcome: Outcome, page: str) -> None:
+    text = html.unescape(re.sub(r"<style.*?</style>|data:image/[^\"]*", "", page, flags=re.DOTALL))
+    names = ("Seed", "gyro_s", "gain_nT_A", outcome.scenario.name)
+    for name in (*names, *outcome.calibrations, *outcome.truth.parameters["effects"][0]):
+        assert name in text
+    for effect in outcome.effects:
+        assert effect.replace("_", " ") in text
+    for score in (s for scores in outcome.scores.values() for s in scores if s.name not in ("failure", "wall_time")):
+        assert score.name.replace("_", " ") in text
+        assert digits(score.value) in text or plainly(score.value) in text
+    assert all(c.status.reason in text for c in outcome.calibrations.values())
+
+
+def test_text_from_outside_is_escaped(page: str) -> None:
+    assert "<b>steel</b>" not in page
+    assert "&lt;b&gt;steel&lt;/b&gt;" in page
+    assert "&lt;attitude&gt; &amp; rate" in page
+
+
+def test_in_sample_scores_are_marked_and_never_order(outcome: Outcome) -> None:
+    flattering = {n: [dataclasses.replace(s, value=-s.value) if s.in_sample else s for s in scores]
+                  for n, scores in outcome.scores.items()}  # fmt: skip
+    other = dataclasses.replace(outcome, scores=flattering)
+    assert other.ranking() == outcome.ranking()
+    heads = score_table(outcome)["heads"]
+    assert [h["name"] for h in heads if h["in_sample"]] == ["in sample norm rms"]
+    assert not any(h["ranks"] for h in heads if h["in_sample"])
+    only = {n: [s for s in scores if s.in_sample] for n, scores in outcome.scores.items()}
+    assert dataclasses.replace(outcome, scores=only).ranking()[1] == ""
+
+
+def test_order_is_by_the_hold_out_and_failures_come_last(outcome: Outcome) -> None:
+    ranked, by = outcome.ranking()
+    value = {n: next((s.value for s in scores if s.name == by), np.inf) for n, scores in outcome.scores.items()}
+    ok = [n for n in ranked if outcome.calibrations[n].status.kind == "ok"]
+    assert by == RANKED_BY
+    assert ranked[: len(ok)] == ok == sorted(ok, key=value.__getitem__)
+    assert ranked[-2:] == ["psoga", "gyro_ml"]
+
+
+def test_long_recording_stays_small(tmp_path: Path) -> None:
+    write_report(example.example_outcome(500_000, duration_s=4 * 3600.0), tmp_path / "long.html")
+    assert (tmp_path / "long.html").stat().st_size < 5e6
+
+
+@pytest.mark.parametrize("gap", [slice(1000, 1400), slice(None)])
+def test_gaps_and_missing_columns_are_drawn(outcome: Outcome, tmp_path: Path, gap: slice) -> None:
+    mag_nT = outcome.recording.mag_nT.copy()
+    mag_nT[gap] = np.nan
+    recording = dataclasses.replace(outcome.recording, mag_nT=mag_nT, phase=None, temperature_degC=None, current_A=None)
+    write_report(dataclasses.replace(outcome, recording=recording), tmp_path / "r.html")
+    assert "motion" in (tmp_path / "r.html").read_text(encoding="utf-8")
+
+
+def test_without_calibrators_or_effects(outcome: Outcome, tmp_path: Path) -> None:
+    truth = dataclasses.replace(outcome.truth, effects={}, parameters={})
+    bare = dataclasses.replace(outcome, truth=truth, calibrations={}, scores={}, corrected={})
+    write_report(bare, tmp_path / "r.html")
+    assert "No effect was injected." in (tmp_path / "r.html").read_text(encoding="utf-8")
+
+
+def test_when_every_calibrator_fails(outcome: Outcome, tmp_path: Path) -> None:
+    failed = {"sphere": Calibration("sphere", Status("not_applicable", "no motion at all"))}
+    alone = dataclasses.replace(outcome, calibrations=failed, scores={"sphere": []}, corrected={})
+    write_report(alone, tmp_path / "r.html")
+    assert "no motion at all" in (tmp_path / "r.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("validation.views.pages.outcome.SECTIONS", ())
+
+
+@pytest.mark.usefixtures("without_pictures")
+def test_an_array_says_that_it_shows_sensor_1(tmp_path: Path) -> None:
+    array = example.example_outcome(500, sensors=4)
+    write_report(array, tmp_path / "r.html")
+    assert "every picture shows sensor 1" in (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert all(value.shape == (500, 3) for value in array.effects.values())
+    assert "shows sensor 1" in notes_markdown(array)
+
+
+@pytest.mark.usefixtures("without_pictures")
+def test_refused_path_leaves_nothing(outcome: Outcome, tmp_path: Path) -> None:
+    with pytest.raises(InputError):
+        write_report(outcome, tmp_path / "missing" / "r.html")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("without_pictures")
+def test_same_outcome_gives_the_same_words(outcome: Outcome, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        write_report(outcome, tmp_path / name)
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+
+
+def test_a_vehicle_that_stays_has_no_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("validation.views.pages.outcome.SECTIONS", [s for s in SECTIONS if s.key in ("path", "sizes")])
+    for vehicle, there in (("turntable", False), ("auv", True)):
+        write_report(example.example_outcome(200, vehicle=vehicle), tmp_path / "r.html")
+        assert ('id="path"' in (tmp_path / "r.html").read_text(encoding="utf-8")) is there
+
+
+def test_pictures_show_sensor_1_of_an_array() -> None:
+    array = example.example_outcome(200, sensors=2)
+    keys = {f"sphere@{k}": array.calibrations["sphere"] for k in (2, 1, 11)}
+    corrected = dict.fromkeys(keys, array.corrected["sphere"])
+    assert dataclasses.replace(array, calibrations=keys, corrected=corrected).shown() == ["sphere@1"]
+
+
+def test_residual_leaves_out_only_an_unobservable_rotation(outcome: Outcome) -> None:
+    truth = outcome.truth.field_nT
+    turn = example._matrices(np.array([[np.cos(0.05), 0.03, np.sin(0.05), 0.0]]) / np.hypot(1, 0.03))[0]
+    turned = dataclasses.replace(outcome, corrected={"sphere": truth @ turn.T, "kalman": 1.01 * truth @ turn.T})
+    turned.corrected["sphere"][:5] = np.nan
+    assert np.nanmax(np.abs(turned.residual_nT("sphere"))) < 1e-6
+    assert rms(turned.residual_nT("kalman")) == pytest.approx(0.01 * outcome.field_strength_nT, rel=1e-6)
+    fixed = {n: [dataclasses.replace(s, rotation_removed=False) for s in v] for n, v in outcome.scores.items()}
+    assert rms(dataclasses.replace(turned, scores=fixed).residual_nT("sphere")) > 100
+
+
+def test_envelope_keeps_spikes_order_and_gaps() -> None:
+    time_s, values = np.arange(100_000) / 50, np.zeros((100_000, 3))
+    values[54_321, 1], values[77_777, 2] = 1e4, -1e4
+    values[10_000:40_000, 0] = np.nan
+    thin_s, thin = envelope(time_s, values, 500)
+    assert len(thin_s) <= 1000
+    assert np.all(np.diff(thin_s) >= 0)
+    assert np.nanmax(thin[:, 1]) == 1e4
+    assert np.nanmin(thin[:, 2]) == -1e4
+    assert abs(thin_s[np.nanargmax(thin[:, 1])] - time_s[54_321]) < 2 * 200 / 50
+    assert 0.28 < np.isnan(thin[:, 0]).mean() < 0.31
+    same_s, same = envelope(time_s[:900], values[:900], 500)
+    assert same_s is not thin_s
+    assert np.shares_memory(same, values)
+
+
+def test_stride_keeps_at_most_so_many() -> None:
+    for n in (1, 10, 11, 99, 1000):
+        assert 1 <= len(range(n)[every_nth(n, 10)]) <= 10
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0"), (1234.5, "1\u2009234"), (12.345, "12.3"), (-0.00123456, "−0.00123"), (1.5e-7, "1.50e−07"),
+     (float("nan"), "–"), (float("inf"), "–"), (2.5e9, "2.50e+09"), (9.999, "10.00")],
+)  # fmt: skip
+def test_digits(value: float, text: str) -> None:
+    assert digits(value) == text
+
+
+def test_rms_is_of_vector_lengths_and_skips_gaps() -> None:
+    assert rms(np.array([[3.0, 4.0, 0.0], [np.nan, 0.0, 0.0], [0.0, 0.0, 5.0]])) == pytest.approx(5.0)
+    assert np.isnan(rms(np.full(3, np.nan)))
+
+
+def test_sentence_names_vehicle_phases_and_field(outcome: Outcome) -> None:
+    text = what_was_simulated(outcome)
+    assert text.startswith("An AUV moved through descent, spiral, comb in a given field of 1\u2009500, 27\u2009000")
+    assert "sampled at 10 Hz" in text
+
+
+def test_markdown_cells_cannot_break_the_table(outcome: Outcome) -> None:
+    odd = {"a|b": Calibration("a|b", Status("ok"))}
+    scores = {"a|b": [Score("offset_error", 1.0, "nT")]}
+    text = notes_markdown(dataclasses.replace(outcome, calibrations=odd, scores=scores, corrected={}))
+    table = [line for line in text.splitlines() if line.startswith("|")]
+    assert "a\\|b" in table[0]
+    assert {len(re.findall(r"(?<!\\)\|", line)) for line in table} == {3}

@@ -1,0 +1,1 @@
+"""Calibrators on a recording: fitted, written, read again, exported."""

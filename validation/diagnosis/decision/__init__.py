@@ -1,0 +1,1 @@
+"""From evidence to effects accepted and one verdict."""

@@ -1,0 +1,1 @@
+"""The model with what was missing in it, refined, and tried on another recording."""

@@ -1,0 +1,91 @@
+"""The new model: what was given with the named effects in it, as a scenario that the simulator runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from scenarios.spec import Model, ModelSpec, Scenario
+from sim import effects as effect_table
+from sim.effects.base import Effect
+from sim.effects.iron import HardIron, SoftIron
+from sim.effects.noise import WhiteNoise
+from sim.state import Array, State
+from validation.diagnosis.evidence.direct import vec3
+from validation.diagnosis.evidence.problem import Problem
+from validation.diagnosis.repair.patch import joined
+from validation.diagnosis.result import Named
+
+TABLE: dict[str, Any] = {"vehicle": {"kind": "turntable"}, "phases": [{"kind": "tumble", "duration_s": 380.0}]}
+CIRCLES: dict[str, Any] = {
+    "vehicle": {"kind": "auv"},
+    "phases": [
+        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 1.0, "duration_s": 400.0,
+         "roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 25.0},
+    ],
+}  # fmt: skip
+"""The motions that a model without one gets: over the whole sphere; with motors where an effect needs their current."""
+
+
+def patched(model: Model, named: Sequence[Named], problem: Problem, fitted_base: bool) -> Scenario:
+    """The given model with the named effects; where its base was not known, with the fitted hard and soft iron too.
+
+    A scenario keeps its vehicle and motion; its `vary` goes, for this is now one instrument.
+    """
+    new = [one.effect for one in named]
+    if fitted_base:
+        matrix = problem.turn - np.eye(3)
+        middle = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
+        new = [SoftIron(matrix.tolist()), HardIron(middle.tolist()), *new]
+    given = list(problem.effects)
+    if not any(e.name == "white_noise" for e in given):
+        new.append(WhiteNoise(vec3(np.resize(problem.sigma_nT, 3))))
+    whole = _merged(joined(given, new), problem.state)
+    tables, order = effect_table.as_tables(whole)
+    changed = {"effects": tables, "effect_order": order}
+    if isinstance(model, Scenario):
+        return model.model_copy(update={**changed, "vary": {}})
+    return Scenario.model_validate(
+        {"name": model.name, "summary": model.summary, "field": _field(model, problem.state.field_enu_nT)}
+        | _motion(whole)
+        | changed
+    )
+
+
+def _merged(effects: Sequence[Effect], state: State) -> list[Effect]:
+    """The effects, where two of a name only add and differ in nothing but what they are linear in, as one."""
+    out: list[Effect] = []
+    for effect in effects:
+        rest = _rest(effect)
+        same = [i for i, other in enumerate(out) if other.name == effect.name and _rest(other) == rest]
+        if same and _adds(effect, state):
+            total = out[same[0]].coefficients() + effect.coefficients()
+            out[same[0]] = effect.combine(total, **rest)
+        else:
+            out.append(effect)
+    return out
+
+
+def _adds(effect: Effect, state: State) -> bool:
+    """Whether what an effect contributes does not depend on the signal, nor on chance."""
+    if effect.stochastic or not effect.linear:
+        return False
+    once, twice = (effect.apply(state, k * state.field_nT, np.random.default_rng(0), {}) for k in (1.0, 2.0))
+    return bool((once == twice).all())
+
+
+def _rest(effect: Effect) -> dict[str, Any]:
+    """The parameters that an effect is not linear in."""
+    return {p.name: getattr(effect, p.name) for p in effect.parameters() if p.name not in effect.linear}
+
+
+def _field(model: ModelSpec, enu_nT: Array) -> Any:
+    return (
+        {"enu_nT": enu_nT.tolist()} if model.field is None else model.field.model_dump(mode="json", exclude_none=True)
+    )
+
+
+def _motion(effects: Sequence[Effect]) -> dict[str, Any]:
+    return CIRCLES if any("current" in effect.needs for effect in effects) else TABLE

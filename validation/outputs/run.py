@@ -1,0 +1,126 @@
+"""The main job: simulate a scenario, calibrate, score against the truth, write report and recording."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import calib
+from calib import Calibration, Reference
+from scenarios.spec import Scenario
+from sim import effects as effect_table
+from sim.dataset import Recording, Truth, read_run
+from sim.dataset.files import alone_in, write_text
+from sim.generate import write_runs
+from validation.calibrating.files import write_calibrations
+from validation.calibrating.fitting import fit_all, sensors
+from validation.scoring.holdout import HoldOut, Surroundings, hold_out
+from validation.scoring.outcome import Outcome
+from validation.scoring.scores import Score, score
+from validation.views.pages.outcome import write_report
+from validation.views.recording import write_recording
+
+Progress = Callable[[float, int], object]
+"""Told (stages done, stages in all); simulation and calibration also tell their parts."""
+STAGES = 4
+
+
+def run_scenario(
+    scenario: Scenario,
+    out: Path,
+    *,
+    seed: int | None = None,
+    progress: Progress = lambda done, total: None,
+) -> Outcome:
+    """Write the dataset, scores.json, calibration.json, report.html and recording.rrd into `out`.
+
+    A dataset of the same scenario and seed that is there already is used again. Raises InputError for a bad scenario,
+    an unknown calibrator, an `out` that holds another dataset or that another process writes to, and when the
+    system refuses to write.
+    """
+    for name in scenario.calibrators:
+        calib.get(name)
+    with alone_in(out):
+        return _run(scenario, out, seed, progress)
+
+
+def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress) -> Outcome:
+    written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES))
+    recording, truth = read_run(out)
+    judged = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES))
+    outcome = replace(judged, tracking=written.files[0].tracking)
+    write_calibrations(outcome.calibrations, out)
+    write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, default=_plain) + "\n")
+    progress(2, STAGES)
+    write_report(outcome, out / "report.html")
+    progress(3, STAGES)
+    write_recording(outcome, out / "recording.rrd")
+    progress(4, STAGES)
+    return outcome
+
+
+def judge(
+    scenario: Scenario, recording: Recording, truth: Truth, progress: Callable[[float], object] = lambda part: None
+) -> Outcome:
+    """Fit the scenario's calibrators to a recording and score them against its truth."""
+    east, north, up = truth.parameters["field_enu_nT"]
+    reference = Reference(float(np.linalg.norm([east, north, up])), (east, north, up))
+    calibrations = fit_all(recording, reference, scenario.calibrators, progress=progress)
+    views = {key: one for name in scenario.calibrators for key, one in sensors(recording, name).items()}
+    truths = _hold_outs(recording, truth)
+    scores = {key: _scored(result, views[key], truths[_sensor(key)]) for key, result in calibrations.items()}
+    usable = {key: c for key, c in calibrations.items() if c.status.kind != "not_applicable"}
+    corrected = {key: c.apply(views[key]) for key, c in usable.items()}
+    return Outcome(scenario, recording, truth, calibrations, scores, corrected)
+
+
+def summary(outcome: Outcome) -> dict[str, Any]:
+    """Scores and calibrations as plain values, the JSON of `run`; figures that are not finite become null."""
+    return {
+        "scenario": outcome.scenario.name,
+        "ranking": outcome.ranking()[0],
+        "tracking": outcome.tracking and asdict(outcome.tracking),
+        "scores": {
+            key: [
+                {
+                    "score": s.name,
+                    "value": s.value if np.isfinite(s.value) else None,
+                    "unit": s.unit,
+                    "in_sample": s.in_sample,
+                    "rotation_removed": s.rotation_removed,
+                }
+                for s in scores
+            ]
+            for key, scores in outcome.scores.items()
+        },
+        "calibrations": {key: calib.to_dict(c) for key, c in outcome.calibrations.items()},
+    }
+
+
+def _hold_outs(recording: Recording, truth: Truth) -> list[HoldOut]:
+    """The hold-out of each sensor, in the run's mean surroundings."""
+    surroundings = Surroundings.of(recording, truth.parameters["field_enu_nT"])
+    order = truth.parameters["effect_order"]
+    built = (
+        effect_table.build(tables, [name for name in order if name in tables], "run")
+        for tables in truth.parameters["effects"]
+    )
+    return [hold_out(effects, surroundings) for effects in built]
+
+
+def _sensor(key: str) -> int:
+    """Index of the sensor that a calibration's key (`name` or `name@sensor`) belongs to."""
+    return int(key.split("@")[1]) - 1 if "@" in key else 0
+
+
+def _scored(result: Calibration, recording: Recording, truth: HoldOut) -> list[Score]:
+    return score(result, recording, truth)
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist()

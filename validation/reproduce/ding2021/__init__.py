@@ -1,0 +1,1 @@
+"""[Ding2021] repeated: trials, rows that set its figures beside ours, figures."""

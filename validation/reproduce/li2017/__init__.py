@@ -1,0 +1,1 @@
+"""[Li2017] repeated: trials, rows that set its figures beside ours, figures."""

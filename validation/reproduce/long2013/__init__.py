@@ -1,0 +1,1 @@
+"""[Long2013] repeated: trials, rows that set its figures beside ours, figures."""

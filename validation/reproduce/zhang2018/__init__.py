@@ -1,0 +1,1 @@
+"""[Zhang2018] repeated: trials, rows that set its figures beside ours, figures."""

@@ -1,0 +1,1 @@
+"""[Zhou2012] repeated: trials, rows that set its figures beside ours, figures."""

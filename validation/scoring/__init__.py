@@ -1,0 +1,1 @@
+"""How good a calibration is: hold-out motions, scores, and what a scenario gave."""

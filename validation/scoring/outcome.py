@@ -1,0 +1,104 @@
+"""What one scenario gave in the end: handed to the report and to the rerun recording."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.result import Calibration
+from scenarios.spec import Scenario
+from sim.dataset.recording import Recording, Truth
+from sim.tracking import Tracking
+from validation.scoring.scores import Score
+
+Array = NDArray[np.float64]
+RANKED_BY = "holdout_sphere_component_rms"
+"""The score that orders calibrators: the whole field vector, on a motion the fit has not seen."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One simulated run with every calibrator's answer.
+
+    calibrations, scores: by calibrator, in the scenario's order; `corrected`: the corrected field (n, 3) in nT, body
+    frame, by calibrator, for those that gave one. `tracking`: how well the vehicle followed its path, None where it
+    follows none. Of an array of sensors the pictures show sensor 1.
+    """
+
+    scenario: Scenario
+    recording: Recording
+    truth: Truth
+    calibrations: dict[str, Calibration]
+    scores: dict[str, list[Score]]
+    corrected: dict[str, Array]
+    tracking: Tracking | None = None
+
+    @property
+    def sensors(self) -> int:
+        """Number of magnetometers in the recording."""
+        array = self.recording.array_mag_nT
+        return 1 if array is None else len(array)
+
+    @property
+    def effects(self) -> dict[str, Array]:
+        """Contribution (n, 3) of each effect to sensor 1, in nT, in the order of the chain."""
+        return {name: value if value.ndim == 2 else value[0] for name, value in self.truth.effects.items()}
+
+    @property
+    def field_strength_nT(self) -> float:
+        """Strength of the undisturbed field: the radius of the reference sphere."""
+        return float(np.nanmedian(np.linalg.norm(self.truth.field_nT, axis=1)))
+
+    def ranking(self) -> tuple[list[str], str]:
+        """Calibrators from best to worst, and the score that ordered them ("" when there is none).
+
+        Those with status "ok" first, lowest score first. The score is RANKED_BY, or else the first in nT that is not
+        in-sample.
+        """
+        fair = [s.name for scores in self.scores.values() for s in scores if not s.in_sample and s.unit == "nT"]
+        by = RANKED_BY if RANKED_BY in fair else (fair or [""])[0]
+        found = {
+            c: [s.value for s in scores if s.name == by and np.isfinite(s.value)] for c, scores in self.scores.items()
+        }
+        value = {name: (found.get(name) or [np.inf])[0] for name in self.calibrations}
+        return sorted(value, key=lambda name: (self.calibrations[name].status.kind != "ok", value[name])), by
+
+    def shown(self) -> list[str]:
+        """Calibrators that pictures show: with an estimate, best first; of an array (name@sensor) sensor 1's."""
+        given = [c for c in self.ranking()[0] if c in self.corrected]
+        usable = [c for c in given if self.calibrations[c].status.kind != "not_applicable"]
+        return [c for c in usable if "@" not in c or c.endswith("@1")]
+
+    def rotation_removed(self, name: str) -> bool:
+        """Whether this calibrator's scores leave out the rotation that the field's strength cannot tell."""
+        return any(score.rotation_removed for score in self.scores.get(name, []))
+
+    def residual_nT(self, name: str) -> Array:
+        """Corrected field minus truth (n, 3), body frame: Q h_cal - h.
+
+        Q is I, or, where the scores leave a rotation out, the rotation that brings the corrected field closest to the
+        truth (orthogonal Procrustes on this recording).
+        """
+        corrected, truth = self.corrected[name], self.truth.field_nT
+        if not self.rotation_removed(name):
+            return corrected - truth
+        whole = np.isfinite(corrected).all(axis=1)
+        u, _, vt = np.linalg.svd(truth[whole].T @ corrected[whole])
+        rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+        return np.asarray(corrected @ rotation.T - truth)
+
+    @property
+    def travels(self) -> bool:
+        """Whether the vehicle leaves its place: otherwise there is no path to draw."""
+        return float(np.max(np.ptp(self.truth.pos_enu_m, axis=0))) > 0.1
+
+    def phases(self) -> list[tuple[str, int, int]]:
+        """Consecutive stretches (label, first sample, one past the last) of the motion."""
+        phase = self.recording.phase
+        if phase is None:
+            return [("motion", 0, len(self.recording))]
+        cuts = [0, *(np.flatnonzero(phase[1:] != phase[:-1]) + 1).tolist(), len(phase)]
+        return [(str(phase[a]), a, b) for a, b in itertools.pairwise(cuts) if b > a]

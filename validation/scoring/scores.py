@@ -1,0 +1,140 @@
+"""How good a calibration is: every figure with its unit, against truth and hold-out, and what ranks nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib import CALIBRATORS, Calibration
+from sim.dataset import Recording
+from validation.scoring.holdout import HoldOut, Pairs
+
+Array = NDArray[np.float64]
+CHI2_3_95 = 7.814727903251179
+"""95 % point of chi-square with three degrees of freedom."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """One figure of merit of one fit. In-sample figures are shown, and never rank.
+
+    `rotation_removed`: the rotation that the field's strength cannot tell was taken out before.
+    """
+
+    name: str
+    value: float
+    unit: str
+    in_sample: bool = False
+    rotation_removed: bool = False
+
+
+def score(
+    calibration: Calibration, recording: Recording, truth: HoldOut, attitude_free: bool | None = None
+) -> list[Score]:
+    """All scores of a calibration of this recording; one that was not applicable has `failure` and `wall_time` alone.
+
+    ===========================  ====  ==========================================================================
+    offset_error                 nT    |offset - b|
+    offset_error_axis_rms        nT    the same over sqrt(3): rms of the three axes
+    offset_inside_95                   1 when b lies in the claimed 95 % ellipsoid; only where one is claimed
+    matrix_error                       Frobenius norm of Q matrix S - I
+    holdout_sphere_norm_rms      nT    rms of |h_cal| - |h|, all attitudes
+    holdout_sphere_component_rms nT    rms length of Q h_cal - h over sqrt(3), all attitudes
+    holdout_level_norm_rms       nT    as above, a level survey
+    holdout_level_component_rms  nT
+    heading_rms                  deg   heading by Q h_cal and true tilt, against truth, a level survey
+    anomaly_rms                  nT    total-field anomaly of a dipole along a wobbling survey line, against truth
+    failure                            1 when the status is not ok
+    iterations                         length of the convergence history
+    wall_time                    s
+    in_sample_norm_rms           nT    rms of |h_cal| - F on the recording itself; ranks nothing
+    ===========================  ====  ==========================================================================
+
+    Q is I, or for an attitude-free method the rotation that fits matrix S to I best: a rotation of the whole sensor
+    is not in the field's strength. Heading then means after one alignment of the compass with the vehicle.
+    `attitude_free` None: what the calibrator of that name says; for names that are not registered, False.
+    """
+    always = [Score("failure", float(calibration.status.kind != "ok"), ""), Score("wall_time", calibration.wall_s, "s")]
+    if calibration.status.kind == "not_applicable":
+        return always
+    free = is_attitude_free(calibration.name) if attitude_free is None else attitude_free
+    turn = unobservable_rotation(calibration.matrix @ truth.matrix) if free else np.eye(3)
+    return [
+        *_offset_scores(calibration, truth),
+        *_turned_scores(calibration, truth, turn, free),
+        Score("anomaly_rms", anomaly_rms_nT(calibration, truth), "nT"),
+        always[0],
+        Score("iterations", float(len(calibration.history)), ""),
+        always[1],
+        Score("in_sample_norm_rms", in_sample_norm_rms_nT(calibration, recording, truth), "nT", in_sample=True),
+    ]
+
+
+def is_attitude_free(name: str) -> bool:
+    """Whether a registered calibrator uses no attitude, so that a rotation is left open."""
+    method = CALIBRATORS.get(name.split("@")[0])
+    return method is not None and "attitude" not in method.needs
+
+
+def unobservable_rotation(total: Array) -> Array:
+    """The rotation Q (3, 3) that minimises |Q total - I|_F (orthogonal Procrustes): V U^T of total = U D V^T."""
+    u, _, vt = np.linalg.svd(total)
+    proper = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+    return np.asarray(vt.T @ proper @ u.T)
+
+
+def _offset_scores(calibration: Calibration, truth: HoldOut) -> list[Score]:
+    error_nT = calibration.offset_nT - truth.offset_nT
+    length_nT = float(np.linalg.norm(error_nT))
+    scores = [Score("offset_error", length_nT, "nT"), Score("offset_error_axis_rms", length_nT / math.sqrt(3.0), "nT")]
+    covariance_nT2 = calibration.offset_covariance_nT2
+    if covariance_nT2 is not None:
+        distance = float(error_nT @ np.linalg.pinv(covariance_nT2, hermitian=True) @ error_nT)
+        scores.append(Score("offset_inside_95", float(distance <= CHI2_3_95), ""))
+    return scores
+
+
+def _turned_scores(calibration: Calibration, truth: HoldOut, turn: Array, free: bool) -> list[Score]:
+    matrix_error = float(np.linalg.norm(turn @ calibration.matrix @ truth.matrix - np.eye(3)))
+    scores = [Score("matrix_error", matrix_error, "", rotation_removed=free)]
+    for name, data in (("sphere", truth.sphere), ("level", truth.level)):
+        field_nT = calibration.static().apply(data.recording()) @ turn.T
+        norm_nT = np.linalg.norm(field_nT, axis=1) - np.linalg.norm(data.true_nT, axis=1)
+        scores += [
+            Score(f"holdout_{name}_norm_rms", rms(norm_nT), "nT"),
+            Score(f"holdout_{name}_component_rms", rms(field_nT - data.true_nT), "nT", rotation_removed=free),
+        ]
+    heading_deg = np.degrees(heading_error_rad(field_nT, truth.level))
+    return [*scores, Score("heading_rms", rms(heading_deg), "deg", rotation_removed=free)]
+
+
+def heading_error_rad(field_nT: Array, data: Pairs) -> Array:
+    """Error (n,) of the heading that a compass with true tilt would show from a corrected field (n, 3).
+
+    The field turned to the world by the true attitude points off magnetic north by as much as the heading is wrong.
+    """
+    east, north = np.einsum("nij,nj->in", data.R_wb[:, :2], field_nT)
+    true_east, true_north = np.einsum("nij,nj->in", data.R_wb[:, :2], data.true_nT)
+    return np.asarray(np.arctan2(east * true_north - north * true_east, east * true_east + north * true_north))
+
+
+def anomaly_rms_nT(calibration: Calibration, truth: HoldOut) -> float:
+    """Rms of the total-field anomaly's error along the survey line, each anomaly taken from its own mean."""
+    total_nT = np.linalg.norm(calibration.static().apply(truth.line.recording()), axis=1)
+    error_nT = total_nT - truth.line_anomaly_nT
+    return rms(error_nT - error_nT.mean())
+
+
+def in_sample_norm_rms_nT(calibration: Calibration, recording: Recording, truth: HoldOut) -> float:
+    """Rms of |h_cal| - F over the finite samples of the recording that the calibration was fitted to."""
+    strength_nT = float(np.linalg.norm(truth.sphere.true_nT[0]))
+    norm_nT = np.linalg.norm(calibration.apply(recording), axis=1)
+    return rms(norm_nT[np.isfinite(norm_nT)] - strength_nT)
+
+
+def rms(values: Array) -> float:
+    """Root mean square of all elements."""
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -1,0 +1,1 @@
+"""Numbers that a series gives: noise, tones, value lattice, faults, conventions; no judgement."""

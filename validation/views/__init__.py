@@ -1,0 +1,1 @@
+"""What people look at: words, pictures, recordings for the rerun viewer, pages."""

@@ -1,0 +1,123 @@
+"""The page of a diagnosis: what is missing, how sure, what else it could be, what to do; then the pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jinja2
+import numpy as np
+
+from scenarios.toml import to_toml
+from validation.diagnosis.evidence.compare import THRESHOLD
+from validation.diagnosis.repair.changes import model_diff
+from validation.diagnosis.result import Diagnosis, Named
+from validation.views.plots import diagnosis as plots
+from validation.views.plots.style import Figure, encoded
+from validation.views.series import as_they_stand, gap_to_show, places, rms_nT, travels
+from validation.views.words.diagnosis import MEANING, SEEN, gap_rows, parameter_rows
+from validation.views.words.outcome import digits
+
+Draw = Callable[[Diagnosis], Figure]
+GAP = (
+    "The gap over time",
+    "Body axes, or the field's strength. After (blue) should be noise about zero.",
+    plots.draw_gap,
+)
+MAP = (
+    "The gap along the path",
+    "Means over a second or longer; one colour scale for before and after.",
+    plots.draw_map,
+)
+REST: tuple[tuple[str, str, Draw], ...] = (
+    ("The gap by channel", "Against the channels it goes with most, bold the means over bins: a clue, not a proof.",
+     plots.draw_channel),
+    ("The gap by frequency", "A clean rest lies on the dashed line.", plots.draw_spectrum),
+    ("What each candidate explains",
+     "Each effect alone, beside hard and soft iron fitted anew. Blue: named; red: not told from it.",
+     plots.draw_ranking),
+)  # fmt: skip
+
+
+def page_html(found: Diagnosis, title: str) -> str:
+    """The report as one HTML text that needs nothing else."""
+    loader = jinja2.PackageLoader("validation.views", "templates")
+    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    return environment.get_template("diagnosis.html").render(_page(found, title))
+
+
+def _page(found: Diagnosis, title: str) -> dict[str, Any]:
+    shown = [GAP, *([MAP] if travels(places(found)) else []), *(REST if found.ranking else REST[:2])]
+    return {
+        "title": title,
+        "verdict": found.verdict,
+        "meaning": MEANING[found.verdict],
+        "sentence": found.sentence,
+        "tiles": _tiles(found),
+        "effects": [_row(one) for one in found.named],
+        "classes": [(one.name, one.alternatives) for one in found.named if one.alternatives],
+        "gaps": gap_rows(found),
+        "left": "; ".join(found.after.why),
+        "advice": found.advice,
+        "not_observable": found.not_observable,
+        "where": found.where,
+        "diff": model_diff(found),
+        "model": to_toml(found.model),
+        "pictures": [(name, caption, encoded(lambda draw=draw: draw(found))) for name, caption, draw in shown],  # type: ignore[misc]
+    }
+
+
+def _tiles(found: Diagnosis) -> list[tuple[str, str]]:
+    """The answer in four tiles: (value, label)."""
+    missing = ", ".join(one.name for one in found.named) or ("nothing" if found.verdict == "none" else "not named")
+    return [(missing, "missing in the model"), _sure(found), _otherwise(found), _share(found)]
+
+
+def _otherwise(found: Diagnosis) -> tuple[str, str]:
+    """What else it could be, or where nothing is named what the gap goes with."""
+    if not found.named:
+        return (", ".join(name for name, _, _ in found.where[:3]) or "–", "the gap goes with")
+    others = [name for one in found.named for name in one.alternatives]
+    if found.verdict == "not_observable":
+        others += [name for name in found.not_observable if "(" not in name]  # those in brackets lack a channel
+    return (", ".join(dict.fromkeys(others)) or "no other that was tested", "could also be")
+
+
+def _share(found: Diagnosis) -> tuple[str, str]:
+    gap = found.gap
+    if as_they_stand(found):
+        before, after = (digits(rms_nT(found, side)) for side in gap_to_show(found))
+        return (
+            f"{before} → {after} nT",
+            "measured minus simulated, the models as they stand; iron fitted anew hides it",
+        )
+    if found.named and all(one.effect.stochastic for one in found.named):
+        return ("its amount", "noise cannot be foretold sample by sample: the gap stays, the new model has its size")
+    if found.named and all(one.how == "direct" for one in found.named):
+        return ("–", "such values are left out of the comparison; the new model makes them")
+    if gap.explained is None:
+        return ("–", "no gap beyond the noise once iron is fitted anew")
+    sizes = f"{digits(gap.before_nT)} → {digits(gap.after_nT)} nT"
+    return (f"{100 * max(gap.explained, 0):.0f} %", f"of the gap explained: {sizes}, held out")
+
+
+def _sure(found: Diagnosis) -> tuple[str, str]:
+    """The evidence of the effect that is least sure."""
+    if not found.named:
+        return ("–", "no name to be sure of")
+    one = min(found.named, key=lambda one: np.inf if one.D is None else one.D)
+    whose = f" for {one.name}, the least sure" if len(found.named) > 1 else ""
+    again = "a second recording agrees" if one.evidence == "transferred" else "one recording; confirm with a second"
+    if one.D is None or one.how not in ("held-out", "base"):
+        return (SEEN[one.how], f"is the evidence{whose}; {again}")
+    return (f"{digits(one.D)} nats", f"of evidence on held-out data{whose}; {THRESHOLD:.1f} are needed; {again}")
+
+
+def _row(one: Named) -> dict[str, Any]:
+    lines = [
+        f"{name} = {value} {unit}" if low is None else f"{name} = {value} [{low} to {high}] {unit}"
+        for name, value, low, high, unit in parameter_rows(one)
+    ]
+    strength = f"{one.strength:.2g} sigma, {one.D:.3g} nats" if one.how in ("held-out", "base") and one.D else ""
+    return {"name": one.name, "alternatives": one.alternatives, "lines": lines, "how": SEEN[one.how],
+            "evidence": ", ".join(filter(None, (strength, one.evidence)))}  # fmt: skip

@@ -1,0 +1,164 @@
+"""Pictures of a diagnosis: the gap before and after in time, along the path, by frequency and against channels."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from validation.diagnosis.evidence.localise import channels
+from validation.diagnosis.result import Diagnosis
+from validation.scoring.outcome import Array
+from validation.signals.thin import every_nth
+from validation.views.palette import LINES, RAW, SOFT
+from validation.views.plots.style import WIDTH_IN, keep_readable
+from validation.views.series import as_they_stand, axes_of, block_means, from_first, gap_to_show, length_for, places
+
+BEFORE, AFTER = LINES[1], LINES[0]
+FINE, COARSE, MOST_POINTS = 1500, 200, 4000
+"""Points of the pale and of the bold lines over time, and of a cloud."""
+LEAST_HEIGHT_M, LEAST_SHARE = 0.5, 0.02
+"""A path's height is drawn from this extent on, and from this share of the horizontal one."""
+BINS = 24
+NEEDED = float(np.log(100))
+
+
+def draw_gap(found: Diagnosis) -> Figure:
+    """Measured minus simulated over time, before and after: means over short (pale) and long (bold) parts."""
+    labels, usable = axes_of(found), found.problem.usable
+    figure = Figure(figsize=(WIDTH_IN, 1.7 * len(labels) + 0.8), layout="constrained")
+    axes = figure.subplots(len(labels), 1, sharex=True, squeeze=False)[:, 0]
+    time, unit = _time(found)
+    for gap, colour, label in _curves(*gap_to_show(found)):
+        for most, style in ((FINE, {"alpha": 0.3}), (COARSE, {"linewidth": 1.6, "label": label})):
+            length = length_for(len(gap), most)
+            t, thin = block_means(time, length), block_means(gap, length, usable)
+            for i, axis in enumerate(axes):
+                axis.plot(t, thin[:, i], color=colour, **style)
+    for i, axis in enumerate(axes):
+        keep_readable(axis, block_means(found.before_nT, length_for(len(time), FINE), usable)[:, i])
+        axis.set_ylabel(f"{labels[i]} (nT)")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    how = "the models as they stand" if as_they_stand(found) else "iron fitted anew"
+    axes[0].set_title(f"Measured minus simulated, {how}")
+    axes[-1].set(xlabel=f"time ({unit})", xlim=(time[0], time[-1]))
+    return figure
+
+
+def draw_map(found: Diagnosis) -> Figure:
+    """Size of the gap along the path, before and after: from above, and from the side where the height changes."""
+    where, position = places(found), found.problem.recording.pos_enu_m
+    assert where.pos_m is not None
+    assert position is not None
+    path_m = from_first(position)[every_nth(len(position), MOST_POINTS)]
+    extent = np.ptp(path_m, axis=0)
+    side = int(extent[1] > extent[0])
+    planes = [(0, 1)]
+    if extent[2] > max(LEAST_HEIGHT_M, LEAST_SHARE * extent[:2].max()):
+        planes.append((side, 2))
+    figure = Figure(figsize=(WIDTH_IN, 3.6 * len(planes) + 0.2), layout="constrained")
+    axes = figure.subplots(len(planes), 2, sharex="row", sharey="row", squeeze=False)
+    sizes = [np.linalg.norm(gap, axis=1) for gap in (where.before_nT, where.after_nT)]
+    most = max(float(np.nanquantile(sizes[0], 0.98)), 1e-9)
+    for (i, j), row in zip(planes, axes, strict=True):
+        for axis, size, title in zip(row, sizes, ("before", "after"), strict=True):
+            axis.plot(path_m[:, i], path_m[:, j], color=RAW, linewidth=0.4, zorder=1)
+            order = np.argsort(size)  # large ones on top
+            dots = axis.scatter(
+                where.pos_m[order, i], where.pos_m[order, j], c=size[order], s=7, cmap="viridis_r", vmin=0, vmax=most,
+                linewidths=0, zorder=2, rasterized=True,
+            )  # fmt: skip
+            axis.set(
+                xlabel=f"{('east', 'north')[i]} (m)", title=f"{'From above' if j == 1 else 'From the side'}, {title}"
+            )
+            if j == 1:
+                axis.set_aspect("equal")
+        row[0].set_ylabel(("north (m)", "up (m)")[j - 1])
+    noise = float(np.linalg.norm(found.problem.sigma_nT)) / np.sqrt(where.samples)
+    figure.colorbar(
+        dots, ax=axes, shrink=0.8, pad=0.01, label=f"size of the gap (nT); noise alone: {noise:.2g}", extend="max"
+    )
+    return figure
+
+
+def draw_spectrum(found: Diagnosis) -> Figure:
+    """Power density of the gap before and after, beside the noise that neighbouring samples show."""
+    figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
+    axis: Any = figure.subplots()
+    interval = found.problem.state.interval_s
+    for values, colour, label in _curves(found.before_nT, found.after_nT):
+        axis.loglog(*_density(values, interval), color=colour, label=label)
+    level = float(np.sqrt((found.problem.sigma_nT**2).mean() * 2 * interval))
+    axis.axhline(level, color=SOFT, linestyle="--", label="noise of a sample")
+    axis.set(xlabel="frequency (Hz)", ylabel="nT/√Hz")
+    axis.legend()
+    return figure
+
+
+def draw_channel(found: Diagnosis) -> Figure:
+    """The gap against the channels it goes with most, where it is largest: means as dots, bins as lines."""
+    values = dict(channels(found.problem))
+    names = [name for name, _, _ in found.where if name in values][:3] or ["time_s"]
+    gaps = gap_to_show(found)
+    component = int(np.argmax((gaps[0] ** 2).sum(axis=0)))
+    length = length_for(len(gaps[0]), MOST_POINTS)
+    figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
+    axes = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
+    for axis, name in zip(axes, names, strict=True):
+        channel = block_means(values[name], length)
+        for gap, colour, label in _curves(*gaps):
+            thin = block_means(gap[:, component], length, found.problem.usable)
+            axis.plot(channel, thin, ".", markersize=2, color=colour, alpha=0.3)
+            axis.plot(*_binned(channel, thin), color=colour, linewidth=2.0, label=label)
+        axis.set_xlabel(name)
+    axes[0].set_ylabel(f"{axes_of(found)[component]} (nT)")
+    axes[0].legend()
+    return figure
+
+
+def draw_ranking(found: Diagnosis) -> Figure:
+    """Evidence of every candidate in the first round, on a signed log scale of nats."""
+    rows = found.ranking[:12][::-1]
+    named = {one.name for one in found.named}
+    beside = {other for one in found.named for other in one.alternatives}
+    colours = [AFTER if name in named else BEFORE if name in beside else RAW for name, _, _ in rows]
+    figure = Figure(figsize=(WIDTH_IN, 0.26 * max(len(rows), 2) + 0.9), layout="constrained")
+    axis: Any = figure.subplots()
+    bars = axis.barh([name for name, _, _ in rows], [d for _, d, _ in rows], color=colours)
+    axis.bar_label(bars, [f"{strength:.2g} sigma" for _, _, strength in rows], padding=3, fontsize=8, color=SOFT)
+    axis.set_xscale("symlog", linthresh=5)
+    axis.axvline(NEEDED, color=SOFT, linestyle="--")
+    axis.margins(x=0.12)
+    axis.set_xlabel("evidence on held-out data (nats); accepted beyond the dashed line")
+    return figure
+
+
+def _curves(before: Array, after: Array) -> list[tuple[Array, str, str]]:
+    """What is drawn of a gap: values, colour, label; one curve where they are the same."""
+    if np.array_equal(before, after):
+        return [(before, BEFORE, "before and after alike")]
+    return [(before, BEFORE, "before"), (after, AFTER, "after")]
+
+
+def _time(found: Diagnosis) -> tuple[Array, str]:
+    time_s = found.problem.state.time_s
+    scale, unit = (1.0, "s") if time_s[-1] < 600 else (60.0, "min") if time_s[-1] < 3 * 3600 else (3600.0, "h")
+    return time_s / scale, unit
+
+
+def _binned(channel: Array, values: Array) -> tuple[Array, Array]:
+    """Means of both over bins of equal count along the channel."""
+    known = np.flatnonzero(np.isfinite(values))
+    parts = np.array_split(known[np.argsort(channel[known], kind="stable")], BINS)
+    return tuple(np.array([of[part].mean() for part in parts if len(part)]) for of in (channel, values))  # type: ignore[return-value]
+
+
+def _density(values: Array, interval_s: float) -> tuple[Array, Array]:
+    n = len(values)
+    power = (np.abs(np.fft.rfft(values - values.mean(axis=0), axis=0)) ** 2).mean(axis=1) * 2 * interval_s / n
+    f = np.fft.rfftfreq(n, interval_s)
+    edges = np.unique(np.geomspace(1, len(f) - 1, 300).astype(int))
+    cut = list(itertools.pairwise(edges))
+    return np.array([f[a:b].mean() for a, b in cut]), np.sqrt(np.array([power[a:b].mean() for a, b in cut]))

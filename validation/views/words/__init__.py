@@ -1,0 +1,1 @@
+"""Results in words and rows, which pages, recordings and the terminal share."""
