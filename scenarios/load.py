@@ -14,7 +14,7 @@ from scenarios.errors import InputError
 from scenarios.files import read_text
 from scenarios.overrides import Override, parse, put
 from scenarios.paths.excited import Excited
-from scenarios.problems import closest, first_problem, told
+from scenarios.problems import closest, first_problem, problem_at
 from scenarios.spec import Model, ModelSpec, Scenario
 from scenarios.toml import as_dict, digest, to_toml
 from scenarios.vary import apply_vary, check_vary
@@ -94,7 +94,7 @@ def _validate(model: type[Spec], data: dict[str, Any], where: str, changes: Sequ
         return model.model_validate_json(text, strict=True)
     except ValidationError as error:
         path, what, do = first_problem(error, model)
-        raise told(_blame(path, where, changes), path, what, do) from None
+        raise problem_at(_blame(path, where, changes), path, what, do) from None
 
 
 def _blame(path: tuple[str | int, ...], where: str, changes: Sequence[Override]) -> str:
@@ -108,11 +108,11 @@ def _check_phases(scenario: Scenario, where: str, changes: Sequence[Override]) -
         if vehicle not in phase.vehicles:
             what = f'the {vehicle} cannot do a "{phase.kind}" phase'
             at: tuple[str | int, ...] = ("phases", index, "kind")
-            raise told(_blame(at, where, changes), at, what, "vehicles that can: " + ", ".join(phase.vehicles))
+            raise problem_at(_blame(at, where, changes), at, what, "vehicles that can: " + ", ".join(phase.vehicles))
         if vehicle == "quadrotor" and isinstance(phase, Excited) and phase.excited:
             what = "the quadrotor cannot roll or pitch without moving away"
             at = ("phases", index)
-            raise told(_blame(at, where, changes), at, what, 'leave the amplitudes out, or add a "rotate" phase')
+            raise problem_at(_blame(at, where, changes), at, what, 'leave the amplitudes out, or add a "rotate" phase')
 
 
 def _check_effects(spec: Scenario | ModelSpec, where: str, changes: Sequence[Override]) -> None:
@@ -126,7 +126,7 @@ def _check_effects(spec: Scenario | ModelSpec, where: str, changes: Sequence[Ove
             if not all(isinstance(item, dict) for item in many):
                 at = (*path, name)
                 do = f"write [{'.'.join(map(str, at))}] and its parameters below"
-                raise told(_blame(at, where, changes), at, "an effect is a table of parameters", do)
+                raise problem_at(_blame(at, where, changes), at, "an effect is a table of parameters", do)
 
 
 __all__ = [

@@ -47,7 +47,7 @@ def first_problem(error: ValidationError, model: type[BaseModel]) -> tuple[Path,
     return path, what + more, do
 
 
-def told(where: str, path: Path, what: str, do: str) -> InputError:
+def problem_at(where: str, path: Path, what: str, do: str) -> InputError:
     """The error with file (or override) and key."""
     return InputError(what, where=": ".join(filter(None, (where, dotted(path)))), do=do)
 

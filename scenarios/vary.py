@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from scenarios.problems import closest, first_problem, told
+from scenarios.problems import closest, first_problem, problem_at
 from scenarios.spec import Scenario, Vary
 from scenarios.toml import as_dict
 
@@ -32,9 +32,9 @@ def check_vary(scenario: Scenario, where: str) -> None:
         return
     for key, how in scenario.vary.items():
         if how.uniform and how.uniform[0] > how.uniform[1]:
-            raise told(where, ("vary", key), "uniform = [low, high] has low above high", "swap them")
+            raise problem_at(where, ("vary", key), "uniform = [low, high] has low above high", "swap them")
         if how.normal and how.normal[1] < 0:
-            raise told(where, ("vary", key), "the standard deviation is negative", "normal = [mean, std]")
+            raise problem_at(where, ("vary", key), "the standard deviation is negative", "normal = [mean, std]")
     for end in (0, 1):
         _vary(scenario, lambda how, end=end: how.uniform[end] if how.uniform else how.normal[0], "", where)  # type: ignore[misc]
 
@@ -63,7 +63,9 @@ def _vary(scenario: Scenario, draw: Draw, prefix: str, where: str = "") -> Scena
         return Scenario.model_validate(data)
     except ValidationError as error:
         path, what, _ = first_problem(error, Scenario)
-        raise told(where, ("vary",), f"{prefix}{'.'.join(map(str, path))}: {what}", "narrow the distribution") from None
+        raise problem_at(
+            where, ("vary",), f"{prefix}{'.'.join(map(str, path))}: {what}", "narrow the distribution"
+        ) from None
 
 
 def _find(data: dict[str, Any], key: str, where: str) -> tuple[Any, Any]:
@@ -75,7 +77,7 @@ def _find(data: dict[str, Any], key: str, where: str) -> tuple[Any, Any]:
         if part not in known or parts[0] in ("vary", "seed"):
             done = ".".join(map(str, parts[:depth])) or "the scenario"
             advice = closest(str(part), map(str, known))
-            raise told(where, ("vary", key), f'{done} has no value "{part}" to vary', advice)
+            raise problem_at(where, ("vary", key), f'{done} has no value "{part}" to vary', advice)
         if depth < len(parts) - 1:
             node = node[part]
     return node, parts[-1]
@@ -91,5 +93,5 @@ def _replace(value: Any, how: Vary, draw: Draw, key: str, where: str) -> Any:
     if isinstance(value, list) and value:
         return [_replace(item, how, draw, key, where) for item in value]
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise told(where, ("vary", key), "not a number, vector or matrix", "name one of the scenario's numbers")
+        raise problem_at(where, ("vary", key), "not a number, vector or matrix", "name one of the scenario's numbers")
     return draw(how)

@@ -11,11 +11,11 @@ from pathlib import Path
 from scenarios.load import as_dict
 from scenarios.spec import Scenario
 from sim.dataset.columns import schema
-from sim.dataset.files import alone_in, remove_leftovers
+from sim.dataset.files import locked_directory, remove_leftovers
 from sim.dataset.manifest import Manifest, finish_dataset, open_dataset_for_writing, run_path
 from sim.dataset.writer import RunFile, RunWriter, run_file
 from sim.motion import Motion
-from sim.pool import each, in_process
+from sim.pool import in_process, map_unordered
 from sim.simulate import blocks, plan
 from sim.tracking import Tracker
 
@@ -46,12 +46,12 @@ def generate(
     InputError for a bad scenario, for an OUT that holds another dataset or that another process writes to, and when
     the system refuses to write.
     """
-    with alone_in(out):
+    with locked_directory(out):
         return write_runs(scenario, out, runs, seed, jobs, progress)
 
 
 def write_runs(scenario: Scenario, out: Path, runs: int, seed: int | None, jobs: int, progress: Progress) -> Manifest:
-    """`generate` for a caller that is `alone_in(out)` already."""
+    """`generate` for a caller that holds `locked_directory(out)` already."""
     seed = scenario.seed if seed is None else seed
     todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, plan(scenario, 0, seed).columns)
     files: list[RunFile] = []
@@ -63,7 +63,7 @@ def write_runs(scenario: Scenario, out: Path, runs: int, seed: int | None, jobs:
     write = partial(_write, advance=advance) if in_process(todo, jobs) else _write
     tasks = [_Task(scenario, run, seed, run_path(out, run)) for run in todo]
     try:
-        with closing(each(write, tasks, jobs)) as done:
+        with closing(map_unordered(write, tasks, jobs)) as done:
             for _, file in done:
                 files.append(file)
                 advance()

@@ -18,7 +18,7 @@ Result = TypeVar("Result")
 MAX_REBUILDS = 5
 
 
-def each(
+def map_unordered(
     function: Callable[[Item], Result], items: Sequence[Item], jobs: int
 ) -> Generator[tuple[Item, Result], None, None]:
     """Yield (item, function(item)) as they finish, `jobs` at a time; one job runs in this process.
@@ -51,7 +51,7 @@ def each(
 
 
 def in_process(items: Sequence[object], jobs: int) -> bool:
-    """Whether `each` works in this process: one job, or one item."""
+    """Whether `map_unordered` works in this process: one job, or one item."""
     return min(jobs, len(items)) <= 1
 
 

@@ -18,7 +18,7 @@ from pathlib import Path  # noqa: E402
 
 from benchmarks.diagnosis.report import write_report  # noqa: E402
 from benchmarks.diagnosis.trials import run, trials  # noqa: E402
-from sim.pool import each  # noqa: E402
+from sim.pool import map_unordered  # noqa: E402
 
 SCORED, TUNED = 2000, 0
 """First seed of the scoring set, which is run once a release, and of the tuning set."""
@@ -40,7 +40,7 @@ def main() -> None:
     wanted = [t for t in trials(first, given.seeds) if not given.only or t.kind in given.only.split(",")]
     still = [trial for trial in wanted if trial.key not in done]
     with log.open("a") as file:
-        for count, (trial, row) in enumerate(each(run, still, given.jobs), 1):
+        for count, (trial, row) in enumerate(map_unordered(run, still, given.jobs), 1):
             done[trial.key] = row
             file.write(json.dumps(row) + "\n")
             file.flush()

@@ -42,12 +42,12 @@ def diagnose(
     """
     from magbench.console import emit, say
     from magbench.tables import show_diagnosis
-    from sim.dataset.files import alone_in, remove_leftovers
+    from sim.dataset.files import locked_directory, remove_leftovers
     from validation.diagnosis.files import diagnose_file
     from validation.outputs.diagnosis import FILES, write_diagnosis
 
     place = out or Path("out") / "diagnosis"
-    with alone_in(place):
+    with locked_directory(place):
         remove_leftovers(place)
         found = diagnose_file(
             measured, model, confirm=confirm, enu=field_enu_nT, strength_nT=field_strength_nT, maps=map_ or (),

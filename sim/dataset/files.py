@@ -27,17 +27,19 @@ def beside(path: Path) -> Iterator[Path]:
     part = path.with_name(path.name + PART)
     try:
         yield part
-        with told(path):
+        with system_errors_about(path):
             _flush(part)
             os.replace(part, path)
             _flush(path.parent)
     finally:
-        with told(path):
+        with system_errors_about(path):
             part.unlink(missing_ok=True)
 
 
 @contextmanager
-def told(path: Path, do: str = "free some space, or choose a directory that can be written") -> Iterator[None]:
+def system_errors_about(
+    path: Path, do: str = "free some space, or choose a directory that can be written"
+) -> Iterator[None]:
     """Turns what the operating system refuses (disk full, no permission, no such file) into an InputError on `path`."""
     try:
         yield
@@ -47,7 +49,7 @@ def told(path: Path, do: str = "free some space, or choose a directory that can 
 
 
 @contextmanager
-def alone_in(out: Path) -> Iterator[None]:
+def locked_directory(out: Path) -> Iterator[None]:
     """Makes a directory and keeps other magbench processes out of it; the lock ends with the process, however it ends.
 
     The lock is on the directory itself, so that it leaves no file behind; a file system that cannot lock a directory
@@ -55,7 +57,7 @@ def alone_in(out: Path) -> Iterator[None]:
     Raises InputError where the directory cannot be made, and where another process holds it.
     """
     made = not out.exists()
-    with told(out, "choose another output directory"):
+    with system_errors_about(out, "choose another output directory"):
         out.mkdir(parents=True, exist_ok=True)
         handle = os.open(out, os.O_RDONLY)
     try:
@@ -78,13 +80,13 @@ def alone_in(out: Path) -> Iterator[None]:
 def remove_leftovers(out: Path) -> None:
     """Remove what killed processes left half-written; InputError where that is refused."""
     for leftover in out.glob(f"*{PART}"):
-        with told(leftover):
+        with system_errors_about(leftover):
             leftover.unlink()
 
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file whole or not at all."""
-    with beside(path) as part, told(path):
+    with beside(path) as part, system_errors_about(path):
         part.write_text(text, encoding="utf-8", newline="\n")
 
 

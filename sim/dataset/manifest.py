@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 from scenarios.errors import InputError
 from scenarios.files import read_text
 from sim.dataset.columns import Column
-from sim.dataset.files import canonical_json, plain, remove_leftovers, told, write_text
+from sim.dataset.files import canonical_json, plain, remove_leftovers, system_errors_about, write_text
 from sim.dataset.writer import FORMAT, METADATA_KEY, RunFile, run_file
 
 MANIFEST = "dataset.json"
@@ -93,7 +93,7 @@ def open_dataset_for_writing(
     Raises InputError, and changes nothing, where the directory holds another dataset or cannot be written.
     """
     new = Manifest(FORMAT, False, seed, runs, _versions(), json.loads(canonical_json(scenario)), (), tuple(columns))
-    with told(out, _ELSEWHERE):
+    with system_errors_about(out, _ELSEWHERE):
         out.mkdir(parents=True, exist_ok=True)
     old = _existing(out, new)
     done = [run for run in range(runs) if _is_whole(run_path(out, run), new, run)] if old else []

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from scenarios.errors import InputError
 from sim.dataset.assemble import named_arrays, recording_of, truth_of
 from sim.dataset.columns import RECORDING_GROUPS, TRUE_ATTITUDE, TRUE_FIELD, TRUE_POSITION, group_of, is_truth
-from sim.dataset.files import told
+from sim.dataset.files import system_errors_about
 from sim.dataset.importer import read_measured
 from sim.dataset.manifest import read_manifest, read_metadata, run_path
 from sim.dataset.recording import Recording, Truth
@@ -60,7 +60,7 @@ def iter_blocks(
     file = _file(path, run)
     if not _is_ours(file):
         raise InputError("is not a run of a dataset", where=str(file), do="read a measured log in one piece")
-    with told(file, "check the file"), pq.ParquetFile(file) as parquet:
+    with system_errors_about(file, "check the file"), pq.ParquetFile(file) as parquet:
         for batch in parquet.iter_batches(rows, columns=_wanted(_names(file), groups)):
             yield recording_of(named_arrays(pa.Table.from_batches([batch])))
 

@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 
 from scenarios.errors import InputError
 from scenarios.files import check_regular
-from sim.dataset.files import told
+from sim.dataset.files import system_errors_about
 
 PARQUET_MARK = b"PAR1"
 _TEXT_SUFFIXES = (".csv", ".tsv", ".txt")
@@ -54,7 +54,7 @@ def _head(path: Path, length: int) -> bytes:
     if path.is_dir():
         do = "give a file, or a directory that `magbench simulate` wrote"
         raise InputError("is a directory, not a recording", where=str(path), do=do)
-    with told(path, "check the path and the permissions"):
+    with system_errors_about(path, "check the path and the permissions"):
         check_regular(path)
         with path.open("rb") as file:
             head = file.read(length)

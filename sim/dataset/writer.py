@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scenarios.errors import InputError
 from sim.dataset.assemble import arrays_of
 from sim.dataset.columns import columns_of, schema
-from sim.dataset.files import beside, canonical_json, sha256_of, told
+from sim.dataset.files import beside, canonical_json, sha256_of, system_errors_about
 from sim.dataset.recording import Recording
 from sim.tracking import Tracking
 
@@ -78,7 +78,7 @@ class RunWriter:
     def __enter__(self) -> RunWriter:
         with ExitStack() as stack:
             part = stack.enter_context(beside(self._path))
-            with told(self._path):
+            with system_errors_about(self._path):
                 self._sink: pa.OSFile = stack.enter_context(pa.OSFile(str(part), "wb"))
                 self._parquet = self._open(self._sink)
             stack.push(self._close)
@@ -111,7 +111,7 @@ class RunWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Write what is held and the footer; after an error only let go of the file, whatever that says."""
-        with told(self._path) if error is None else suppress(OSError), self._sink, self._parquet:
+        with system_errors_about(self._path) if error is None else suppress(OSError), self._sink, self._parquet:
             if error is None:
                 self._write_group()
 
@@ -147,7 +147,7 @@ class RunWriter:
     def _write_group(self) -> None:
         if not self._held:
             return
-        with told(self._path):
+        with system_errors_about(self._path):
             arrays = [_arrow(self._buffer[field.name][: self._held], field.type) for field in self._schema]
             self._parquet.write_batch(pa.record_batch(arrays, schema=self._schema))
             self._held = 0
@@ -168,7 +168,7 @@ def write_recording(recording: Recording, path: Path) -> None:
         words = [*table.names, *np.unique(() if recording.phase is None else recording.phase)]
         quoting = "needed" if any(set(word) & set(',"\r\n') for word in words) else "none"
         options = pyarrow.csv.WriteOptions(quoting_style=quoting, quoting_header=quoting)
-        with beside(path) as part, told(path):
+        with beside(path) as part, system_errors_about(path):
             pyarrow.csv.write_csv(batch, str(part), options)
     else:
         raise InputError(f"cannot write a recording as {path.suffix!r}", where=str(path), do="use .parquet or .csv")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from sim.dataset import read_manifest
-from sim.dataset.files import alone_in
+from sim.dataset.files import locked_directory
 from sim.generate import generate
 from tests.short import cuts, short
 
@@ -83,7 +83,7 @@ def test_two_at_once_are_refused(tmp_path: Path) -> None:
     assert "another magbench is writing here" in second.stderr.splitlines()[-1]
     first.kill()
     first.wait()
-    with alone_in(tmp_path):
+    with locked_directory(tmp_path):
         assert {path.suffix for path in tmp_path.iterdir()} <= {".json", ".parquet", ".part"}
 
 

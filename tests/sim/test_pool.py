@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from sim.pool import each
+from sim.pool import map_unordered
 
 
 def square(x: int) -> int:
@@ -32,25 +32,25 @@ def fail(x: int) -> int:
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_every_item_once(jobs: int) -> None:
-    assert dict(each(square, range(20), jobs)) == {x: x * x for x in range(20)}
+    assert dict(map_unordered(square, range(20), jobs)) == {x: x * x for x in range(20)}
 
 
 def test_a_killed_worker_costs_a_repeat_not_the_result(tmp_path: Path) -> None:
     items = [tmp_path / str(k) for k in range(4)]
-    assert dict(each(die_once, items, 2)) == {item: item.name for item in items}
+    assert dict(map_unordered(die_once, items, 2)) == {item: item.name for item in items}
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_an_exception_reaches_the_caller(jobs: int) -> None:
     with pytest.raises(ValueError, match="no "):
-        list(each(fail, [1, 2, 3], jobs))
+        list(map_unordered(fail, [1, 2, 3], jobs))
 
 
 def test_workers_end_with_a_killed_parent(tmp_path: Path) -> None:
     code = (
-        "import sys, time, os; sys.path.insert(0, sys.argv[1]); from sim.pool import each\n"
+        "import sys, time, os; sys.path.insert(0, sys.argv[1]); from sim.pool import map_unordered\n"
         "from tests_pool_helper import slow\n"
-        "list(each(slow, [sys.argv[2] + str(k) for k in range(2)], 2))"
+        "list(map_unordered(slow, [sys.argv[2] + str(k) for k in range(2)], 2))"
     )
     (tmp_path / "tests_pool_helper.py").write_text(
         "import time, os\ndef slow(path):\n    open(path, 'w').write(str(os.getpid()))\n    time.sleep(60)\n"

@@ -15,7 +15,7 @@ from calib import Calibration
 from scenarios.errors import InputError
 from scenarios.files import read_text
 from sim.dataset import read_recording, write_recording
-from sim.dataset.files import told, write_text
+from sim.dataset.files import system_errors_about, write_text
 from validation.calibrating.export import exported
 from validation.calibrating.fitting import sensors
 
@@ -38,7 +38,7 @@ def write_calibrations(results: Mapping[str, Calibration], out: Path, forms: Seq
             name, text = exported(result, form.strip())
             files[folder + name] = text
     for name, text in files.items():
-        with told((out / name).parent, "choose another directory"):
+        with system_errors_about((out / name).parent, "choose another directory"):
             (out / name).parent.mkdir(parents=True, exist_ok=True)
         write_text(out / name, text)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from scenarios.toml import to_toml
-from sim.dataset.files import beside, told
+from sim.dataset.files import beside, system_errors_about
 from validation.diagnosis.result import Diagnosis
 from validation.views.pages.diagnosis import page_html
 from validation.views.recording.diagnosis import diagnosis_recording
@@ -18,7 +18,7 @@ FILES = ("report.html", "diagnosis.json", "model.toml", "recording.rrd")
 
 
 def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
-    """Write FILES into a directory that this process holds (`alone_in`).
+    """Write FILES into a directory that this process holds (`locked_directory`).
 
     They are made in memory, written beside, and renamed once all of them are whole, so that files of two diagnoses do
     not stand side by side. Raises InputError where writing is refused.
@@ -29,7 +29,7 @@ def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
     with ExitStack() as whole:
         for name, content in zip(FILES, contents, strict=True):
             part = whole.enter_context(beside(out / name))
-            with told(out / name):
+            with system_errors_about(out / name):
                 part.write_bytes(content)
 
 

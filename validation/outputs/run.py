@@ -15,7 +15,7 @@ from calib import Calibration, Reference
 from scenarios.spec import Scenario
 from sim import effects as effect_table
 from sim.dataset import Recording, Truth, read_run
-from sim.dataset.files import alone_in, write_text
+from sim.dataset.files import locked_directory, write_text
 from sim.generate import write_runs
 from validation.calibrating.files import write_calibrations
 from validation.calibrating.fitting import fit_all, sensors
@@ -45,7 +45,7 @@ def run_scenario(
     """
     for name in scenario.calibrators:
         calib.get(name)
-    with alone_in(out):
+    with locked_directory(out):
         return _run(scenario, out, seed, progress)
 
 

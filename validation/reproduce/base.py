@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.pool import each
+from sim.pool import map_unordered
 from validation.views.plots.style import Figure
 
 Verdict = Literal["holds", "better", "does not hold", "not comparable"]
@@ -82,7 +82,7 @@ def gathered(work: Work, jobs: int, progress: Progress) -> tuple[list[Any], ...]
     """Each function's results over its items, in their order, whatever the number of processes."""
     calls = [(k, i, function, item) for k, (function, items) in enumerate(work) for i, item in enumerate(items)]
     results: tuple[list[Any], ...] = tuple([None] * len(items) for _, items in work)
-    for done, ((k, i, _, _), result) in enumerate(each(_called, calls, jobs), start=1):
+    for done, ((k, i, _, _), result) in enumerate(map_unordered(_called, calls, jobs), start=1):
         results[k][i] = result
         progress(done, len(calls))
     return results

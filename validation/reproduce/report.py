@@ -9,7 +9,7 @@ from typing import Any
 
 import jinja2
 
-from sim.dataset.files import told, write_text
+from sim.dataset.files import system_errors_about, write_text
 from validation.reproduce.base import Findings, Reproduction, Row
 from validation.views.plots.style import encoded
 
@@ -27,7 +27,7 @@ def as_dict(results: Results) -> dict[str, Any]:
 
 def write(results: Results, out: Path) -> None:
     """Write OUT/report.html and OUT/reproduction.json; raises InputError when the system refuses."""
-    with told(out, "choose another directory"):
+    with system_errors_about(out, "choose another directory"):
         out.mkdir(parents=True, exist_ok=True)
     write_text(out / "reproduction.json", json.dumps(as_dict(results), indent=1, ensure_ascii=False) + "\n")
     environment = jinja2.Environment(

@@ -23,7 +23,7 @@ import pytest
 
 from scenarios.errors import InputError
 from sim.dataset import RunWriter, columns, schema, writer
-from sim.dataset.files import canonical_json, sha256_of, told, write_text
+from sim.dataset.files import canonical_json, sha256_of, system_errors_about, write_text
 
 SMALL_GROUP = 128
 
@@ -238,7 +238,7 @@ def test_write_text_replaces_whole(tmp_path: Path) -> None:
 
 
 def test_what_arrow_says_without_a_number_is_told_too() -> None:
-    with one_line_about(Path("x"), "strange"), told(Path("x")):
+    with one_line_about(Path("x"), "strange"), system_errors_about(Path("x")):
         raise pa.ArrowIOError("Strange\nand long")
 
 

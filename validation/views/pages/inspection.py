@@ -12,7 +12,7 @@ from typing import Any
 
 import jinja2
 
-from sim.dataset.files import told, write_text
+from sim.dataset.files import system_errors_about, write_text
 from validation.inspection.inspection import Inspection, headline, summary
 from validation.inspection.look import LEAST_ROWS, Look
 from validation.views.plots.inspection import (
@@ -68,7 +68,7 @@ PICTURES = (
 
 def write_inspection(inspection: Inspection, out: Path) -> None:
     """Write OUT/report.html and OUT/inspect.json; raises InputError when the system refuses."""
-    with told(out, "choose another directory"):
+    with system_errors_about(out, "choose another directory"):
         out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(summary(inspection), indent=1, ensure_ascii=False, allow_nan=False)
     write_text(out / "inspect.json", text + "\n")

@@ -11,7 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from scenarios.errors import InputError
-from sim.dataset.files import beside, told
+from sim.dataset.files import beside, system_errors_about
 from validation.scoring.outcome import Array
 from validation.views.palette import LINES, XYZ, rgb
 
@@ -39,7 +39,7 @@ def recorded(name: str, blueprint: rrb.Blueprint, fill: Callable[[rr.RecordingSt
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file beside `path` and rename it; on failure nothing is left. InputError where it cannot be written."""
-    with beside(path) as part, told(path):
+    with beside(path) as part, system_errors_about(path):
         part.write_bytes(content)
 
 
