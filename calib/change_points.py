@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.noise import SECOND, white_noise_std
 from calib.norm import parameters_of, symmetric
 from calib.result import Calibration
 
@@ -48,9 +49,8 @@ class Rows:
         return cls((length - 1) / gain, -rows, _centre_rows(T, centre))
 
     def noise_std(self) -> float:
-        """Noise of r by its second differences, which a slow motion of the ellipsoid does not enter; robust."""
-        second = np.diff(self.r, n=2)
-        return max(1.4826 * float(np.median(np.abs(second)) / np.sqrt(6.0)), NOISE_FLOOR)
+        """White noise of r, in which there is no motion but the ellipsoid's own slow one."""
+        return float(np.fmax(white_noise_std(self.r[:, None], orders=SECOND)[0], NOISE_FLOOR))
 
     def sums(self, edges: NDArray[np.int_]) -> tuple[Array, Array, Array]:
         """Running sums of r^2 (m,), q r (m, 9) and q q^T (m, 9, 9) up to each of m edges."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from calib.base import Calibrator
+from calib.noise import white_noise_std
 from calib.observability import planar_status
 from calib.rates import smoothed_derivative
 from calib.reference import Reference
@@ -55,7 +56,7 @@ class TollesLawsonCalibrator(Calibrator):
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
         scalar_nT = recording.channels[CHANNEL]
-        flat = planar_status(recording.mag_nT, noise_std_nT(recording.mag_nT))
+        flat = planar_status(recording.mag_nT, float(white_noise_std(recording.mag_nT).max()))
         if flat is not None:
             return Calibration(self.name, flat)
         names = tuple(n for n in NAMES if self.terms == 18 or n not in REDUNDANT)
@@ -85,11 +86,6 @@ def terms(recording: Recording, strength_nT: float) -> Array:
     twice = [strength_nT * u[:, i] * u[:, j] * (1.0 if i == j else 2.0) for i, j in INDUCED]
     eddy = (strength_nT * u[:, :, None] * du[:, None, :]).reshape(-1, 9)
     return np.column_stack((u, *twice, eddy))
-
-
-def noise_std_nT(mag_nT: Array) -> float:
-    """White noise of measurements (n, 3) from their second differences, in which smooth motion vanishes."""
-    return float(np.sqrt((np.diff(mag_nT, n=2, axis=0) ** 2).mean() / 6.0))
 
 
 def band(time_s: Array, band_hz: tuple[float, float]) -> tuple[float, float]:

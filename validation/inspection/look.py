@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference, get
+from calib.noise import white_noise
 from sim.dataset import Recording
 from sim.dataset.checks import FIELD_RANGE_NT
 from sim.dataset.units import UNITS, likely_unit
 from validation.inspection.log import Series
 from validation.inspection.timing import stale
 from validation.signals.faults import runs
+from validation.signals.intervals import gaps_after, usual_interval
 from validation.signals.lattice import Lattice, find_lattice
-from validation.signals.noise import gaps_after, usual_interval, white_noise
 
 Array = NDArray[np.float64]
 MOST_NOISE = 0.05

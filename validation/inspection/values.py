@@ -9,8 +9,8 @@ from validation.inspection.finding import Finding, counted, duration, figure, fi
 from validation.inspection.log import Log
 from validation.inspection.look import LEAST_ROWS, Look
 from validation.signals.faults import pile_up, repeats, spikes
+from validation.signals.intervals import gaps_after
 from validation.signals.lattice import odd_share
-from validation.signals.noise import gaps_after
 
 Array = NDArray[np.float64]
 SECTION = "values"

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.noise import white_noise_std
 from validation.signals.lattice import Lattice
-from validation.signals.noise import white_noise_std
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

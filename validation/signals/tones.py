@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.stats import gamma
 
-from validation.signals.noise import usual_interval
+from validation.signals.intervals import usual_interval
 
 Array = NDArray[np.float64]
 MAINS_HZ = (50.0, 60.0)

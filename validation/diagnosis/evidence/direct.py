@@ -14,7 +14,7 @@ from sim.effects import BY_NAME
 from sim.effects.base import Effect
 from sim.effects.noise import WhiteNoise
 from sim.state import Array
-from validation.diagnosis.evidence.problem import Problem, noise_std
+from validation.diagnosis.evidence.problem import Problem, sample_noise
 from validation.signals.faults import pile_up, repeats, spikes
 from validation.signals.lattice import find_lattice
 
@@ -133,7 +133,7 @@ def louder(problem: Problem, residual: Array, new: Sequence[Effect], without: fr
     model = np.array([effect.std_nT for effect in given])  # type: ignore[attr-defined]
     rounding = sum(effect.step_nT**2 / 12 for effect in known)  # type: ignore[attr-defined]
     expected = (model**2).sum(axis=0) + rounding
-    seen = (noise_std(residual) * problem.sigma_nT) ** 2
+    seen = (sample_noise(residual) * problem.sigma_nT) ** 2
     if (seen <= LOUDER**2 * np.maximum(expected, 1e-12)).all():
         return None
     return WhiteNoise(vec3(np.sqrt(np.maximum(seen - expected, 0.0))))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Reference, get
+from calib.noise import SECOND, white_noise_std
 from calib.rates import body_rate, smoothed_derivative
 from scenarios.errors import InputError
 from scenarios.spec import Model, Scenario
@@ -22,6 +23,8 @@ from sim.state import Array, State
 
 Mode = Literal["vector", "strength"]
 LEAST_SAMPLES = 200
+LEAST_NOISE = 1e-6
+"""What a residual that vanishes is measured by, nT."""
 
 
 @dataclass(frozen=True)
@@ -98,15 +101,9 @@ def posed(recording: Recording, model: Model, field_enu_nT: Array | None, streng
     return replace(problem, attitude_std_rad=float(np.radians(stated_deg)))
 
 
-def noise_std(values: Array) -> Array:
-    """Noise (q,) of a sample of values (n, q) that vary slowly beside it, from second differences.
-
-    Those beyond four robust standard deviations count as four: rare failures weigh little, and little is lost.
-    """
-    second = np.abs(np.diff(values, 2, axis=0)) / np.sqrt(6.0)
-    robust = np.median(second, axis=0) / 0.6744897501960817
-    spread = np.sqrt((np.minimum(second, 4 * robust) ** 2).mean(axis=0))
-    return np.asarray(np.where(spread > 0, spread, np.maximum(second.std(axis=0), 1e-6)))
+def sample_noise(residual: Array) -> Array:
+    """White noise (q,) of a residual (n, q) in which no motion is left; that of rounding at the least."""
+    return np.maximum(white_noise_std(residual, orders=SECOND), LEAST_NOISE)
 
 
 def _quieter_rate(recording: Recording) -> Array:
@@ -116,7 +113,7 @@ def _quieter_rate(recording: Recording) -> Array:
     gyro, q = recording.gyro_rad_s, recording.att_q
     assert q is not None
     held = np.mean((np.diff(q, axis=0) == 0).all(axis=1)) > 0.1
-    if gyro is not None and (held or noise_std(gyro).sum() < noise_std(derived).sum()):
+    if gyro is not None and (held or sample_noise(gyro).sum() < sample_noise(derived).sum()):
         return gyro
     return derived
 
@@ -166,7 +163,7 @@ def _vector(recording: Recording, field_enu_nT: Array, effects: tuple[Effect, ..
     base = np.column_stack([predicted / scale, np.ones(len(recording))])
     beta = _robust_fit(base, recording.mag_nT)
     clean = base @ beta
-    sigma = noise_std(recording.mag_nT - clean)
+    sigma = sample_noise(recording.mag_nT - clean)
     return Problem(
         recording=recording, state=state, effects=effects, mode="vector", base=base,
         target=(recording.mag_nT - clean) / sigma, sigma_nT=sigma, usable=np.ones(len(recording)),
@@ -198,7 +195,7 @@ def _strength(recording: Recording, strength_nT: float, effects: tuple[Effect, .
     pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
     base = np.column_stack([*(direction[:, i] * direction[:, j] for i, j in pairs), direction])
     residual = size - strength_nT
-    sigma = noise_std(residual)
+    sigma = sample_noise(residual)
     turn: Array = np.asarray(np.linalg.inv(fit.matrix), dtype=np.float64)
     clean = field @ turn.T + fit.offset_nT
     return Problem(

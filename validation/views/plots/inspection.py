@@ -8,10 +8,11 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from calib.noise import white_noise_std
 from validation.inspection.log import Array
 from validation.inspection.look import Look
 from validation.inspection.timing import find_gaps
-from validation.signals.noise import allan_deviation, white_noise_std
+from validation.signals.noise import allan_deviation
 from validation.signals.sphere import cells, directions
 from validation.signals.thin import envelope, every_nth
 from validation.signals.tones import mains_aliases, spectrum, tones
