@@ -1,24 +1,30 @@
-"""An effect: one frozen dataclass that the simulator injects, the dataset labels and the diagnosis proposes."""
+"""An effect: one frozen class of parameters that the simulator injects, the dataset labels and a diagnosis proposes."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
-from functools import cache
-from typing import Any, ClassVar, Self
+from collections.abc import Mapping, Sequence
+from dataclasses import Field
+from typing import Any, ClassVar, Literal, Self, TypeVar, cast, dataclass_transform
 
 import numpy as np
+from pydantic import ConfigDict, ValidationError
+from pydantic.dataclasses import dataclass
+from pydantic.fields import FieldInfo
 
 from scenarios.errors import InputError
-from sim.effects.values import Parameter
+from sim.effects.clues import Clues
+from sim.effects.values import SOUGHT, Mat3, Parameter, Role, Vec3, told
 from sim.state import Array, State
 
-Vec3 = tuple[float, float, float]
-Mat3 = tuple[Vec3, Vec3, Vec3]
 ZERO3: Vec3 = (0.0, 0.0, 0.0)
 ZERO33: Mat3 = (ZERO3, ZERO3, ZERO3)
 Memory = dict[str, Any]
+Stage = Literal["field", "vehicle", "sensor", "electronics"]
+_STRICT = ConfigDict(extra="forbid", field_title_generator=lambda name, _: name)
+E = TypeVar("E", bound="Effect")
+SMALL = 0.01
+"""Of a tangent parameter, in its unit: small enough that contributions add up."""
 
 
 def array(values: Vec3 | Mat3 | float | tuple[float, ...]) -> Array:
@@ -26,55 +32,67 @@ def array(values: Vec3 | Mat3 | float | tuple[float, ...]) -> Array:
     return np.array(values, dtype=np.float64)
 
 
-def parameter(
-    default: Any, unit: str, low: float, high: float, doc: str, *, per_axis: bool = False, several: bool = False
-) -> Any:
-    """A dataclass field with what users and the diagnosis need: unit, the bounds of each component, meaning.
+@dataclass_transform(frozen_default=True)
+def frozen(cls: type[E]) -> type[E]:
+    """Make an effect of a class: its annotated parameters become the checked fields of a frozen dataclass.
 
-    `per_axis`: one number may stand for all three axes. `several`: a number, or any number of them.
+    Values are checked when an effect is made and kept as floats in tuples; InputError names the wrong one.
     """
-    notes = {"unit": unit, "low": low, "high": high, "doc": doc, "per_axis": per_axis, "several": several}
-    return field(default=default, metadata=notes)
+    made = cast("type[E]", dataclass(frozen=True, config=_STRICT)(cls))
+    made.describe_parameters()
+    fill = made.__init__
+
+    def __init__(self: E, *args: Any, **values: Any) -> None:
+        try:
+            fill(self, *args, **values)
+        except ValidationError as error:
+            known = self.parameters()
+            given = {p.name: value for p, value in zip(known, args, strict=False)} | values
+            problem = told(error, known, given)
+            place = ".".join(filter(None, (self.name, problem.where)))
+            raise InputError(problem.what, where=place, do=problem.do) from None
+
+    setattr(made, "__init__", __init__)  # noqa: B010, the type checker knows the fields
+    return made
 
 
-def choice(default: str, options: tuple[str, ...], doc: str) -> Any:
-    """A dataclass field that takes one of a few words."""
-    return field(default=default, metadata={"doc": doc, "options": options})
-
-
-@dataclass(frozen=True)
 class Effect(ABC):
-    """One disturbance: a frozen dataclass of physical parameters (unit in the name), each made by `parameter`.
+    """One disturbance: a class decorated with `frozen`, of physical parameters with their unit in the name.
 
     ``signal_out = signal_in + apply(state, signal_in, rng, memory)``: what it returns is also its label.
 
-    Class attributes: `name` (fixed by DESIGN), `stage` ("field", "vehicle", "sensor", "electronics"), `needs`
-    (columns of State that must be measured for the diagnosis to propose it: "attitude", "rate", "position",
-    "current", "temperature"), `linear` (the parameters in which the contribution is linear, zero when they are zero:
-    they give `basis` for free), `stochastic` (draws from rng), `static` (decided by field, temperature, current and
-    time at one instant: what a calibration of the instrument can take out, and the hold-out keeps), `units` (the unit
-    values of a linear parameter whose components are not free, such as a symmetric matrix; otherwise each component
-    is one), `search` (values of the other parameters that the diagnosis tries, in every combination, before it refines
-    the best), `tangents` (small values of a parameter without `linear` whose contributions add up).
+    A parameter is a field annotated with a `Quantity` (unit, range, meaning, role) or a `Choice` (a word), and has a
+    default; with all defaults the effect does nothing. The roles say what a fit may do, see `values.Role`.
 
-    Values are checked and brought to tuples of floats when an effect is made; `InputError` names the wrong one.
+    A subclass also says: `name`; `stage`, where in the chain it acts; `needs`, what must be measured for a diagnosis
+    to propose it ("attitude", "rate", "position", "current", "temperature"); `example`, values with which it acts;
+    `clues`, how it shows and is told from others; `stochastic`, whether it draws from rng; `static`, whether field,
+    temperature, current and time at one instant decide it, so that a calibration of the instrument can take it out.
     """
 
     name: ClassVar[str]
-    stage: ClassVar[str]
+    stage: ClassVar[Stage]
+    example: ClassVar[Mapping[str, Any]]
+    clues: ClassVar[Clues] = Clues()
     needs: ClassVar[tuple[str, ...]] = ()
-    linear: ClassVar[tuple[str, ...]] = ()
     stochastic: ClassVar[bool] = False
     static: ClassVar[bool] = False
-    units: ClassVar[dict[str, tuple[Any, ...]]] = {}
-    search: ClassVar[dict[str, tuple[Any, ...]]] = {}
-    tangents: ClassVar[dict[str, tuple[Any, ...]]] = {}
+
+    linear: ClassVar[tuple[str, ...]]
+    """Names of the parameters in which the contribution is linear; they give `basis` for free."""
+    search: ClassVar[dict[str, tuple[float, ...]]]
+    """The values to try of each listed parameter."""
+    tangents: ClassVar[dict[str, tuple[Vec3, ...]]]
+    """Small values of each tangent parameter, one along each component."""
+
+    _parameters: ClassVar[tuple[Parameter, ...]]
+    _spans: ClassVar[dict[str, Array]]
+    __pydantic_fields__: ClassVar[dict[str, FieldInfo]]
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     def __post_init__(self) -> None:
-        for p in self.parameters():
-            object.__setattr__(self, p.name, p.checked(getattr(self, p.name), f"{self.name}.{p.name}"))
         if problem := self.problem():
-            raise InputError(problem, where=self.name)
+            raise ValueError(problem)
 
     @abstractmethod
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
@@ -89,15 +107,35 @@ class Effect(ABC):
         return None
 
     @classmethod
+    def describe_parameters(cls) -> None:
+        """Keep what the annotations say of the parameters; once, when the class is made."""
+        known = tuple(Parameter.of(name, info) for name, info in cls.__pydantic_fields__.items())
+        cls._parameters = known
+        cls._spans = {p.name: _span(p) for p in known if p.role == "linear"}
+        cls.linear = tuple(cls._spans)
+        cls.search = {p.name: p.quantity.tried for p in known if p.role == "listed"}
+        cls.tangents = {p.name: _small(p) for p in known if p.role == "tangent"}
+
+    @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
-        """The parameters with unit, bounds, shape, default and meaning, in the order of the class."""
-        return _parameters(cls)
+        """The parameters with unit, range, shape, default, meaning and role, in the order of the class."""
+        return cls._parameters
+
+    @classmethod
+    def with_role(cls, *roles: Role) -> str | None:
+        """Name of the first parameter that has one of these roles."""
+        return next((p.name for p in cls._parameters if p.role in roles), None)
+
+    @classmethod
+    def sought(cls) -> Role | None:
+        """What of it no list of values can hold, so that a search must find it: a moment, a place, a frequency."""
+        return next((p.role for p in cls._parameters if p.role in SOUGHT), None)
 
     @classmethod
     def linear_units(cls) -> list[tuple[str, Array]]:
         """The k unit values (parameter, value) that span the linear parameters: one of each column of `basis`."""
-        shapes = {p.name: p.shape for p in cls.parameters()}
-        return [(name, unit) for name in cls.linear for unit in _units(cls.units.get(name), shapes[name])]
+        shapes = {p.name: p.shape for p in cls._parameters}
+        return [(name, unit.reshape(shapes[name])) for name, span in cls._spans.items() for unit in span.T]
 
     @classmethod
     def basis(cls, state: State, signal_nT: Array, **nonlinear: Any) -> Array:
@@ -105,7 +143,7 @@ class Effect(ABC):
 
         ``apply == basis @ coefficients``; k = 0 when no parameter is linear.
         """
-        high = {p.name: min(1.0, p.high) for p in cls.parameters()}
+        high = {p.name: min(1.0, p.high) for p in cls._parameters}
         rng = np.random.default_rng(0)
         columns = np.zeros((len(state), 3, len(cls.linear_units())))
         for k, (name, unit) in enumerate(cls.linear_units()):
@@ -115,22 +153,23 @@ class Effect(ABC):
 
     def coefficients(self) -> Array:
         """The linear parameters as (k,) factors of the columns of `basis`."""
-        parts = [np.zeros(0)]
-        for name in self.linear:
-            units = np.array([unit.ravel() for other, unit in self.linear_units() if other == name])
-            parts.append(np.linalg.lstsq(units.T, np.ravel(getattr(self, name)), rcond=None)[0])
-        return np.concatenate(parts)
+        parts = [
+            np.linalg.lstsq(span, np.ravel(getattr(self, name)), rcond=None)[0] for name, span in self._spans.items()
+        ]
+        return np.concatenate([np.zeros(0), *parts])
 
     @classmethod
     def combine(cls, coefficients: Sequence[float] | Array, **nonlinear: Any) -> Self:
         """The effect whose linear parameters have the given (k,) coefficients; the inverse of `coefficients`."""
-        values: dict[str, Array] = {}
-        for factor, (name, unit) in zip(coefficients, cls.linear_units(), strict=True):
-            values[name] = values.get(name, 0.0) + factor * unit
+        factors, values = np.asarray(coefficients, dtype=np.float64), {}
+        for p in cls._parameters:
+            if p.name in cls._spans:
+                span = cls._spans[p.name]
+                values[p.name] = (span @ factors[: span.shape[1]]).reshape(p.shape)
+                factors = factors[span.shape[1] :]
         return cls(**values, **nonlinear)
 
 
-@dataclass(frozen=True)
 class Replacement(Effect):
     """An effect that puts another value in the signal's place: a delayed, clipped, rounded or repeated one.
 
@@ -147,13 +186,13 @@ class Replacement(Effect):
         return self.replace(state, signal_nT, rng, memory) - signal_nT
 
 
-@cache
-def _parameters(cls: type[Effect]) -> tuple[Parameter, ...]:
-    return tuple(Parameter.of(f.name, f.default, f.metadata) for f in fields(cls))
+def _span(parameter: Parameter) -> Array:
+    """Columns (size, k): the unit values of a linear parameter, flat."""
+    if not parameter.quantity.units:
+        return np.eye(int(np.prod(parameter.shape)))
+    return np.array([np.ravel(unit) for unit in parameter.quantity.units], dtype=np.float64).T
 
 
-def _units(given: tuple[Any, ...] | None, shape: tuple[int, ...]) -> list[Array]:
-    if given is not None:
-        return [np.array(unit, dtype=float) for unit in given]
-    size = int(np.prod(shape))
-    return list(np.eye(size).reshape(size, *shape))
+def _small(parameter: Parameter) -> tuple[Vec3, ...]:
+    """A small value of a tangent parameter along each component."""
+    return tuple((float(x), float(y), float(z)) for x, y, z in SMALL * np.eye(parameter.shape[0]))

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
 from scenarios.errors import InputError
-from sim.effects.base import ZERO3, ZERO33, Effect, Mat3, Memory, Vec3, array, parameter
+from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
+from sim.effects.clues import AT_SEVERAL_RATES, OTHER_THRUST, Clues
 from sim.effects.kernels import first_order_lag, times
+from sim.effects.values import Mat3, Quantity, Vec3
 from sim.state import Array, State
 
 
-@dataclass(frozen=True)
+@frozen
 class EddyCurrent(Effect):
     """Field of the eddy currents that turning in the Earth's field induces: ``B dT/dt`` ([Li2017] eq. 1).
 
@@ -22,14 +23,21 @@ class EddyCurrent(Effect):
     currents in a conductor with inductance do not follow at once.
     """
 
-    name: ClassVar[str] = "eddy_current"
-    stage: ClassVar[str] = "vehicle"
-    needs: ClassVar[tuple[str, ...]] = ("rate",)
-    linear: ClassVar[tuple[str, ...]] = ("matrix_s",)
-    search: ClassVar[dict[str, tuple[float, ...]]] = {"time_constant_s": (0.0, 0.1, 0.3, 1.0, 3.0)}
+    name = "eddy_current"
+    stage = "vehicle"
+    needs = ("rate",)
+    example = {
+        "matrix_s": ((0.1, 0.01, 0.02), (-0.03, 0.05, 0.03), (0.04, 0.01, 0.02)),
+        "time_constant_s": 0.1,
+    }
+    clues = Clues(apart=AT_SEVERAL_RATES, remedy="use a calibration with an eddy term, or turn more slowly")
 
-    matrix_s: Mat3 = parameter(ZERO33, "s", -10.0, 10.0, "B, on the field's rate in the body frame (nT/s)")
-    time_constant_s: float = parameter(0.0, "s", 0.0, 100.0, "lag of the currents; 0: none")
+    matrix_s: Annotated[
+        Mat3, Quantity("s", -10.0, 10.0, "B, on the field's rate in the body frame (nT/s)", role="linear")
+    ] = ZERO33
+    time_constant_s: Annotated[
+        float, Quantity("s", 0.0, 100.0, "lag of the currents; 0: none", role="listed", tried=(0.0, 0.1, 0.3, 1.0, 3.0))
+    ] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         drive = times(array(self.matrix_s), state.field_rate_nT_s)
@@ -38,39 +46,49 @@ class EddyCurrent(Effect):
         return drive
 
 
-@dataclass(frozen=True)
+@frozen
 class MotorCurrent(Effect):
     """Field of the motors' supply currents: ``g I(t)``."""
 
-    name: ClassVar[str] = "motor_current"
-    stage: ClassVar[str] = "vehicle"
-    static: ClassVar[bool] = True
-    needs: ClassVar[tuple[str, ...]] = ("current",)
-    linear: ClassVar[tuple[str, ...]] = ("gain_nT_A",)
+    name = "motor_current"
+    stage = "vehicle"
+    static = True
+    needs = ("current",)
+    example = {"gain_nT_A": (1.0, -2.0, 3.0)}
+    clues = Clues(
+        apart=OTHER_THRUST,
+        remedy="log the current and take off its field, or twist the supply leads and move them away",
+    )
 
-    gain_nT_A: Vec3 = parameter(ZERO3, "nT/A", -1e5, 1e5, "g forward, left, up")
-    motor: int = parameter(0, "", 0, 64, "which motor, from 1; 0: the sum of all")
+    gain_nT_A: Annotated[Vec3, Quantity("nT/A", -1e5, 1e5, "g forward, left, up", role="linear")] = ZERO3
+    motor: Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")] = 0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return _current(state, self.motor, self.name)[:, None] * array(self.gain_nT_A)
 
 
-@dataclass(frozen=True)
+@frozen
 class CurrentRipple(Effect):
     """Field of a supply current that pulses at a fixed frequency: ``a I(t) sin(2 pi f t + phi)``.
 
     A frequency above half the sample rate is aliased, as it is in a sampled instrument.
     """
 
-    name: ClassVar[str] = "current_ripple"
-    stage: ClassVar[str] = "vehicle"
-    needs: ClassVar[tuple[str, ...]] = ("current",)
-    linear: ClassVar[tuple[str, ...]] = ("amplitude_nT_A",)
+    name = "current_ripple"
+    stage = "vehicle"
+    needs = ("current",)
+    example = {
+        "amplitude_nT_A": (1.0, -2.0, 3.0),
+        "frequency_hz": 7.3,
+        "phase_deg": 20.0,
+        "motor": 2,
+    }
+    clues = Clues(apart=OTHER_THRUST, remedy="filter the supply, or sample faster and take the tone out")
 
-    amplitude_nT_A: Vec3 = parameter(ZERO3, "nT/A", -1e5, 1e5, "a forward, left, up")
-    frequency_hz: float = parameter(1.0, "Hz", 0.0, 1e5, "f")
-    phase_deg: float = parameter(0.0, "deg", -360.0, 360.0, "phi at the start of the run")
-    motor: int = parameter(0, "", 0, 64, "which motor, from 1; 0: the sum of all")
+    amplitude_nT_A: Annotated[Vec3, Quantity("nT/A", -1e5, 1e5, "a forward, left, up", role="linear")] = ZERO3
+    frequency_hz: Annotated[float, Quantity("Hz", 0.0, 1e5, "f", role="frequency")] = 1.0
+    phase_deg: Annotated[float, Quantity("deg", -360.0, 360.0, "phi at the start of the run", role="phase")] = 0.0
+    motor: Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")] = 0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         tone = np.sin((2 * math.pi * self.frequency_hz) * state.time_s + math.radians(self.phase_deg))

@@ -3,58 +3,77 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
-from sim.effects.base import ZERO3, Effect, Memory, Vec3, array, parameter
+from sim.effects.base import ZERO3, Effect, Memory, array, frozen
+from sim.effects.clues import IN_ITS_MOUNT, LONG_AT_REST, Clues
+from sim.effects.values import Quantity, Vec3
 from sim.state import Array, State
 
 
-@dataclass(frozen=True)
+@frozen
 class SensorOffset(Effect):
     """Constant offset of the sensor: ``b`` ([Long2013] eq. 1, b_o; [Ding2021] eq. 3)."""
 
-    name: ClassVar[str] = "sensor_offset"
-    stage: ClassVar[str] = "sensor"
-    static: ClassVar[bool] = True
-    linear: ClassVar[tuple[str, ...]] = ("offset_nT",)
+    name = "sensor_offset"
+    stage = "sensor"
+    static = True
+    example = {"offset_nT": (-10.0, 20.0, 30.0)}
+    clues = Clues(
+        apart=IN_ITS_MOUNT,
+        remedy="calibrate the offset on the vehicle as it will be used",
+        absorbed=True,
+        constant=True,
+    )
 
-    offset_nT: Vec3 = parameter(ZERO3, "nT", -1e6, 1e6, "b of the axes x, y, z")
+    offset_nT: Annotated[Vec3, Quantity("nT", -1e6, 1e6, "b of the axes x, y, z", role="linear")] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return np.tile(self.offset_nT, (len(state), 1))
 
 
-@dataclass(frozen=True)
+@frozen
 class OffsetJump(Effect):
     """Offset that jumps once: ``b`` from time t_0 on."""
 
-    name: ClassVar[str] = "offset_jump"
-    stage: ClassVar[str] = "sensor"
-    static: ClassVar[bool] = True
-    linear: ClassVar[tuple[str, ...]] = ("step_nT",)
+    name = "offset_jump"
+    stage = "sensor"
+    static = True
+    example = {"time_s": 10.01, "step_nT": (50.0, -20.0, 10.0)}
+    clues = Clues(apart=LONG_AT_REST, remedy="calibrate each side of the jump by itself", one_run=True)
 
-    time_s: float = parameter(0.0, "s", 0.0, 1e7, "t_0 since the start of the run")
-    step_nT: Vec3 = parameter(ZERO3, "nT", -1e6, 1e6, "b of the axes x, y, z")
+    time_s: Annotated[float, Quantity("s", 0.0, 1e7, "t_0 since the start of the run", role="moment")] = 0.0
+    step_nT: Annotated[Vec3, Quantity("nT", -1e6, 1e6, "b of the axes x, y, z", role="linear")] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return (state.time_s >= self.time_s)[:, None] * array(self.step_nT)
 
 
-@dataclass(frozen=True)
+def _walk_density(f: Array) -> Array:
+    """One-sided density 1 / (2 pi^2 f^2) in nT^2/Hz of a Wiener process of 1 nT/sqrt(s), at f (m,) in Hz."""
+    return np.asarray(1 / (2 * np.pi**2 * f**2))
+
+
+@frozen
 class OffsetRandomWalk(Effect):
     """Offset that wanders: a Wiener process, zero at the start, of standard deviation ``q sqrt(t)``.
 
     Its Allan deviation is ``q sqrt(tau / 3)``.
     """
 
-    name: ClassVar[str] = "offset_random_walk"
-    stage: ClassVar[str] = "sensor"
-    stochastic: ClassVar[bool] = True
+    name = "offset_random_walk"
+    stage = "sensor"
+    stochastic = True
+    example = {"std_nT_sqrt_s": (2.0, 2.0, 2.0)}
+    clues = Clues(
+        apart=LONG_AT_REST, remedy="calibrate more often, or estimate the offset as it goes", spectrum=_walk_density
+    )
 
-    std_nT_sqrt_s: Vec3 = parameter(ZERO3, "nT/sqrt(s)", 0.0, 1e5, "q of the axes x, y, z", per_axis=True)
+    std_nT_sqrt_s: Annotated[
+        Vec3, Quantity("nT/sqrt(s)", 0.0, 1e5, "q of the axes x, y, z", role="level", per_axis=True)
+    ] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         steps = rng.standard_normal((len(state), 3)) * (array(self.std_nT_sqrt_s) * math.sqrt(state.interval_s))

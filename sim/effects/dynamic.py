@@ -3,28 +3,40 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
-from sim.effects.base import Memory, Replacement, parameter
+from sim.effects.base import Memory, Replacement, frozen
+from sim.effects.clues import AT_SEVERAL_RATES, Clues
 from sim.effects.kernels import first_order_lag
+from sim.effects.values import Quantity
 from sim.state import Array, State
 
 
-@dataclass(frozen=True)
+@frozen
 class Bandwidth(Replacement):
     """First-order low-pass ``H(f) = 1 / (1 + i f / f_c)``, exact for a signal that is linear between samples.
 
     It delays slow signals by 1 / (2 pi f_c) at any sample rate, also for f_c far above it.
     """
 
-    name: ClassVar[str] = "bandwidth"
-    stage: ClassVar[str] = "sensor"
-    search: ClassVar[dict[str, tuple[float, ...]]] = {"cutoff_hz": (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)}
+    name = "bandwidth"
+    stage = "sensor"
+    example = {"cutoff_hz": 3.0}
+    clues = Clues(apart=AT_SEVERAL_RATES, remedy="turn more slowly, or raise the sensor's bandwidth", memory=True)
 
-    cutoff_hz: float = parameter(0.0, "Hz", 0.0, 1e9, "f_c, where the power is halved; 0: no low-pass")
+    cutoff_hz: Annotated[
+        float,
+        Quantity(
+            "Hz",
+            0.0,
+            1e9,
+            "f_c, where the power is halved; 0: no low-pass",
+            role="listed",
+            tried=(0.1, 0.3, 1.0, 3.0, 10.0, 30.0),
+        ),
+    ] = 0.0
 
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         if self.cutoff_hz == 0:
@@ -32,18 +44,21 @@ class Bandwidth(Replacement):
         return first_order_lag(signal_nT, 1 / (2 * math.pi * self.cutoff_hz), state.interval_s, memory)
 
 
-@dataclass(frozen=True)
+@frozen
 class Latency(Replacement):
     """Values that are old when they are stamped: ``s(t - d)``, linear between samples; the first value is held.
 
     It comes before the rounding: interpolation after it would break the lattice of the values.
     """
 
-    name: ClassVar[str] = "latency"
-    stage: ClassVar[str] = "electronics"
-    search: ClassVar[dict[str, tuple[float, ...]]] = {"delay_s": (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)}
+    name = "latency"
+    stage = "electronics"
+    example = {"delay_s": 0.113}
+    clues = Clues(apart=AT_SEVERAL_RATES, remedy="correct the time stamps", memory=True)
 
-    delay_s: float = parameter(0.0, "s", 0.0, 60.0, "d")
+    delay_s: Annotated[float, Quantity("s", 0.0, 60.0, "d", role="listed", tried=(0.01, 0.03, 0.1, 0.3, 1.0, 3.0))] = (
+        0.0
+    )
 
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         whole, rest = divmod(self.delay_s / state.interval_s, 1.0)

@@ -3,32 +3,49 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
-from sim.effects.base import ZERO3, ZERO33, Effect, Mat3, Memory, Vec3, array, parameter
+from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
+from sim.effects.clues import THE_TRACK_AGAIN, Clues
 from sim.effects.kernels import turn_to_body
 from sim.effects.rotation import rotation
+from sim.effects.values import Mat3, Quantity, Vec3
 from sim.state import Array, State
 
+UNIT_GRADIENTS: tuple[Mat3, ...] = (
+    ((1, 0, 0), (0, 0, 0), (0, 0, -1)),
+    ((0, 0, 0), (0, 1, 0), (0, 0, -1)),
+    ((0, 1, 0), (1, 0, 0), (0, 0, 0)),
+    ((0, 0, 1), (0, 0, 0), (1, 0, 0)),
+    ((0, 0, 0), (0, 0, 1), (0, 1, 0)),
+)
+"""The free components of a gradient, symmetric and trace-free: xx, yy, xy, xz, yz."""
 
-@dataclass(frozen=True)
+
+@frozen
 class DiurnalDrift(Effect):
     """Slow change of the Earth's field in the day, zero at the start of the run.
 
     ``R_wb^T a (sin(2 pi t / P + phi) - sin(phi))``, a in east, north, up.
     """
 
-    name: ClassVar[str] = "diurnal_drift"
-    stage: ClassVar[str] = "field"
-    needs: ClassVar[tuple[str, ...]] = ("attitude",)
-    linear: ClassVar[tuple[str, ...]] = ("amplitude_enu_nT",)
+    name = "diurnal_drift"
+    stage = "field"
+    needs = ("attitude",)
+    example = {
+        "amplitude_enu_nT": (10.0, -20.0, 30.0),
+        "period_s": 300.0,
+        "phase_deg": 40.0,
+    }
+    clues = Clues(
+        apart="log a base station beside the run", remedy="take off the record of a base station or an observatory"
+    )
 
-    amplitude_enu_nT: Vec3 = parameter(ZERO3, "nT", -5e3, 5e3, "amplitude a east, north, up")
-    period_s: float = parameter(86_400.0, "s", 1.0, 1e7, "period P")
-    phase_deg: float = parameter(0.0, "deg", -360.0, 360.0, "phase phi at the start of the run")
+    amplitude_enu_nT: Annotated[Vec3, Quantity("nT", -5e3, 5e3, "amplitude a east, north, up", role="linear")] = ZERO3
+    period_s: Annotated[float, Quantity("s", 1.0, 1e7, "period P")] = 86_400.0
+    phase_deg: Annotated[float, Quantity("deg", -360.0, 360.0, "phase phi at the start of the run", role="phase")] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         phase = math.radians(self.phase_deg)
@@ -36,7 +53,7 @@ class DiurnalDrift(Effect):
         return turn_to_body(state.R_wb, course[:, None] * array(self.amplitude_enu_nT))
 
 
-@dataclass(frozen=True)
+@frozen
 class FieldGradient(Effect):
     """Uniform gradient of the field: ``R_wb^T G (p - origin)``.
 
@@ -44,22 +61,24 @@ class FieldGradient(Effect):
     east, north, up. [Li2017] names the uneven field (below 5 nT/m) as an error that its model leaves out.
     """
 
-    name: ClassVar[str] = "field_gradient"
-    stage: ClassVar[str] = "field"
-    needs: ClassVar[tuple[str, ...]] = ("attitude", "position")
-    linear: ClassVar[tuple[str, ...]] = ("gradient_nT_m",)
-    units: ClassVar[dict[str, tuple[Mat3, ...]]] = {
-        "gradient_nT_m": (
-            ((1, 0, 0), (0, 0, 0), (0, 0, -1)),
-            ((0, 0, 0), (0, 1, 0), (0, 0, -1)),
-            ((0, 1, 0), (1, 0, 0), (0, 0, 0)),
-            ((0, 0, 1), (0, 0, 0), (1, 0, 0)),
-            ((0, 0, 0), (0, 0, 1), (0, 1, 0)),
-        )
-    }
+    name = "field_gradient"
+    stage = "field"
+    needs = ("attitude", "position")
+    example = {"gradient_nT_m": ((1.0, 2.0, 3.0), (2.0, 1.0, 4.0), (3.0, 4.0, -2.0)), "origin_enu_m": (5.0, 6.0, 7.0)}
+    clues = Clues(apart=THE_TRACK_AGAIN, remedy="calibrate at a place with an even field")
 
-    gradient_nT_m: Mat3 = parameter(ZERO33, "nT/m", -1e4, 1e4, "gradient G, symmetric and trace-free, east north up")
-    origin_enu_m: Vec3 = parameter(ZERO3, "m", -1e7, 1e7, "where it contributes nothing")
+    gradient_nT_m: Annotated[
+        Mat3,
+        Quantity(
+            "nT/m",
+            -1e4,
+            1e4,
+            "gradient G, symmetric and trace-free, east north up",
+            role="linear",
+            units=UNIT_GRADIENTS,
+        ),
+    ] = ZERO33
+    origin_enu_m: Annotated[Vec3, Quantity("m", -1e7, 1e7, "where it contributes nothing", role="fixed")] = ZERO3
 
     def problem(self) -> str | None:
         """A matrix that no static source outside can make."""
@@ -76,7 +95,7 @@ class FieldGradient(Effect):
         return turn_to_body(state.R_wb, way @ array(self.gradient_nT_m))
 
 
-@dataclass(frozen=True)
+@frozen
 class AttitudeMisalignment(Effect):
     """Fixed turn of navigation's attitude on the world side, the inertial system's initial alignment error.
 
@@ -86,12 +105,15 @@ class AttitudeMisalignment(Effect):
     [Li2017] names it as an error that its model leaves out.
     """
 
-    name: ClassVar[str] = "attitude_misalignment"
-    stage: ClassVar[str] = "field"
-    needs: ClassVar[tuple[str, ...]] = ("attitude",)
-    tangents: ClassVar[dict[str, tuple[Vec3, ...]]] = {"angles_deg": ((0.01, 0, 0), (0, 0.01, 0), (0, 0, 0.01))}
+    name = "attitude_misalignment"
+    stage = "field"
+    needs = ("attitude",)
+    example = {"angles_deg": (0.5, -1.0, 2.0)}
+    clues = Clues(
+        apart=THE_TRACK_AGAIN, remedy="align the navigation anew, or calibrate against the field's strength alone"
+    )
 
-    angles_deg: Vec3 = parameter(ZERO3, "deg", -180.0, 180.0, "turn about east, north, up")
+    angles_deg: Annotated[Vec3, Quantity("deg", -180.0, 180.0, "turn about east, north, up", role="tangent")] = ZERO3
 
     def turn(self, R_wb: Array) -> Array:
         """Navigation's attitude R_nav (n, 3, 3) for the true R_wb (n, 3, 3)."""

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
-from sim.effects.base import Memory, Replacement, parameter
+from sim.effects.base import Memory, Replacement, frozen
+from sim.effects.clues import Clues
+from sim.effects.values import Quantity
 from sim.state import Array, State
 
 
-@dataclass(frozen=True)
+@frozen
 class Saturation(Replacement):
     """Full scale of the converter: ``clip(s, -S, S)`` on each axis."""
 
-    name: ClassVar[str] = "saturation"
-    stage: ClassVar[str] = "electronics"
+    name = "saturation"
+    stage = "electronics"
+    example = {"full_scale_nT": 25_000.0}
+    clues = Clues(remedy="choose a larger full scale", converter=True)
 
-    full_scale_nT: float = parameter(0.0, "nT", 0.0, 1e9, "S; 0: no limit")
+    full_scale_nT: Annotated[float, Quantity("nT", 0.0, 1e9, "S; 0: no limit")] = 0.0
 
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         if self.full_scale_nT == 0:
@@ -26,14 +29,16 @@ class Saturation(Replacement):
         return np.clip(signal_nT, -self.full_scale_nT, self.full_scale_nT)
 
 
-@dataclass(frozen=True)
+@frozen
 class Quantisation(Replacement):
     """Least significant bit of the converter: ``q round(s / q)`` on each axis."""
 
-    name: ClassVar[str] = "quantisation"
-    stage: ClassVar[str] = "electronics"
+    name = "quantisation"
+    stage = "electronics"
+    example = {"step_nT": 0.7}
+    clues = Clues(remedy="choose a smaller range or a finer converter", converter=True)
 
-    step_nT: float = parameter(0.0, "nT", 0.0, 1e5, "q; 0: no rounding")
+    step_nT: Annotated[float, Quantity("nT", 0.0, 1e5, "q; 0: no rounding")] = 0.0
 
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         if self.step_nT == 0:

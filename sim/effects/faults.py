@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
-from sim.effects.base import Effect, Memory, Replacement, parameter
+from sim.effects.base import Effect, Memory, Replacement, frozen
+from sim.effects.clues import Clues
 from sim.effects.kernels import kernel
+from sim.effects.values import Quantity
 from sim.state import Array, State
 
 
-@dataclass(frozen=True)
+@frozen
 class Spikes(Effect):
     """Single wrong values at Poisson moments, each on one axis drawn at random.
 
@@ -20,12 +21,14 @@ class Spikes(Effect):
     ``sqrt(2) A``. A moment falls on the sample before it.
     """
 
-    name: ClassVar[str] = "spikes"
-    stage: ClassVar[str] = "electronics"
-    stochastic: ClassVar[bool] = True
+    name = "spikes"
+    stage = "electronics"
+    stochastic = True
+    example = {"rate_hz": 2.0, "amplitude_nT": 300.0}
+    clues = Clues(remedy="leave the wrong samples out")
 
-    rate_hz: float = parameter(0.0, "Hz", 0.0, 1e3, "mean number a second")
-    amplitude_nT: float = parameter(0.0, "nT", 0.0, 1e7, "mean magnitude A")
+    rate_hz: Annotated[float, Quantity("Hz", 0.0, 1e3, "mean number a second")] = 0.0
+    amplitude_nT: Annotated[float, Quantity("nT", 0.0, 1e7, "mean magnitude A", role="level")] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         if self.rate_hz == 0:
@@ -36,19 +39,21 @@ class Spikes(Effect):
         return _spikes(rng, len(state), memory["wait"], gap, self.amplitude_nT)
 
 
-@dataclass(frozen=True)
+@frozen
 class Dropouts(Replacement):
     """Gaps in which the electronics repeats its last value on all axes.
 
     Times between gaps and lengths of gaps are exponential; the share of repeated samples is ``d / (d + 1 / rate)``.
     """
 
-    name: ClassVar[str] = "dropouts"
-    stage: ClassVar[str] = "electronics"
-    stochastic: ClassVar[bool] = True
+    name = "dropouts"
+    stage = "electronics"
+    stochastic = True
+    example = {"rate_hz": 1.0, "mean_duration_s": 0.2}
+    clues = Clues(remedy="leave the repeated samples out")
 
-    rate_hz: float = parameter(0.0, "Hz", 0.0, 1e3, "mean number in a second of work")
-    mean_duration_s: float = parameter(0.1, "s", 0.0, 1e5, "mean length d")
+    rate_hz: Annotated[float, Quantity("Hz", 0.0, 1e3, "mean number in a second of work")] = 0.0
+    mean_duration_s: Annotated[float, Quantity("s", 0.0, 1e5, "mean length d")] = 0.1
 
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         if self.rate_hz == 0 or self.mean_duration_s == 0:

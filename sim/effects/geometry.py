@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, Literal
 
 import numpy as np
 
-from sim.effects.base import ZERO3, Effect, Memory, Vec3, array, choice, parameter
+from sim.effects.base import ZERO3, Effect, Memory, array, frozen
+from sim.effects.clues import IN_ITS_MOUNT, Clues
 from sim.effects.kernels import times
 from sim.effects.rotation import rotation, triangular, zhang_installation
+from sim.effects.values import Choice, Quantity, Vec3
 from sim.state import Array, State
 
 
-@dataclass(frozen=True)
+@frozen
 class Misalignment(Effect):
     """Turn of the whole sensor against the body: ``(R - I) s``, R = Rz Ry Rx.
 
     Form "zhang2018": the symmetric small-angle matrix of [Zhang2018] eq. 2 in R's place, which is no rotation.
     """
 
-    name: ClassVar[str] = "misalignment"
-    stage: ClassVar[str] = "sensor"
-    static: ClassVar[bool] = True
-    tangents: ClassVar[dict[str, tuple[Vec3, ...]]] = {"angles_deg": ((0.01, 0, 0), (0, 0.01, 0), (0, 0, 0.01))}
+    name = "misalignment"
+    stage = "sensor"
+    static = True
+    example = {"angles_deg": (1.0, -2.0, 3.0)}
+    clues = Clues(apart=IN_ITS_MOUNT, remedy="calibrate with attitude, against the field's vector", absorbed=True)
 
-    angles_deg: Vec3 = parameter(ZERO3, "deg", -180.0, 180.0, "about forward, left, up")
-    form: str = choice("rotation", ("rotation", "zhang2018"), "rotation, or the matrix of Zhang2018 eq. 2")
+    angles_deg: Annotated[Vec3, Quantity("deg", -180.0, 180.0, "about forward, left, up", role="tangent")] = ZERO3
+    form: Annotated[Literal["rotation", "zhang2018"], Choice("rotation, or the matrix of Zhang2018 eq. 2")] = "rotation"
 
     def matrix(self) -> Array:
         """R (3, 3)."""
@@ -36,7 +38,7 @@ class Misalignment(Effect):
         return times(self.matrix() - np.eye(3), signal_nT)
 
 
-@dataclass(frozen=True)
+@frozen
 class NonOrthogonality(Effect):
     """Axes that are not square to each other: ``(N - I) s``, N upper-triangular with rows of length one.
 
@@ -44,12 +46,19 @@ class NonOrthogonality(Effect):
     xy = gamma, xz = alpha, yz = beta. With a rotation before it, any three axes.
     """
 
-    name: ClassVar[str] = "non_orthogonality"
-    stage: ClassVar[str] = "sensor"
-    static: ClassVar[bool] = True
-    tangents: ClassVar[dict[str, tuple[Vec3, ...]]] = {"angles_deg": ((0.01, 0, 0), (0, 0.01, 0), (0, 0, 0.01))}
+    name = "non_orthogonality"
+    stage = "sensor"
+    static = True
+    example = {"angles_deg": (1.0, -0.5, 0.7)}
+    clues = Clues(
+        apart=IN_ITS_MOUNT,
+        remedy="calibrate the sensor's axes, on a turntable or in motion over the whole sphere",
+        absorbed=True,
+    )
 
-    angles_deg: Vec3 = parameter(ZERO3, "deg", -60.0, 60.0, "xy, xz, yz: how far an axis leans to another")
+    angles_deg: Annotated[
+        Vec3, Quantity("deg", -60.0, 60.0, "xy, xz, yz: how far an axis leans to another", role="tangent")
+    ] = ZERO3
 
     def matrix(self) -> Array:
         """N (3, 3)."""
@@ -59,16 +68,21 @@ class NonOrthogonality(Effect):
         return times(self.matrix() - np.eye(3), signal_nT)
 
 
-@dataclass(frozen=True)
+@frozen
 class Scale(Effect):
     """Sensitivities that differ from one: ``diag(e) s``, so factors 1 + e ([Zhang2018] C_SF, [Long2013] C_k)."""
 
-    name: ClassVar[str] = "scale"
-    stage: ClassVar[str] = "sensor"
-    static: ClassVar[bool] = True
-    linear: ClassVar[tuple[str, ...]] = ("error",)
+    name = "scale"
+    stage = "sensor"
+    static = True
+    example = {"error": (0.1, -0.05, 0.02)}
+    clues = Clues(
+        apart=IN_ITS_MOUNT,
+        remedy="calibrate the sensor's axes, on a turntable or in motion over the whole sphere",
+        absorbed=True,
+    )
 
-    error: Vec3 = parameter(ZERO3, "", -0.99, 10.0, "e of the axes x, y, z", per_axis=True)
+    error: Annotated[Vec3, Quantity("", -0.99, 10.0, "e of the axes x, y, z", role="linear", per_axis=True)] = ZERO3
 
     def matrix(self) -> Array:
         """diag(1 + e) (3, 3)."""

@@ -2,61 +2,79 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
-from sim.effects.base import ZERO3, ZERO33, Effect, Mat3, Memory, Vec3, array, parameter
+from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
+from sim.effects.clues import IN_ITS_MOUNT, WARM_AND_COOL, Clues
 from sim.effects.kernels import times
+from sim.effects.values import Mat3, Quantity, Vec3
 from sim.state import Array, State
 
 
-@dataclass(frozen=True)
+@frozen
 class SoftIron(Effect):
     """Magnetism induced in the vehicle by the field: ``A s`` ([Li2017] eq. 1; [Long2013] C_s = I + A)."""
 
-    name: ClassVar[str] = "soft_iron"
-    stage: ClassVar[str] = "vehicle"
-    static: ClassVar[bool] = True
-    linear: ClassVar[tuple[str, ...]] = ("matrix",)
+    name = "soft_iron"
+    stage = "vehicle"
+    static = True
+    example = {"matrix": ((0.1, 0.01, 0.02), (-0.03, 0.05, 0.03), (0.04, 0.01, 0.02))}
+    clues = Clues(apart=IN_ITS_MOUNT, remedy="calibrate the matrix on the vehicle as it will be used", absorbed=True)
 
-    matrix: Mat3 = parameter(ZERO33, "", -5.0, 5.0, "A, added to the identity")
+    matrix: Annotated[Mat3, Quantity("", -5.0, 5.0, "A, added to the identity", role="linear")] = ZERO33
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return times(array(self.matrix), signal_nT)
 
 
-@dataclass(frozen=True)
+@frozen
 class HardIron(Effect):
     """Permanent magnetism of the vehicle, constant in the body frame: ``h`` ([Li2017] eq. 1, T_p)."""
 
-    name: ClassVar[str] = "hard_iron"
-    stage: ClassVar[str] = "vehicle"
-    static: ClassVar[bool] = True
-    linear: ClassVar[tuple[str, ...]] = ("offset_nT",)
+    name = "hard_iron"
+    stage = "vehicle"
+    static = True
+    example = {"offset_nT": (100.0, -200.0, 300.0)}
+    clues = Clues(
+        apart=IN_ITS_MOUNT,
+        remedy="calibrate the offset on the vehicle as it will be used",
+        absorbed=True,
+        constant=True,
+    )
 
-    offset_nT: Vec3 = parameter(ZERO3, "nT", -1e6, 1e6, "h forward, left, up")
+    offset_nT: Annotated[Vec3, Quantity("nT", -1e6, 1e6, "h forward, left, up", role="linear")] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return np.tile(self.offset_nT, (len(state), 1))
 
 
-@dataclass(frozen=True)
+@frozen
 class HardIronDrift(Effect):
     """Permanent magnetism that changes in the run, zero at its start: ``r t``, or ``r tau (1 - exp(-t / tau))``.
 
     Shocks, pressure and temperature change a hull's magnetism; [Zhang2018] finds the ellipsoid moving in the run.
     """
 
-    name: ClassVar[str] = "hard_iron_drift"
-    stage: ClassVar[str] = "vehicle"
-    static: ClassVar[bool] = True
-    linear: ClassVar[tuple[str, ...]] = ("rate_nT_h",)
-    search: ClassVar[dict[str, tuple[float, ...]]] = {"time_constant_s": (0.0, 100.0, 300.0, 1000.0)}
+    name = "hard_iron_drift"
+    stage = "vehicle"
+    static = True
+    example = {"rate_nT_h": (100.0, -300.0, 500.0), "time_constant_s": 100.0}
+    clues = Clues(apart=WARM_AND_COOL, remedy="calibrate again, close to the time of use")
 
-    rate_nT_h: Vec3 = parameter(ZERO3, "nT/h", -1e6, 1e6, "r at the start, forward, left, up")
-    time_constant_s: float = parameter(0.0, "s", 0.0, 1e7, "tau with which it settles; 0: it does not settle")
+    rate_nT_h: Annotated[Vec3, Quantity("nT/h", -1e6, 1e6, "r at the start, forward, left, up", role="linear")] = ZERO3
+    time_constant_s: Annotated[
+        float,
+        Quantity(
+            "s",
+            0.0,
+            1e7,
+            "tau with which it settles; 0: it does not settle",
+            role="listed",
+            tried=(0.0, 100.0, 300.0, 1000.0),
+        ),
+    ] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         tau = self.time_constant_s

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 from scipy.optimize import nnls
 
-from sim.effects.base import ZERO3, Effect, Memory, Vec3, array, parameter
+from sim.effects.base import ZERO3, Effect, Memory, array, frozen
+from sim.effects.clues import LONG_AT_REST, Clues
 from sim.effects.kernels import kernel
+from sim.effects.values import Quantity, Vec3
 from sim.state import Array, State
 
 FLICKER_LOW_HZ = 1e-5
@@ -19,21 +20,30 @@ _POLES_A_DECADE = 2
 _ZERO = 0.2
 
 
-@dataclass(frozen=True)
+@frozen
 class WhiteNoise(Effect):
     """White Gaussian noise, independent on each sample and axis: ``n ~ N(0, sigma^2)``."""
 
-    name: ClassVar[str] = "white_noise"
-    stage: ClassVar[str] = "sensor"
-    stochastic: ClassVar[bool] = True
+    name = "white_noise"
+    stage = "sensor"
+    stochastic = True
+    example = {"std_nT": (5.0, 6.0, 7.0)}
+    clues = Clues(remedy="average more samples")
 
-    std_nT: Vec3 = parameter(ZERO3, "nT", 0.0, 1e5, "sigma of a sample, axes x, y, z", per_axis=True)
+    std_nT: Annotated[
+        Vec3, Quantity("nT", 0.0, 1e5, "sigma of a sample, axes x, y, z", role="level", per_axis=True)
+    ] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return rng.standard_normal((len(state), 3)) * array(self.std_nT)
 
 
-@dataclass(frozen=True)
+def _flicker_density(f: Array) -> Array:
+    """One-sided density 1 / f in nT^2/Hz of flicker noise of 1 nT/sqrt(Hz) at 1 Hz, at f (m,) in Hz."""
+    return np.asarray(1 / f)
+
+
+@frozen
 class FlickerNoise(Effect):
     """Flicker noise: one-sided power density ``d^2 / f`` in nT^2/Hz, from 1e-5 Hz to 0.45 of the sample rate.
 
@@ -41,13 +51,17 @@ class FlickerNoise(Effect):
     stationary from the first sample. Its Allan deviation is about ``sqrt(2 ln 2) d`` at every averaging time.
     """
 
-    name: ClassVar[str] = "flicker_noise"
-    stage: ClassVar[str] = "sensor"
-    stochastic: ClassVar[bool] = True
-
-    density_nT_sqrt_hz: Vec3 = parameter(
-        ZERO3, "nT/sqrt(Hz)", 0.0, 1e5, "d: the density at 1 Hz, axes x, y, z", per_axis=True
+    name = "flicker_noise"
+    stage = "sensor"
+    stochastic = True
+    example = {"density_nT_sqrt_hz": (1.0, 2.0, 3.0)}
+    clues = Clues(
+        apart=LONG_AT_REST, remedy="calibrate more often, or choose a quieter sensor", spectrum=_flicker_density
     )
+
+    density_nT_sqrt_hz: Annotated[
+        Vec3, Quantity("nT/sqrt(Hz)", 0.0, 1e5, "d: the density at 1 Hz, axes x, y, z", role="level", per_axis=True)
+    ] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         decay, std = flicker_bank(state.interval_s)

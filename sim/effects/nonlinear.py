@@ -2,35 +2,46 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
-from sim.effects.base import ZERO3, Effect, Memory, Vec3, array, parameter
+from sim.effects.base import ZERO3, Effect, Memory, array, frozen
+from sim.effects.clues import AT_SEVERAL_RATES, Clues
 from sim.effects.kernels import kernel
+from sim.effects.values import Quantity, Vec3
 from sim.state import Array, State
 
 
-@dataclass(frozen=True)
+@frozen
 class Nonlinearity(Effect):
     """Curvature of the characteristic: ``F (c2 (s/F)^2 + c3 (s/F)^3)`` on each axis, F the reference."""
 
-    name: ClassVar[str] = "nonlinearity"
-    stage: ClassVar[str] = "sensor"
-    static: ClassVar[bool] = True
-    linear: ClassVar[tuple[str, ...]] = ("second_order", "third_order")
+    name = "nonlinearity"
+    stage = "sensor"
+    static = True
+    example = {"second_order": (1e-3, 2e-3, -1e-3), "third_order": (2e-3, 2e-3, 2e-3)}
+    clues = Clues(
+        apart="turn the sensor about all axes, so that each sees the whole field",
+        remedy="measure the characteristic in a coil, or use a sensor with feedback",
+    )
 
-    second_order: Vec3 = parameter(ZERO3, "", -1.0, 1.0, "c2 of the axes x, y, z", per_axis=True)
-    third_order: Vec3 = parameter(ZERO3, "", -1.0, 1.0, "c3 of the axes x, y, z", per_axis=True)
-    reference_nT: float = parameter(50_000.0, "nT", 1.0, 1e7, "F, at which the error is (c2 + c3) F")
+    second_order: Annotated[Vec3, Quantity("", -1.0, 1.0, "c2 of the axes x, y, z", role="linear", per_axis=True)] = (
+        ZERO3
+    )
+    third_order: Annotated[Vec3, Quantity("", -1.0, 1.0, "c3 of the axes x, y, z", role="linear", per_axis=True)] = (
+        ZERO3
+    )
+    reference_nT: Annotated[float, Quantity("nT", 1.0, 1e7, "F, at which the error is (c2 + c3) F", role="fixed")] = (
+        50_000.0
+    )
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         ratio = signal_nT / self.reference_nT
         return signal_nT * ratio * (array(self.second_order) + array(self.third_order) * ratio)
 
 
-@dataclass(frozen=True)
+@frozen
 class Hysteresis(Effect):
     """Lag of the core's magnetisation behind the signal: ``-g E_r(s)``, E_r the stop operator.
 
@@ -38,17 +49,23 @@ class Hysteresis(Effect):
     over, never above r. Several thresholds: the mean of their operators, a Prandtl-Ishlinskii model.
     """
 
-    name: ClassVar[str] = "hysteresis"
-    stage: ClassVar[str] = "sensor"
-    linear: ClassVar[tuple[str, ...]] = ("gain",)
-    search: ClassVar[dict[str, tuple[float, ...]]] = {
-        "threshold_nT": (100.0, 300.0, 1000.0, 3000.0, 10_000.0, 30_000.0, 100_000.0)
-    }
+    name = "hysteresis"
+    stage = "sensor"
+    example = {"gain": (0.02, 0.01, 0.03), "threshold_nT": (200.0, 3000.0)}
+    clues = Clues(apart=AT_SEVERAL_RATES, remedy="bias or degauss the core, or use a sensor with feedback")
 
-    gain: Vec3 = parameter(ZERO3, "", -1.0, 1.0, "g of the axes x, y, z", per_axis=True)
-    threshold_nT: float | tuple[float, ...] = parameter(
-        1000.0, "nT", 1e-3, 1e6, "half-width r of the play, or several", several=True
-    )
+    gain: Annotated[Vec3, Quantity("", -1.0, 1.0, "g of the axes x, y, z", role="linear", per_axis=True)] = ZERO3
+    threshold_nT: Annotated[
+        float | tuple[float, ...],
+        Quantity(
+            "nT",
+            1e-3,
+            1e6,
+            "half-width r of the play, or several",
+            role="listed",
+            tried=(100.0, 300.0, 1000.0, 3000.0, 10_000.0, 30_000.0, 100_000.0),
+        ),
+    ] = 1000.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         thresholds = np.atleast_1d(array(self.threshold_nT))

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
-from sim.effects.base import ZERO3, Effect, Mat3, Vec3
+from sim.effects.base import ZERO3, Effect
 from sim.effects.currents import EddyCurrent
 from sim.effects.drift import SensorOffset
 from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
 from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.effects.rotation import axes_and_turn, rotation_about, rotation_angles_deg, triangular_angles_deg
+from sim.effects.values import Mat3, Vec3
 from sim.state import Array
 
 Chained = tuple[Effect, ...]

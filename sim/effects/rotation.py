@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.linalg import rq
 
-from sim.effects.base import Vec3
+from sim.effects.values import Vec3
 from sim.state import Array
 
 

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
 from scenarios.errors import InputError
-from sim.effects.base import ZERO3, Effect, Memory, Vec3, array, parameter
+from sim.effects.base import ZERO3, Effect, Memory, array, frozen
+from sim.effects.clues import THE_TRACK_AGAIN, Clues
 from sim.effects.kernels import kernel, turn_to_body
+from sim.effects.values import Quantity, Vec3
 from sim.state import Array, State
 
 MU0_4PI_nT = 100.0
 """mu_0 / (4 pi) in nT m^3 / (A m^2)."""
 
 
-@dataclass(frozen=True)
+@frozen
 class LocalDipole(Effect):
     """Field of a fixed magnetic body: a dipole, or with an extent a thin cylinder of uniform magnetisation.
 
@@ -28,14 +29,23 @@ class LocalDipole(Effect):
     Raises InputError where the sensor goes through the body.
     """
 
-    name: ClassVar[str] = "local_dipole"
-    stage: ClassVar[str] = "field"
-    needs: ClassVar[tuple[str, ...]] = ("attitude", "position")
-    linear: ClassVar[tuple[str, ...]] = ("moment_A_m2",)
+    name = "local_dipole"
+    stage = "field"
+    needs = ("attitude", "position")
+    example = {
+        "position_enu_m": (3.0, 2.0, -50.0),
+        "moment_A_m2": (9e3, 2e3, -4e3),
+        "extent_enu_m": (9.0, 80.0, 1.0),
+    }
+    clues = Clues(apart=THE_TRACK_AGAIN, remedy="calibrate away from wrecks, pipelines and steel")
 
-    position_enu_m: Vec3 = parameter(ZERO3, "m", -1e7, 1e7, "where it lies, or where the cylinder begins")
-    moment_A_m2: Vec3 = parameter(ZERO3, "A m^2", -1e9, 1e9, "total moment east, north, up")
-    extent_enu_m: Vec3 = parameter(ZERO3, "m", -1e5, 1e5, "from the cylinder's begin to its end; zero: a dipole")
+    position_enu_m: Annotated[
+        Vec3, Quantity("m", -1e7, 1e7, "where it lies, or where the cylinder begins", role="place")
+    ] = ZERO3
+    moment_A_m2: Annotated[Vec3, Quantity("A m^2", -1e9, 1e9, "total moment east, north, up", role="linear")] = ZERO3
+    extent_enu_m: Annotated[
+        Vec3, Quantity("m", -1e5, 1e5, "from the cylinder's begin to its end; zero: a dipole", role="fixed")
+    ] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         way = state.pos_enu_m - array(self.position_enu_m)

@@ -2,51 +2,72 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 
-from sim.effects.base import ZERO3, Effect, Memory, Vec3, array, parameter
+from sim.effects.base import ZERO3, Effect, Memory, array, frozen
+from sim.effects.clues import WARM_AND_COOL, Clues
 from sim.effects.kernels import first_order_lag
+from sim.effects.values import Quantity, Vec3
 from sim.state import Array, State
 
 LAGS_S = (0.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 
 
-@dataclass(frozen=True)
+@frozen
 class TemperatureScale(Effect):
     """Sensitivity that changes with temperature: ``k (T - T_ref) s`` on each axis, T felt late by a lag."""
 
-    name: ClassVar[str] = "temperature_scale"
-    stage: ClassVar[str] = "sensor"
-    static: ClassVar[bool] = True
-    needs: ClassVar[tuple[str, ...]] = ("temperature",)
-    linear: ClassVar[tuple[str, ...]] = ("slope_1_K",)
-    search: ClassVar[dict[str, tuple[float, ...]]] = {"lag_s": LAGS_S}
+    name = "temperature_scale"
+    stage = "sensor"
+    static = True
+    needs = ("temperature",)
+    example = {"slope_1_K": (1e-4, 2e-4, -3e-4), "reference_degC": 15.0}
+    clues = Clues(
+        apart=WARM_AND_COOL, remedy="log the temperature and take its part off, or let the sensor settle first"
+    )
 
-    slope_1_K: Vec3 = parameter(ZERO3, "1/K", -0.05, 0.05, "k of the axes x, y, z", per_axis=True)
-    reference_degC: float = parameter(20.0, "degC", -100.0, 200.0, "T_ref, where it contributes nothing")
-    lag_s: float = parameter(0.0, "s", 0.0, 1e5, "time constant with which the sensor follows T; 0: at once")
+    slope_1_K: Annotated[Vec3, Quantity("1/K", -0.05, 0.05, "k of the axes x, y, z", role="linear", per_axis=True)] = (
+        ZERO3
+    )
+    reference_degC: Annotated[
+        float, Quantity("degC", -100.0, 200.0, "T_ref, where it contributes nothing", role="fixed")
+    ] = 20.0
+    lag_s: Annotated[
+        float,
+        Quantity(
+            "s", 0.0, 1e5, "time constant with which the sensor follows T; 0: at once", role="listed", tried=LAGS_S
+        ),
+    ] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return signal_nT * (_felt_degC(state, self.lag_s, memory) - self.reference_degC) * array(self.slope_1_K)
 
 
-@dataclass(frozen=True)
+@frozen
 class TemperatureOffset(Effect):
     """Offset that changes with temperature: ``k (T - T_ref)``, T felt late by a lag."""
 
-    name: ClassVar[str] = "temperature_offset"
-    stage: ClassVar[str] = "sensor"
-    static: ClassVar[bool] = True
-    needs: ClassVar[tuple[str, ...]] = ("temperature",)
-    linear: ClassVar[tuple[str, ...]] = ("slope_nT_K",)
-    search: ClassVar[dict[str, tuple[float, ...]]] = {"lag_s": LAGS_S}
+    name = "temperature_offset"
+    stage = "sensor"
+    static = True
+    needs = ("temperature",)
+    example = {"slope_nT_K": (1.0, -2.0, 3.0)}
+    clues = Clues(
+        apart=WARM_AND_COOL, remedy="log the temperature and take its part off, or let the sensor settle first"
+    )
 
-    slope_nT_K: Vec3 = parameter(ZERO3, "nT/K", -1e4, 1e4, "k of the axes x, y, z")
-    reference_degC: float = parameter(20.0, "degC", -100.0, 200.0, "T_ref, where it contributes nothing")
-    lag_s: float = parameter(0.0, "s", 0.0, 1e5, "time constant with which the sensor follows T; 0: at once")
+    slope_nT_K: Annotated[Vec3, Quantity("nT/K", -1e4, 1e4, "k of the axes x, y, z", role="linear")] = ZERO3
+    reference_degC: Annotated[
+        float, Quantity("degC", -100.0, 200.0, "T_ref, where it contributes nothing", role="fixed")
+    ] = 20.0
+    lag_s: Annotated[
+        float,
+        Quantity(
+            "s", 0.0, 1e5, "time constant with which the sensor follows T; 0: at once", role="listed", tried=LAGS_S
+        ),
+    ] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return (_felt_degC(state, self.lag_s, memory) - self.reference_degC) * array(self.slope_nT_K)

@@ -1,47 +1,143 @@
-"""A parameter of an effect: what it means, what values it takes, and the check of a value a user wrote."""
+"""A parameter of an effect: its unit, the range of its components, its meaning, and what a fit may do with it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import reduce
+from operator import or_
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import numpy as np
+from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, ErrorDetails, core_schema
 
 from scenarios.errors import InputError
+
+Vec3 = tuple[float, float, float]
+Mat3 = tuple[Vec3, Vec3, Vec3]
+Role = Literal[
+    "linear", "tangent", "listed", "moment", "place", "frequency", "phase", "motor", "level", "fixed", "free"
+]
+"""What a fit may do with a parameter.
+
+=========  ==========================================================================================================
+linear     the contribution is proportional to it (zero when it is zero): least squares
+tangent    the contributions of small values add up: least squares about zero, then refined
+listed     a few values are tried (`tried`), then the best is refined between its neighbours
+moment     a time of the run; every sample is tried, and the best is kept
+place      a position beside the path; a grid is searched, then refined
+frequency  of a tone; the lines of a spectrum are searched, then refined
+phase      of a tone; a sine and a cosine span it
+motor      the number of a motor; each is tried
+level      the size of a random disturbance, of each axis
+fixed      a convention or a form (a reference, an origin, an extent): left as it is given
+free       refined from where it stands
+=========  ==========================================================================================================
+"""
+SOUGHT = ("moment", "place", "frequency")
+"""Roles that no short list of values can serve: they need a search of the whole recording."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Annotation of an effect's parameter: unit, the range of each component, meaning and role.
+
+    per_axis : one number may stand for all three axes. tried : the values that a fit tries first ("listed"). units :
+    values that span a linear parameter whose components are not free; otherwise each component is one.
+    """
+
+    unit: str
+    low: float
+    high: float
+    doc: str
+    role: Role = "free"
+    per_axis: bool = False
+    tried: tuple[float, ...] = ()
+    units: tuple[Any, ...] = ()
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        inner = handler.generate_schema(_ranged(source, self.low, self.high))
+        return core_schema.no_info_before_validator_function(self._plain, inner)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        shown = handler.resolve_ref_schema(handler(schema))
+        if self.per_axis:
+            shown = {"anyOf": [shown, shown["prefixItems"][0]]}
+        return shown | {"description": f"{self.doc} [{self.unit}]" if self.unit else self.doc}
+
+    def _plain(self, value: Any) -> Any:
+        """Arrays as tuples, one number as three; a truth value is no number."""
+        if isinstance(value, np.ndarray | np.generic):
+            value = value.tolist()
+        if self.per_axis and isinstance(value, float | int) and not isinstance(value, bool):
+            return (value, value, value)
+        return value
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Annotation of a parameter that takes one of a few words."""
+
+    doc: str
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return handler(schema) | {"description": self.doc}
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """Name, unit, bounds of each component, shape, default and meaning of one parameter.
+    """One parameter of an effect class: its name, default and shape beside what its annotation says.
 
-    `options`: the words that it takes, if it takes words. `per_axis`: one number may stand for all three axes.
-    `several`: a number, or any number of them.
+    `options`: the words that it takes, if it takes words; it then has no range. `several`: a number, or any number of
+    them. `integer`: a count or an index.
     """
 
     name: str
-    unit: str
-    low: float
-    high: float
-    shape: tuple[int, ...]
     default: Any
-    doc: str
+    shape: tuple[int, ...]
+    quantity: Quantity
     options: tuple[str, ...] = ()
-    per_axis: bool = False
     several: bool = False
+    integer: bool = False
 
     @classmethod
-    def of(cls, name: str, default: Any, notes: Mapping[str, Any]) -> Parameter:
-        """The parameter of a dataclass field made by `sim.effects.base.parameter` or `choice`."""
-        if "options" in notes:
-            return cls(name, "", 0.0, 0.0, (), default, notes["doc"], notes["options"])
-        return cls(name=name, default=default, shape=np.shape(default), **notes)
+    def of(cls, name: str, info: FieldInfo) -> Parameter:
+        """The parameter of a field annotated with a `Quantity` or a `Choice`."""
+        about = next(note for note in info.metadata if isinstance(note, Quantity | Choice))
+        if isinstance(about, Choice):
+            words = Quantity("", 0.0, 0.0, about.doc, role="fixed")
+            return cls(name, info.default, (), words, options=get_args(info.annotation))
+        several = get_origin(info.annotation) is not tuple and bool(get_args(info.annotation))
+        return cls(name, info.default, np.shape(info.default), about, several=several, integer=info.annotation is int)
 
     @property
-    def integer(self) -> bool:
-        """A count or an index."""
-        return isinstance(self.default, int)
+    def unit(self) -> str:
+        """The unit of its components, empty for a pure number."""
+        return self.quantity.unit
+
+    @property
+    def low(self) -> float:
+        """Least value of a component."""
+        return self.quantity.low
+
+    @property
+    def high(self) -> float:
+        """Greatest value of a component."""
+        return self.quantity.high
+
+    @property
+    def doc(self) -> str:
+        """What it means."""
+        return self.quantity.doc
+
+    @property
+    def role(self) -> Role:
+        """What a fit may do with it."""
+        return self.quantity.role
 
     @property
     def expected(self) -> str:
@@ -53,71 +149,50 @@ class Parameter:
         if self.several:
             return "a number or a list of numbers"
         plain = {(): "a number", (3,): "three numbers", (3, 3): "three rows of three numbers"}[self.shape]
-        return f"a number or {plain}" if self.per_axis else plain
-
-    def checked(self, value: Any, where: str) -> Any:
-        """The value as floats in tuples (or the word, or the whole number); InputError if it is not one."""
-        if self.options:
-            return self._word(value, where)
-        plain = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
-        numbers = self._numbers(plain, where, plain)
-        if self.per_axis and isinstance(numbers, float):
-            numbers = (numbers, numbers, numbers)
-        if not self._fits(numbers):
-            raise self._wrong(plain, where)
-        if not self.integer:
-            return numbers
-        if numbers != int(numbers):
-            raise self._wrong(plain, where)
-        return int(numbers)
-
-    def schema(self) -> dict[str, Any]:
-        """JSON Schema of the values."""
-        about = {"description": " ".join(filter(None, (self.doc, f"[{self.unit}]" if self.unit else "")))}
-        if self.options:
-            return {**about, "enum": list(self.options), "default": self.default}
-        kind = "integer" if self.integer else "number"
-        number: dict[str, Any] = {"type": kind, "minimum": self.low, "maximum": self.high}
-        shaped = number
-        for size in reversed(self.shape):
-            shaped = {"type": "array", "items": shaped, "minItems": size, "maxItems": size}
-        forms = [number] if self.per_axis else []
-        forms += [{"type": "array", "items": number, "minItems": 1}] if self.several else []
-        return {**about, "default": self.default, **({"anyOf": [shaped, *forms]} if forms else shaped)}
-
-    def _word(self, value: Any, where: str) -> str:
-        if isinstance(value, str) and value in self.options:
-            return value
-        raise self._wrong(value, where)
-
-    def _numbers(self, value: Any, where: str, whole: Any) -> Any:
-        if isinstance(value, list | tuple):
-            return tuple(self._numbers(part, where, whole) for part in value)
-        if isinstance(value, np.generic):
-            value = value.item()
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self._wrong(whole, where)
-        if not math.isfinite(value):
-            raise InputError(f"expected finite numbers, found {value}", where=where)
-        if not self.low <= value <= self.high:
-            unit = f" {self.unit}" if self.unit else ""
-            raise InputError(f"{value:g} is outside {self.low:g} to {self.high:g}{unit}", where=where)
-        return float(value)
-
-    def _fits(self, numbers: Any) -> bool:
-        shape = _shape(numbers)
-        return shape == self.shape or (self.several and shape is not None and len(shape) <= 1 and shape != (0,))
-
-    def _wrong(self, value: Any, where: str) -> InputError:
-        return InputError(f"expected {self.expected}, found {value!r}", where=where)
+        return f"a number or {plain}" if self.quantity.per_axis else plain
 
 
-def _shape(value: Any) -> tuple[int, ...] | None:
-    if not isinstance(value, tuple):
-        return ()
-    inner = {_shape(part) for part in value}
-    if not value:
-        return (0,)
-    if len(inner) > 1 or None in inner:
-        return None
-    return (len(value), *(inner.pop() or ()))
+def told(error: ValidationError, parameters: Sequence[Parameter], given: Mapping[str, Any]) -> InputError:
+    """The first of pydantic's errors about the values given for an effect's parameters, in one line.
+
+    Its `where` is the name of the parameter, empty where the parameters do not go together.
+    """
+    problem = error.errors(include_url=False)[0]
+    if not problem["loc"]:
+        return InputError(str(problem["msg"]).removeprefix("Value error, "))
+    first = problem["loc"][0]
+    known = {p.name: p for p in parameters}
+    name = list(known)[first] if isinstance(first, int) and first < len(known) else str(first)
+    if name not in known:
+        return InputError(f"no parameter {name!r}", do="it has " + ", ".join(known))
+    return InputError(_what(known[name], problem, given[name]), where=name)
+
+
+def _what(parameter: Parameter, problem: ErrorDetails, given: Any) -> str:
+    found = problem["input"]
+    if isinstance(found, float) and not math.isfinite(found):
+        return f"expected finite numbers, found {found}"
+    if problem["type"] in ("greater_than_equal", "less_than_equal"):
+        unit = f" {parameter.unit}" if parameter.unit else ""
+        return f"{found:g} is outside {parameter.low:g} to {parameter.high:g}{unit}"
+    whole = given.tolist() if isinstance(given, np.ndarray | np.generic) else given
+    return f"expected {parameter.expected}, found {whole!r}"
+
+
+def _ranged(source: Any, low: float, high: float) -> Any:
+    """The type with every number in it finite and in the range; what is no number is refused, not converted."""
+    if source is int:
+        return Annotated[int, Field(ge=low, le=high, strict=True), BeforeValidator(_whole)]
+    if source is float:
+        return Annotated[float, Field(ge=low, le=high, strict=True, allow_inf_nan=False)]
+    if get_origin(source) is not tuple:
+        return reduce(or_, (_ranged(part, low, high) for part in get_args(source)))
+    rows: Any = tuple
+    if Ellipsis in get_args(source):
+        return Annotated[rows[_ranged(get_args(source)[0], low, high), ...], Field(min_length=1)]
+    return rows[tuple(_ranged(part, low, high) for part in get_args(source))]
+
+
+def _whole(value: Any) -> Any:
+    """2.0 as 2."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value

@@ -13,8 +13,9 @@ from calib.ml_newton import MaximumLikelihoodNewton
 from calib.twostep import TwoStep
 from sim.chain import Chain
 from sim.dataset import Recording
-from sim.effects.base import Effect, Mat3, Vec3
+from sim.effects.base import Effect
 from sim.effects.papers import long2013
+from sim.effects.values import Mat3, Vec3
 from sim.state import State
 from validation.reproduce.poses import held
 

@@ -1,0 +1,46 @@
+"""What a diagnosis must know of an effect beside its equation and its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from sim.state import Array
+
+Density = Callable[[Array], Array]
+"""One-sided power density at frequencies f (m,) in Hz, f > 0."""
+
+
+@dataclass(frozen=True)
+class Clues:
+    """How an effect shows in a recording, how it is told from others, and what helps.
+
+    apart : what to do that tells it from the effects that look like it on one motion.
+    remedy : what takes it away, or out of the data.
+    absorbed : a fit of hard and soft iron takes it up whole, so that it shows only as a change of the given model.
+    constant : it adds one constant vector, whose change a slow wander imitates.
+    one_run : an event of one run, which another run cannot show.
+    memory : after it the noise of neighbouring samples is correlated.
+    converter : done by the converter to each value: seen in the values themselves, left out of a smooth prediction.
+    spectrum : of a slow random disturbance, its density at a level of one.
+    """
+
+    apart: str = ""
+    remedy: str = ""
+    absorbed: bool = False
+    constant: bool = False
+    one_run: bool = False
+    memory: bool = False
+    converter: bool = False
+    spectrum: Density | None = None
+
+
+IN_ITS_MOUNT = "turn the sensor in its mount, which turns its own errors and not the vehicle's"
+AT_SEVERAL_RATES = (
+    "turn and shake at several rates: a delay grows with the rate, a low-pass and eddy currents fall behind it"
+)
+WARM_AND_COOL = "let the temperature rise and fall again within one run"
+THE_TRACK_AGAIN = "fly the track again at another height and heading"
+LONG_AT_REST = "log a longer run at rest"
+OTHER_THRUST = "change the thrust while the attitude is held"
+"""What to do that tells effects apart which look alike on one motion."""
