@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -22,6 +21,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.table import Table
+
+from scenarios.plain import json_ready
 
 Report = Callable[[float, int], object]
 """Told (pieces done, pieces in all); a piece may be done in part."""
@@ -46,7 +47,7 @@ def warn(text: str) -> None:
 def emit(result: Mapping[str, Any]) -> None:
     """The one JSON object of `--json`, on standard output; NaN becomes null."""
     ascii_only = "utf" not in (sys.stdout.encoding or "").lower()
-    json.dump(_plain(result), sys.stdout, indent=1, allow_nan=False, ensure_ascii=ascii_only)
+    json.dump(json_ready(result), sys.stdout, indent=1, allow_nan=False, ensure_ascii=ascii_only)
     sys.stdout.write("\n")
 
 
@@ -89,15 +90,3 @@ class PlainLines:
         if done >= total or self.clock() >= self.due_s:
             self.due_s = self.clock() + PLAIN_INTERVAL_S
             say(f"{self.what}: {math.floor(100 * done / max(total, 1))} %")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value

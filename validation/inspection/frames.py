@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.inspection.finding import Finding, Level, duration, figure
+from validation.inspection.finding import Finding, Level
 from validation.inspection.look import Look, attitude_of
 from validation.signals.conventions import (
     CONVENTIONS,
@@ -16,6 +16,7 @@ from validation.signals.conventions import (
     mean_direction,
     read_as,
 )
+from validation.text import duration, figure
 
 Array = NDArray[np.float64]
 SECTION = "frames"

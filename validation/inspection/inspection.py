@@ -7,9 +7,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from validation.inspection.finding import Finding, counted
+from scenarios.plain import json_ready
+from validation.inspection.finding import Finding
 from validation.inspection.frames import frame_findings
 from validation.inspection.log import Log, read_log, series_of
 from validation.inspection.look import Look, look_at
@@ -19,6 +18,7 @@ from validation.inspection.suffices import calibration_findings
 from validation.inspection.timing import timing_findings
 from validation.inspection.units import unit_findings
 from validation.inspection.values import missing_finding, value_findings
+from validation.text import counted
 
 SECTION = "file"
 
@@ -71,7 +71,7 @@ def summary(inspection: Inspection) -> dict[str, Any]:
         "samples": len(inspection.log),
         "sensors": len(inspection.looks),
         "warnings": [finding.text for finding in inspection.warnings],
-        "findings": [{**asdict(finding), "value": _plain(finding.value)} for finding in inspection.findings],
+        "findings": [json_ready(asdict(finding)) for finding in inspection.findings],
     }
 
 
@@ -79,13 +79,3 @@ def headline(inspection: Inspection) -> str:
     """One sentence: how much there is to mend."""
     count = len(inspection.warnings)
     return f"{inspection.log.path.name}: {counted(count, 'warning')}" + ("." if count else ", nothing to mend.")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [_plain(one) for one in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib.observability import axis_text, planar_status, spread
-from validation.inspection.finding import Finding, Level, figure, figures
+from validation.inspection.finding import Finding, Level
 from validation.inspection.look import Look, attitude_of
 from validation.signals.sphere import cells, directions, largest_hole
+from validation.text import figure, figures
 
 Array = NDArray[np.float64]
 SECTION = "motion"

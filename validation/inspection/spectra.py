@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.noise import white_noise_std
-from validation.inspection.finding import Finding, Level, counted, figure, figures
+from validation.inspection.finding import Finding, Level
 from validation.inspection.look import Look, Residual
 from validation.signals.noise import BlockMeans, block_means
 from validation.signals.tones import Tone, mains_aliases, mains_named, spectrum, tones
+from validation.text import counted, figure, figures
 
 Array = NDArray[np.float64]
 SECTION = "noise"

@@ -11,9 +11,10 @@ from calib import Reference, Status, get
 from calib.observability import planar_status
 from calib.vector_least_squares import VectorLeastSquares
 from sim.dataset import Recording
-from validation.inspection.finding import Finding, figure
+from validation.inspection.finding import Finding
 from validation.inspection.look import Look, attitude_of
 from validation.signals.conventions import mean_direction
+from validation.text import figure
 
 Array = NDArray[np.float64]
 SECTION = "calibration"

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names, numbers
-from validation.inspection.finding import Finding, Level, counted, duration, figure, frequency
+from validation.inspection.finding import Finding, Level
 from validation.inspection.log import Log
 from validation.signals.faults import repeats, runs
 from validation.signals.lattice import find_lattice
+from validation.text import counted, duration, figure, frequency
 
 Array = NDArray[np.float64]
 SECTION = "time"

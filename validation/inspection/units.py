@@ -6,9 +6,10 @@ import numpy as np
 
 from sim.dataset.columns import mag_names
 from sim.dataset.units import STANDARD_GRAVITY_M_S2
-from validation.inspection.finding import Finding, figure
+from validation.inspection.finding import Finding
 from validation.inspection.log import Log, Series
 from validation.inspection.look import Look
+from validation.text import figure
 
 SECTION = "units"
 EARTH_NT = (20_000.0, 70_000.0)

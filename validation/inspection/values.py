@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.inspection.finding import Finding, counted, duration, figure, figures
+from validation.inspection.finding import Finding
 from validation.inspection.log import Log
 from validation.inspection.look import LEAST_ROWS, Look
 from validation.signals.faults import pile_up, repeats, spikes
 from validation.signals.intervals import gaps_after
 from validation.signals.lattice import odd_share
+from validation.text import counted, duration, figure, figures
 
 Array = NDArray[np.float64]
 SECTION = "values"

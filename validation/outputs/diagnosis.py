@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
+from scenarios.plain import json_ready
 from scenarios.toml import to_toml
 from sim.dataset.files import beside, system_errors_about
 from validation.diagnosis.result import Diagnosis
@@ -23,7 +22,7 @@ def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
     They are made in memory, written beside, and renamed once all of them are whole, so that files of two diagnoses do
     not stand side by side. Raises InputError where writing is refused.
     """
-    summary = json.dumps(_null(found.as_dict()) | {"model_out": "model.toml"}, indent=1, allow_nan=False) + "\n"
+    summary = json.dumps(json_ready(found.as_dict()) | {"model_out": "model.toml"}, indent=1, allow_nan=False) + "\n"
     texts = (page_html(found, title), summary, to_toml(found.model))
     contents = (*(text.encode() for text in texts), diagnosis_recording(found, title))
     with ExitStack() as whole:
@@ -31,12 +30,3 @@ def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
             part = whole.enter_context(beside(out / name))
             with system_errors_about(out / name):
                 part.write_bytes(content)
-
-
-def _null(value: Any) -> Any:
-    """The same with None for what JSON cannot hold: NaN and infinity."""
-    if isinstance(value, dict):
-        return {key: _null(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_null(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

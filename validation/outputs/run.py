@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 import calib
-from calib import Calibration, Reference
+from calib import Reference
+from scenarios.plain import json_ready
 from scenarios.spec import Scenario
 from sim import effects as effect_table
 from sim.dataset import Recording, Truth, read_run
@@ -55,7 +56,7 @@ def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress) ->
     judged = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES))
     outcome = replace(judged, tracking=written.files[0].tracking)
     write_calibrations(outcome.calibrations, out)
-    write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, default=_plain) + "\n")
+    write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, allow_nan=False) + "\n")
     progress(2, STAGES)
     write_report(outcome, out / "report.html")
     progress(3, STAGES)
@@ -73,7 +74,7 @@ def judge(
     calibrations = fit_all(recording, reference, scenario.calibrators, progress=progress)
     views = {key: one for name in scenario.calibrators for key, one in sensors(recording, name).items()}
     truths = _hold_outs(recording, truth)
-    scores = {key: _scored(result, views[key], truths[_sensor(key)]) for key, result in calibrations.items()}
+    scores = {key: score(result, views[key], truths[_sensor(key)]) for key, result in calibrations.items()}
     usable = {key: c for key, c in calibrations.items() if c.status.kind != "not_applicable"}
     corrected = {key: c.apply(views[key]) for key, c in usable.items()}
     return Outcome(scenario, recording, truth, calibrations, scores, corrected)
@@ -81,25 +82,20 @@ def judge(
 
 def summary(outcome: Outcome) -> dict[str, Any]:
     """Scores and calibrations as plain values, the JSON of `run`; figures that are not finite become null."""
-    return {
-        "scenario": outcome.scenario.name,
-        "ranking": outcome.ranking()[0],
-        "tracking": outcome.tracking and asdict(outcome.tracking),
-        "scores": {
-            key: [
-                {
-                    "score": s.name,
-                    "value": s.value if np.isfinite(s.value) else None,
-                    "unit": s.unit,
-                    "in_sample": s.in_sample,
-                    "rotation_removed": s.rotation_removed,
-                }
-                for s in scores
-            ]
-            for key, scores in outcome.scores.items()
-        },
-        "calibrations": {key: calib.to_dict(c) for key, c in outcome.calibrations.items()},
-    }
+    found: dict[str, Any] = json_ready(
+        {
+            "scenario": outcome.scenario.name,
+            "ranking": outcome.ranking()[0],
+            "tracking": outcome.tracking and asdict(outcome.tracking),
+            "scores": {key: [_row(one) for one in scores] for key, scores in outcome.scores.items()},
+            "calibrations": {key: calib.to_dict(c) for key, c in outcome.calibrations.items()},
+        }
+    )
+    return found
+
+
+def _row(one: Score) -> dict[str, Any]:
+    return {"score": one.name, **{key: value for key, value in asdict(one).items() if key != "name"}}
 
 
 def _hold_outs(recording: Recording, truth: Truth) -> list[HoldOut]:
@@ -116,11 +112,3 @@ def _hold_outs(recording: Recording, truth: Truth) -> list[HoldOut]:
 def _sensor(key: str) -> int:
     """Index of the sensor that a calibration's key (`name` or `name@sensor`) belongs to."""
     return int(key.split("@")[1]) - 1 if "@" in key else 0
-
-
-def _scored(result: Calibration, recording: Recording, truth: HoldOut) -> list[Score]:
-    return score(result, recording, truth)
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist()

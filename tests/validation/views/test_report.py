@@ -18,8 +18,9 @@ from scenarios.errors import InputError
 from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.scoring.scores import Score
 from validation.signals.thin import envelope, every_nth
+from validation.text import digits, plainly
 from validation.views.pages.outcome import SECTIONS, write_report
-from validation.views.words.outcome import digits, notes_markdown, plainly, rms, score_table, what_was_simulated
+from validation.views.words.outcome import notes_markdown, rms_length, score_table, what_was_simulated
 
 _spec = importlib.util.spec_from_file_location("outcome_example", Path(__file__).with_name("outcome_example.py"))
 assert _spec is not None
@@ -183,9 +184,9 @@ def test_residual_leaves_out_only_an_unobservable_rotation(outcome: Outcome) -> 
     turned = dataclasses.replace(outcome, corrected={"sphere": truth @ turn.T, "kalman": 1.01 * truth @ turn.T})
     turned.corrected["sphere"][:5] = np.nan
     assert np.nanmax(np.abs(turned.residual_nT("sphere"))) < 1e-6
-    assert rms(turned.residual_nT("kalman")) == pytest.approx(0.01 * outcome.field_strength_nT, rel=1e-6)
+    assert rms_length(turned.residual_nT("kalman")) == pytest.approx(0.01 * outcome.field_strength_nT, rel=1e-6)
     fixed = {n: [dataclasses.replace(s, rotation_removed=False) for s in v] for n, v in outcome.scores.items()}
-    assert rms(dataclasses.replace(turned, scores=fixed).residual_nT("sphere")) > 100
+    assert rms_length(dataclasses.replace(turned, scores=fixed).residual_nT("sphere")) > 100
 
 
 def test_envelope_keeps_spikes_order_and_gaps() -> None:
@@ -209,18 +210,9 @@ def test_stride_keeps_at_most_so_many() -> None:
         assert 1 <= len(range(n)[every_nth(n, 10)]) <= 10
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.0, "0"), (1234.5, "1\u2009234"), (12.345, "12.3"), (-0.00123456, "−0.00123"), (1.5e-7, "1.50e−07"),
-     (float("nan"), "–"), (float("inf"), "–"), (2.5e9, "2.50e+09"), (9.999, "10.00")],
-)  # fmt: skip
-def test_digits(value: float, text: str) -> None:
-    assert digits(value) == text
-
-
-def test_rms_is_of_vector_lengths_and_skips_gaps() -> None:
-    assert rms(np.array([[3.0, 4.0, 0.0], [np.nan, 0.0, 0.0], [0.0, 0.0, 5.0]])) == pytest.approx(5.0)
-    assert np.isnan(rms(np.full(3, np.nan)))
+def test_rms_length_is_of_vector_lengths_and_skips_gaps() -> None:
+    assert rms_length(np.array([[3.0, 4.0, 0.0], [np.nan, 0.0, 0.0], [0.0, 0.0, 5.0]])) == pytest.approx(5.0)
+    assert np.isnan(rms_length(np.full(3, np.nan)))
 
 
 def test_sentence_names_vehicle_phases_and_field(outcome: Outcome) -> None:

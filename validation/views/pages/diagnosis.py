@@ -12,11 +12,11 @@ from scenarios.toml import to_toml
 from validation.diagnosis.evidence.compare import THRESHOLD
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis, Named
+from validation.text import digits
 from validation.views.plots import diagnosis as plots
 from validation.views.plots.style import Figure, encoded
 from validation.views.series import as_they_stand, gap_to_show, places, rms_nT, travels
 from validation.views.words.diagnosis import MEANING, SEEN, gap_rows, parameter_rows
-from validation.views.words.outcome import digits
 
 Draw = Callable[[Diagnosis], Figure]
 GAP = (

@@ -16,11 +16,12 @@ import numpy as np
 from sim.dataset.files import write_text
 from sim.tracking import warning
 from validation.scoring.outcome import Outcome
+from validation.text import digits, plainly, words
 from validation.views.plots.effects import draw_effect_sizes, draw_effects
 from validation.views.plots.field import MOST_LINES, draw_norm, draw_residuals, draw_sphere
 from validation.views.plots.motion import draw_path, draw_vehicle
 from validation.views.plots.style import Draw, picture
-from validation.views.words.outcome import ALIGNED, digits, duration_s, plainly, score_table, what_was_simulated, words
+from validation.views.words.outcome import ALIGNED, duration_s, score_table, what_was_simulated
 
 PACKAGES = ("magbench", "numpy", "scipy", "mujoco", "numba", "filterpy", "magpylib", "ppigrf", "rerun-sdk")
 

@@ -6,14 +6,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from validation.scoring.outcome import Outcome
+from validation.text import digits
 from validation.views.palette import XYZ
 from validation.views.plots.style import WIDTH_IN, lines, phase_bands, time_axis
-from validation.views.words.outcome import digits, rms
+from validation.views.words.outcome import rms_length
 
 
 def draw_effect_sizes(outcome: Outcome) -> Figure:
     """Root mean square of each effect's contribution, on a logarithmic scale, in the order of the chain."""
-    sizes = {name: rms(value) for name, value in outcome.effects.items()}
+    sizes = {name: rms_length(value) for name, value in outcome.effects.items()}
     drawn = {name: size for name, size in sizes.items() if size > 0}
     figure = Figure(figsize=(WIDTH_IN, 0.6 + 0.27 * max(1, len(sizes))), layout="constrained")
     axis = figure.subplots()
@@ -40,7 +41,7 @@ def draw_effects(outcome: Outcome) -> Figure:
     axes = figure.subplots(rows, 2, sharex=True, squeeze=False)
     for axis, (name, value) in zip(axes.flat, effects.items(), strict=False):
         lines(axis, outcome, value, XYZ, alpha=0.7)
-        axis.set_title(f"{name}    rms {digits(rms(value))} nT")
+        axis.set_title(f"{name}    rms {digits(rms_length(value))} nT")
         axis.set_ylabel("nT")
         phase_bands([axis], outcome, labelled=False)
     for axis in axes.flat[len(effects) :]:

@@ -10,9 +10,10 @@ from matplotlib.patches import Circle
 
 from validation.scoring.outcome import Array, Outcome
 from validation.signals.thin import every_nth
+from validation.text import digits
 from validation.views.palette import INK, LINES, RAW, XYZ
 from validation.views.plots.style import WIDTH_IN, keep_readable, lines, phase_bands, time_axis
-from validation.views.words.outcome import digits, rms
+from validation.views.words.outcome import rms_length
 
 MOST_POINTS = 4000
 MOST_LINES = len(LINES)
@@ -101,8 +102,8 @@ def draw_residuals(outcome: Outcome) -> Figure:
         residual_nT = outcome.residual_nT(name)
         mark = "†" if outcome.rotation_removed(name) else ""
         lines(axis, outcome, residual_nT, XYZ, alpha=0.7)
-        each = ",  ".join(f"{c} {digits(rms(residual_nT[:, k]))}" for k, c in enumerate("xyz"))
-        title = f"{name}{mark}    rms {digits(rms(residual_nT))} nT   ({each})"
+        each = ",  ".join(f"{c} {digits(rms_length(residual_nT[:, k]))}" for k, c in enumerate("xyz"))
+        title = f"{name}{mark}    rms {digits(rms_length(residual_nT))} nT   ({each})"
         axis.set_title(title, pad=15 if axis is axes[0] else 4)
         axis.axhline(0, color=INK, linewidth=0.6)
         keep_readable(axis, residual_nT)

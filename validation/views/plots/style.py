@@ -13,8 +13,8 @@ from matplotlib.figure import Figure as Figure
 
 from validation.scoring.outcome import Array, Outcome
 from validation.signals.thin import envelope
+from validation.text import digits
 from validation.views.palette import INK, SOFT, phase_colours
-from validation.views.words.outcome import digits
 
 WIDTH_IN = 11.0
 SVG_POINTS = 10_000

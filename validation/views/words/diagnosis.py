@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from validation.diagnosis.result import Diagnosis, Named, Verdict, parameters, short
+from validation.text import digits
 from validation.views.series import rms_nT, sides
-from validation.views.words.outcome import digits
 
 MEANING: dict[Verdict, str] = {
     "none": "no gap beyond the noise",

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from validation.inspection.finding import Finding, figure, figures
+from validation.inspection.finding import Finding
 from validation.inspection.inspection import Inspection
+from validation.text import figure, figures
 
 MARKS = {"ok": "", "note": "·", "warning": "!"}
 MOST_NUMBERS = 3

@@ -9,6 +9,7 @@ import numpy as np
 from sim.tracking import warning
 from validation.scoring.outcome import Array, Outcome
 from validation.scoring.scores import Score
+from validation.text import digits, plainly, words
 
 CALIBRATORS_A_TABLE = 4
 ALIGNED = "† after the rotation that the field's strength alone cannot tell was taken out."
@@ -18,30 +19,7 @@ STATUS_WORDS = {
 }  # fmt: skip
 
 
-def digits(value: float, significant: int = 3) -> str:
-    """A measured number: so many significant digits, thousands parted by a thin space, a dash for none."""
-    if not np.isfinite(value):
-        return "–"
-    if value == 0:
-        return "0"
-    exponent = int(np.floor(np.log10(abs(value))))
-    if not -4 <= exponent < 7:
-        return f"{value:.{significant - 1}e}".replace("-", "−")
-    text = f"{value:,.{max(0, significant - 1 - exponent)}f}"
-    return text.replace(",", "\u2009").replace("-", "−")
-
-
-def plainly(value: float) -> str:
-    """A given or counted number: up to seven digits, no zeros at the end."""
-    return f"{value:,.7g}".replace(",", "\u2009").replace("-", "−")
-
-
-def words(name: str) -> str:
-    """A name for readers."""
-    return name.replace("_", " ")
-
-
-def rms(values: Array) -> float:
+def rms_length(values: Array) -> float:
     """Root mean square of the finite values (n,); of vectors (n, 3), of their lengths."""
     square = values**2 if values.ndim == 1 else np.sum(values**2, axis=1)
     finite = square[np.isfinite(square)]

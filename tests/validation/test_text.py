@@ -1,0 +1,57 @@
+"""Numbers in sentences: what a reader would write by hand."""
+
+from __future__ import annotations
+
+import pytest
+
+from validation.text import counted, digits, duration, figure, figures, frequency, plainly
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0"), (-0.0, "0"), (1234.5, "1,234"), (12.345, "12.3"), (12.0, "12"), (-0.0012, "-0.0012"),
+     (1.5e-7, "1.5e-07"), (2.5e9, "2.5e+09"), (9.999, "10"), (1e7, "1e+07"), (999.96, "1,000"),
+     (float("nan"), "–"), (float("-inf"), "–")],
+)  # fmt: skip
+def test_figure(value: float, text: str) -> None:
+    assert figure(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0"), (1234.5, "1\u2009234"), (12.345, "12.3"), (-0.00123456, "−0.00123"), (1.5e-7, "1.50e−07"),
+     (float("nan"), "–"), (float("inf"), "–"), (2.5e9, "2.50e+09"), (9.999, "10.00"), (12.0, "12.0")],
+)  # fmt: skip
+def test_digits_keep_what_was_measured(value: float, text: str) -> None:
+    assert digits(value) == text
+
+
+def test_given_numbers_stay_as_given() -> None:
+    assert plainly(-50_000.5) == "−50\u2009000.5"
+    assert plainly(3) == "3"
+
+
+def test_figures_are_one_where_all_are_the_same() -> None:
+    assert figures([5.0, 5.001, 5.002]) == "5"
+    assert figures([1.0, 2.0, 30_000.0]) == "1, 2 and 30,000"
+
+
+@pytest.mark.parametrize(("number", "text"), [(0, "no gap"), (1, "1 gap"), (2, "2 gaps"), (1500, "1,500 gaps")])
+def test_counted(number: int, text: str) -> None:
+    assert counted(number, "gap") == text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.02, "20 ms"), (0.0, "0 s"), (1.5, "1.5 s"), (119.0, "119 s"), (120.0, "2 min"), (7200.0, "2 h"),
+     (172_800.0, "2 d")],
+)  # fmt: skip
+def test_duration(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("hertz", "text"), [(50.0, "50 Hz"), (0.1, "one in 10 s"), (0.001, "one in 16.7 min"), (0.0, "0 Hz")]
+)
+def test_frequency(hertz: float, text: str) -> None:
+    assert frequency(hertz) == text
