@@ -18,6 +18,7 @@ from calib.two_step_gradiometer import TwoStepGradiometer
 from sim.chain import apply_deterministic
 from sim.dataset import Recording
 from sim.effects.papers import ding2021
+from sim.state import State
 from sim.streams import stream
 from validation.reproduce.poses import held
 
@@ -42,6 +43,37 @@ CASES = {1: Case(200.0, 0.1, 2.0, 2.0), 2: Case(100.0, 1e-4, 0.1, 1.0)}
 
 
 @dataclass(frozen=True, eq=False)
+class Sensor:
+    """The errors of one sensor of the array: offset_nT, scale, axes_deg, turn_deg (3,) each."""
+
+    offset_nT: Array
+    scale: Array
+    axes_deg: Array
+    turn_deg: Array
+
+    @classmethod
+    def drawn(cls, case: Case, draw: np.random.Generator, *, first: bool) -> Sensor:
+        """Even within the case's half widths; the first sensor is the reference, which is not turned."""
+        return cls(
+            draw.uniform(-1, 1, 3) * case.offset_nT,
+            1 + draw.uniform(-1, 1, 3) * case.scale,
+            draw.uniform(-1, 1, 3) * case.axes_deg,
+            draw.uniform(-1, 1, 3) * case.turn_deg * (not first),
+        )
+
+    def measured_nT(self, state: State) -> Array:
+        """What it gives without noise, (n, 3)."""
+        psi, phi, theta = self.axes_deg
+        effects = ding2021(_three(self.offset_nT), _three(self.scale), psi, phi, theta, _three(self.turn_deg))
+        return np.asarray(state.field_nT + sum(apply_deterministic(effects, state)[1].values()))
+
+    def parameters(self) -> Array:
+        """The twelve in the units of `calib.gradiometer`: offset over the field, scale, angles in radians."""
+        angles = np.radians([*self.axes_deg, *self.turn_deg])
+        return np.concatenate((self.offset_nT / STRENGTH_NT, self.scale, angles))
+
+
+@dataclass(frozen=True, eq=False)
 class Array4:
     """One simulated array: recording, true field (4, n, 3) in the array's frame (nT), true parameters (48,)."""
 
@@ -58,22 +90,14 @@ def field_enu_nT() -> Array:
 
 def simulate(case: int, noise_nT: float, seed: int, n: int = 200, common: bool = False) -> Array4:
     """n random attitudes; noise even within +-noise_nT on each axis, `common`: the same for the four sensors."""
-    truth, draw = CASES[case], stream(2021, seed, case, n)
-    turn = Rotation.random(n, rng=draw)
-    state = held(turn.as_matrix(), field_enu_nT())
+    draw = stream(2021, seed, case, n)
+    state = held(Rotation.random(n, rng=draw).as_matrix(), field_enu_nT())
+    sensors = [Sensor.drawn(CASES[case], draw, first=i == 0) for i in range(SENSORS)]
+    clean_nT = np.array([sensor.measured_nT(state) for sensor in sensors])
     noise = stream(2021, seed, case, n, "noise").uniform(-1.0, 1.0, (SENSORS, n, 3))
-    clean, parameters = [], []
-    for i in range(SENSORS):
-        offset_nT, scale = draw.uniform(-1, 1, 3) * truth.offset_nT, 1 + draw.uniform(-1, 1, 3) * truth.scale
-        psi, phi, theta = draw.uniform(-1, 1, 3) * truth.axes_deg
-        euler = draw.uniform(-1, 1, 3) * truth.turn_deg * (i > 0)
-        effects = ding2021(_three(offset_nT), _three(scale), psi, phi, theta, _three(euler))
-        clean.append(state.field_nT + sum(apply_deterministic(effects, state)[1].values()))
-        parameters.append([*offset_nT / STRENGTH_NT, *scale, *np.radians([psi, phi, theta]), *np.radians(euler)])
-    clean_nT = np.array(clean)
     array_nT = clean_nT + noise_nT * (noise[:1] if common else noise)
     recording = Recording(np.arange(n, dtype=float), array_nT[0], array_mag_nT=array_nT)
-    return Array4(recording, clean_nT, np.concatenate(parameters))
+    return Array4(recording, clean_nT, np.concatenate([sensor.parameters() for sensor in sensors]))
 
 
 def _three(values: Array) -> tuple[float, float, float]:
@@ -148,32 +172,55 @@ def spread(task: SpreadTask) -> dict[str, Any]:
     array_nT = array.recording.array_mag_nT
     assert array_nT is not None
     fit = LeastSquaresGradiometer(start="two_step").fit(array.recording, REFERENCE)
-    found, two = vector_of(fit), vector_of(TwoStepGradiometer().fit(array.recording, REFERENCE))
-    free = free_parameters(SENSORS)
-    out: dict[str, Any] = {"status": fit.status.kind, "errors": largest_errors(found, array.parameters)}
-    out |= {
-        "two_step": largest_errors(two, array.parameters),
+    found, two_step = vector_of(fit), vector_of(TwoStepGradiometer().fit(array.recording, REFERENCE))
+    corrected_nT = STRENGTH_NT * corrected(found, array.clean_nT / STRENGTH_NT)
+    out: dict[str, Any] = {
+        "status": fit.status.kind,
+        "errors": largest_errors(found, array.parameters),
+        "two_step": largest_errors(two_step, array.parameters),
         "rms": residual_rms(found, array_nT),
         "raw": residual_rms(nominal(), array_nT),
+        "systematic": float(np.abs(tensor(corrected_nT, BASELINE_M)).max()),
     }
-    h_nT = STRENGTH_NT * corrected(found, array.clean_nT / STRENGTH_NT)
-    out["systematic"] = float(np.abs(tensor(h_nT, BASELINE_M)).max())
     if task.noise_nT:
-        std = np.sqrt(np.diag(bound(array, task.noise_nT / np.sqrt(3.0))))
-        out["over_bound"] = (found - array.parameters)[free] / std
-        out["bound_offset_nT"] = STRENGTH_NT * std[np.isin(free % 12, (0, 1, 2))].max()
+        out |= _against_bound(array, found, task.noise_nT)
     if task.evolve:
-        std = np.sqrt(np.diag(bound(array, max(task.noise_nT, 1.0) / np.sqrt(3.0))))
-        evolved = searched(IdeGradiometer(polish=False), array, task.seed)
-        out["evolved_errors"] = largest_errors(evolved.parameters, array.parameters)
-        out["evolved_apart"] = float(np.abs((evolved.parameters - found)[free] / std).max())
-        weighted = [
-            searched(IdeGradiometer(polish=False, components=c, tensor=t, invariants=v), array, task.seed)
-            for c, t, v in WEIGHTS
-        ]
-        out["weights"] = [float(np.abs((w.parameters - found)[free] / std).max()) for w in weighted]
-        out["weights_errors"] = [largest_errors(w.parameters, array.parameters)[0] for w in weighted]
+        out |= _evolved(array, found, task)
     return out
+
+
+def _std(array: Array4, noise_nT: float) -> Array:
+    """The bound's standard deviations (45,) for noise even within +-noise_nT, which has noise_nT / sqrt(3)."""
+    return np.asarray(np.sqrt(np.diag(bound(array, noise_nT / np.sqrt(3.0)))))
+
+
+def _against_bound(array: Array4, found: Array, noise_nT: float) -> dict[str, Any]:
+    """Errors over the bound, and the bound of the worst offset."""
+    free, std = free_parameters(SENSORS), _std(array, noise_nT)
+    return {
+        "over_bound": (found - array.parameters)[free] / std,
+        "bound_offset_nT": STRENGTH_NT * std[np.isin(free % 12, (0, 1, 2))].max(),
+    }
+
+
+def _evolved(array: Array4, found: Array, task: SpreadTask) -> dict[str, Any]:
+    """The evolution alone, with the paper's weights and with others: errors, distance from least squares in bounds."""
+    free, std = free_parameters(SENSORS), _std(array, max(task.noise_nT, 1.0))
+
+    def ends(components: float, tensor: float, invariants: float) -> Array:
+        method = IdeGradiometer(polish=False, components=components, tensor=tensor, invariants=invariants)
+        return searched(method, array, task.seed).parameters
+
+    def apart(end: Array) -> float:
+        return float(np.abs((end - found)[free] / std).max())
+
+    evolved, weighted = ends(1.0, 1.0, 0.0), [ends(*weights) for weights in WEIGHTS]
+    return {
+        "evolved_errors": largest_errors(evolved, array.parameters),
+        "evolved_apart": apart(evolved),
+        "weights": [apart(end) for end in weighted],
+        "weights_errors": [largest_errors(end, array.parameters)[0] for end in weighted],
+    }
 
 
 def nominal() -> Array:
