@@ -12,18 +12,26 @@ Call = Callable[[], object]
 
 @dataclass(frozen=True)
 class Row:
-    """One measured figure against its limit; `least`: the limit is a lower one."""
+    """One measured figure against its limit; `least`: the limit is a lower one; without a value it was skipped."""
 
     what: str
-    value: float
+    value: float | None
     limit: float
     least: bool
     note: str
 
     @property
-    def holds(self) -> bool:
-        """Whether the figure keeps to its limit."""
-        return self.value >= self.limit if self.least else self.value <= self.limit
+    def verdict(self) -> str:
+        """Whether the figure keeps to its limit: holds, MISSED, or skipped."""
+        if self.value is None:
+            return "skipped"
+        kept = self.value >= self.limit if self.least else self.value <= self.limit
+        return "holds" if kept else "MISSED"
+
+    def text(self, width: int) -> str:
+        """The row as a line, what was measured `width` wide."""
+        value = "       –" if self.value is None else f"{self.value:8.3f}"
+        return f"{self.what:{width}}  {value}  limit {self.limit:g}  {self.verdict}  {self.note}"
 
 
 def cpu_s(call: Call) -> float:

@@ -81,7 +81,7 @@ def _against(name: str, peer: Peer, problem: Problem) -> Row:
     A peer that has not reached it when a search takes GIVEN_UP times ours is timed there: the ratio is then a bound.
     """
     if find_spec(name.split()[0]) is None:
-        return Row(f"pso / {name}: skipped, not installed", 0.0, MOST_OF_PEER, False, "install it to measure")
+        return Row(f"pso / {name}, equal final cost", None, MOST_OF_PEER, False, "not installed")
     ours, our_note, our_s = _reaching(_own, problem, np.inf)
     theirs, their_note, _ = _reaching(peer, problem, GIVEN_UP * our_s)
     ratio, _, _ = paired_ratio(ours, theirs, pairs=3)
