@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 JOBS   ?= 2
 
-.PHONY: help demo test nightly lint format bench diagnosis-bench docs constraints clean
+.PHONY: help demo test nightly lint format bench diagnosis-bench mutants docs constraints clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -41,6 +41,9 @@ bench: $(READY)  ## speed as ratios within one run
 
 diagnosis-bench: $(READY)  ## the diagnosis against hidden effects (hours; resumes)
 	$(BIN)/python -m benchmarks.diagnosis --jobs $(JOBS) -o out/diagnosis-bench
+
+mutants: $(READY)  ## does the test run notice a mistake? random ones (hours; resumes)
+	$(BIN)/python -m benchmarks.mutants -o out/mutants.jsonl
 
 docs: $(READY)  ## make the pictures of README and docs anew
 	$(BIN)/python docs/pictures.py
