@@ -7,7 +7,7 @@ from filterpy.kalman import KalmanFilter
 
 from benchmarks.measure import Call, Row, paired_ratio
 from calib import CALIBRATORS, Reference
-from calib.vector_model import VectorData
+from calib.models.vector import VectorData
 from sim.dataset import Recording
 
 MOST_RATIO = 1.0

@@ -14,10 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.measure import Call, Row, paired_ratio
 from calib import Reference
-from calib.ga import Ga
-from calib.population import PopulationCalibrator, Problem
-from calib.pso import Pso
-from calib.psoga import PsoGa
+from calib.families.population import PopulationCalibrator, Problem
+from calib.methods.ga import Ga
+from calib.methods.pso import Pso
+from calib.methods.psoga import PsoGa
 from sim.dataset import Recording
 
 MOST_COST = 1.5

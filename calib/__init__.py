@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 from calib.base import Calibrator
-from calib.de_gradiometer import DeGradiometer
-from calib.de_turntable import DeTurntable
-from calib.ellipsoid import EllipsoidCalibrator
-from calib.ellipsoid_segmented import EllipsoidSegmented
-from calib.ga import Ga
-from calib.ga_gradiometer import GaGradiometer
-from calib.ide_gradiometer import IdeGradiometer
-from calib.kalman import KalmanCalibrator
-from calib.kalman_fuzzy import KalmanFuzzyCalibrator
-from calib.kalman_rescaled import KalmanRescaledCalibrator
-from calib.least_squares_gradiometer import LeastSquaresGradiometer
-from calib.ml_newton import MaximumLikelihoodNewton
-from calib.pso import Pso
-from calib.psoga import PsoGa
+from calib.methods.de_gradiometer import DeGradiometer
+from calib.methods.de_turntable import DeTurntable
+from calib.methods.ellipsoid import EllipsoidCalibrator
+from calib.methods.ellipsoid_segmented import EllipsoidSegmented
+from calib.methods.ga import Ga
+from calib.methods.ga_gradiometer import GaGradiometer
+from calib.methods.ide_gradiometer import IdeGradiometer
+from calib.methods.kalman import KalmanCalibrator
+from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
+from calib.methods.kalman_rescaled import KalmanRescaledCalibrator
+from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.methods.ml_newton import MaximumLikelihoodNewton
+from calib.methods.pso import Pso
+from calib.methods.psoga import PsoGa
+from calib.methods.sphere import SphereCalibrator
+from calib.methods.tolles_lawson import TollesLawsonCalibrator
+from calib.methods.two_step_gradiometer import TwoStepGradiometer
+from calib.methods.twostep import TwoStep
+from calib.methods.ukf import UkfCalibrator
+from calib.methods.vector_least_squares import VectorLeastSquares
+from calib.methods.vector_lm import VectorLmCalibrator
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.serial import from_json, to_dict, to_json
-from calib.sphere import SphereCalibrator
-from calib.tolles_lawson import TollesLawsonCalibrator
-from calib.two_step_gradiometer import TwoStepGradiometer
-from calib.twostep import TwoStep
-from calib.ukf import UkfCalibrator
-from calib.vector_least_squares import VectorLeastSquares
-from calib.vector_lm import VectorLmCalibrator
 from scenarios.errors import InputError
 
 CALIBRATORS: dict[str, type[Calibrator]] = {

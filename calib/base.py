@@ -11,7 +11,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.colour import inflation, lasting_nT2, residual_of
+from calib.numerics.colour import inflation, lasting_nT2, residual_of
 from calib.observability import covariance_status
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
@@ -72,30 +72,34 @@ class Calibrator(ABC):
         start = time.perf_counter()
         status = self._usable(recording, reference)
         if status is not None:
-            return Calibration(self.name, status)
+            return self._failed(status)
         result = self._guarded(_read_only(recording), reference, rng or np.random.default_rng(0))
         return replace(result, name=self.name, wall_s=time.perf_counter() - start)
 
     @abstractmethod
-    def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
-        """The method itself, on a recording that has all it needs."""
+    def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
+        """The method itself, on a recording that has all it needs; a status where there is no estimate."""
 
     def _guarded(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
         try:
             with np.errstate(divide="raise", invalid="raise", over="raise"):
-                result = self._solve(recording, reference, rng)
+                solved = self._solve(recording, reference, rng)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
-            return Calibration(self.name, Status("not_converged", f"the computation broke down: {error}"))
+            return self._failed(Status("not_converged", f"the computation broke down: {error}"))
+        result = self._failed(solved) if isinstance(solved, Status) else solved
         if not _finite(result):
-            return Calibration(self.name, Status("not_converged", "the computation gave values that are not finite"))
+            return self._failed(Status("not_converged", "the computation gave values that are not finite"))
         if result.status.kind not in ("ok", "not_converged"):
             return result
         result = self._inflated(result, recording, reference)
         worse = covariance_status(result, reference.strength_nT)
         return result if worse is None else replace(result, status=worse)
 
+    def _failed(self, status: Status) -> Calibration:
+        return Calibration(name=self.name, status=status)
+
     def _inflated(self, result: Calibration, recording: Recording, reference: Reference) -> Calibration:
-        """The result with its claimed covariance made true to residuals that are not white, see `calib.colour`.
+        """The result with its claimed covariance made true to coloured residuals, see `calib.numerics.colour`.
 
         With known attitude the residual is an offset's, so noise that lasts is added to the offset's covariance.
         A sequential filter is left alone: its process noise is in its covariance, and its last estimate need not fit

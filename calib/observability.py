@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from calib.numerics.moments import mean_and_spread
 from calib.result import Calibration, Status
 
 Array = NDArray[np.float64]
@@ -13,6 +13,8 @@ MAX_STD_FRACTION = 0.01
 """Unobservable: a claimed offset less certain than 1 % of the field in any direction, or S than 0.01."""
 SIGNIFICANT_THICKNESS = 5.0
 """Motion out of a plane counts when its rms is this many times the noise."""
+SIGNIFICANT_ANGLE = 5.0
+"""Motion counts when its rms angle is this many times the attitude's own error."""
 ROUNDING = 1e-7
 """Thickness that rounding alone gives exactly planar measurements, as a fraction of their extent."""
 MANOEUVRES = (
@@ -49,21 +51,6 @@ def spread(x: Array) -> Array:
     return np.asarray(mean_and_spread(np.ascontiguousarray(x))[1])
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
-def mean_and_spread(x: Array) -> tuple[Array, Array]:
-    """Mean (3,) and covariance (3, 3) of points (n, 3), far faster than numpy's sums over short rows."""
-    n = len(x)
-    a = b = c = 0.0
-    for i in range(n):
-        a, b, c = a + x[i, 0], b + x[i, 1], c + x[i, 2]
-    a, b, c = a / n, b / n, c / n
-    aa = ab = ac = bb = bc = cc = 0.0
-    for i in range(n):
-        u, v, w = x[i, 0] - a, x[i, 1] - b, x[i, 2] - c
-        aa, ab, ac, bb, bc, cc = aa + u * u, ab + u * v, ac + u * w, bb + v * v, bc + v * w, cc + w * w
-    return np.array([a, b, c]), np.array([[aa, ab, ac], [ab, bb, bc], [ac, bc, cc]]) / (n - 1)
-
-
 def planar_status(mag_nT: Array, noise_std_nT: float) -> Status | None:
     """Unobservable when the measurements (n, 3) leave a plane by no more than five times the noise, rms; else None."""
     variance, axes = np.linalg.eigh(spread(mag_nT))
@@ -71,6 +58,15 @@ def planar_status(mag_nT: Array, noise_std_nT: float) -> Status | None:
     if thickness > max(SIGNIFICANT_THICKNESS * noise_std_nT, ROUNDING * float(np.sqrt(variance[-1]))):
         return None
     return unobservable(axes[:, 0], f"the measurements lie in a plane to within {thickness:.3g} nT rms")
+
+
+def motion_status(h_nT: Array, strength_nT: float, attitude_std_rad: float) -> Status | None:
+    """Unobservable when the known field h (n, 3) moves along some body direction by less than the attitude's errors."""
+    variance, axes = np.linalg.eigh(np.cov(h_nT.T))
+    angle_rad = np.sqrt(max(variance[0], 0.0)) / strength_nT
+    if angle_rad > max(SIGNIFICANT_ANGLE * attitude_std_rad, 1e-9):
+        return None
+    return unobservable(axes[:, 0], f"the field along it varies by only {np.degrees(angle_rad):.2g} degrees rms")
 
 
 def thinnest_direction(mag_nT: Array) -> Array:

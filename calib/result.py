@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.rates import body_rate, smoothed_derivative
+from calib.numerics.rates import body_rate, smoothed_derivative
 from scenarios.errors import InputError
 from sim.dataset import Recording
 
@@ -41,7 +41,7 @@ class Segment:
     matrix: Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
     """A fitted measurement model and its inverse.
 

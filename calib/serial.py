@@ -104,19 +104,21 @@ class _Reader:
         if status.kind == "ok" and (offset_nT is None or matrix is None):
             self.fail("offset_nT" if offset_nT is None else "matrix", "missing, and the status is ok")
         covariance = self.covariance(len(names))
+        array_offset_nT, array_matrix = self.sensors()
         return Calibration(
-            self.text("name", name),
-            status,
-            np.zeros(3) if offset_nT is None else offset_nT,
-            np.eye(3) if matrix is None else matrix,
-            self.array("eddy_s", (3, 3)),
-            self.parameters(),
-            covariance,
-            names if covariance is not None else (),
-            self.history(),
-            self.number("wall_s", self.data.get("wall_s", 0.0)),
-            *self.sensors(),
-            self.segments(),
+            name=self.text("name", name),
+            status=status,
+            offset_nT=np.zeros(3) if offset_nT is None else offset_nT,
+            matrix=np.eye(3) if matrix is None else matrix,
+            eddy_s=self.array("eddy_s", (3, 3)),
+            parameters=self.parameters(),
+            covariance=covariance,
+            covariance_names=names if covariance is not None else (),
+            history=self.history(),
+            wall_s=self.number("wall_s", self.data.get("wall_s", 0.0)),
+            array_offset_nT=array_offset_nT,
+            array_matrix=array_matrix,
+            segments=self.segments(),
         )
 
     def fail(self, key: str, what: str) -> NoReturn:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from calib.rates import body_rate
+from calib.numerics.rates import body_rate
 from scenarios.load import load
 from sim.dataset import Recording
 from sim.dataset.assemble import recording_of

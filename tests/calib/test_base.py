@@ -33,7 +33,13 @@ class Scripted(Calibrator):
         offset_nT = np.full(3, np.nan if self.act == "nan" else float(rng.normal()))
         loose = {"loose": 1e6, "tight": 1.0}.get(self.act)
         covariance = None if loose is None else np.diag([1.0, loose, 1.0]) * 1e3
-        return Calibration("other name", Status("ok"), offset_nT, covariance=covariance, covariance_names=OFFSET_NAMES)
+        return Calibration(
+            name="other name",
+            status=Status("ok"),
+            offset_nT=offset_nT,
+            covariance=covariance,
+            covariance_names=OFFSET_NAMES,
+        )
 
 
 @pytest.mark.parametrize("act", ["singular", "divides", "overflows", "nan"])

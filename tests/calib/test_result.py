@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from calib import Calibration, Reference, Status, from_json, to_json
-from calib.rates import body_rate
+from calib.numerics.rates import body_rate
 from scenarios.errors import InputError
 
 EDDY_S = np.array([[0.10, 0.02, 0.0], [0.01, 0.16, 0.03], [0.0, -0.02, 0.05]])
@@ -17,7 +17,13 @@ GOOD = {"status": "ok", "offset_nT": [1, 2, 3], "matrix": np.eye(3).tolist()}
 
 
 def truth(standard, eddy_s):
-    return Calibration("truth", Status("ok"), standard.HARD_NT, np.linalg.inv(standard.SOFT), eddy_s)
+    return Calibration(
+        name="truth",
+        status=Status("ok"),
+        offset_nT=standard.HARD_NT,
+        matrix=np.linalg.inv(standard.SOFT),
+        eddy_s=eddy_s,
+    )
 
 
 def true_field_nT(standard, recording):
@@ -49,16 +55,16 @@ def test_rate_from_attitude_does_not_care_for_the_quaternion_sign(standard):
 def test_json_has_the_shared_keys_and_keeps_every_bit():
     covariance = np.array([[2.0, 0.1], [0.1, 3.0]])
     one = Calibration(
-        "x",
-        Status("unobservable", "why"),
-        np.array([0.1, 1 / 3, 2]),
-        np.eye(3) / 3,
-        EDDY_S,
-        {"a": 1 / 7, "b": 2.0},
-        covariance,
-        ("a", "b"),
-        (3.0, 0.5),
-        0.25,
+        name="x",
+        status=Status("unobservable", "why"),
+        offset_nT=np.array([0.1, 1 / 3, 2]),
+        matrix=np.eye(3) / 3,
+        eddy_s=EDDY_S,
+        parameters={"a": 1 / 7, "b": 2.0},
+        covariance=covariance,
+        covariance_names=("a", "b"),
+        history=(3.0, 0.5),
+        wall_s=0.25,
     )
     keys = set(json.loads(to_json(one)))
     assert {"status", "reason", "offset_nT", "matrix", "eddy_s", "parameters", "covariance", "wall_s"} <= keys

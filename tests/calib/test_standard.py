@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from calib import get
-from calib.vector_least_squares import VectorLeastSquares
+from calib.methods.vector_least_squares import VectorLeastSquares
 
 SEEDS = range(100)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference, get
-from calib.noise import white_noise
+from calib.numerics.noise import white_noise
 from sim.dataset import Recording
 from sim.dataset.checks import FIELD_RANGE_NT
 from sim.dataset.units import UNITS, likely_unit

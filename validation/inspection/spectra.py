@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.noise import white_noise_std
+from calib.numerics.noise import white_noise_std
 from validation.inspection.finding import Finding, Level
 from validation.inspection.look import Look, Residual
 from validation.signals.noise import BlockMeans, block_means

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Reference, Status, get
+from calib.methods.vector_least_squares import VectorLeastSquares
 from calib.observability import planar_status
-from calib.vector_least_squares import VectorLeastSquares
 from sim.dataset import Recording
 from validation.inspection.finding import Finding
 from validation.inspection.look import Look, attitude_of

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.noise import white_noise_std
+from calib.numerics.noise import white_noise_std
 from validation.signals.lattice import Lattice
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.noise import LEAST_BLOCKS, LEAST_SAMPLES, white_noise_std
+from calib.numerics.noise import LEAST_BLOCKS, LEAST_SAMPLES, white_noise_std
 from validation.signals.intervals import gaps_after
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ from validation.calibrating.export import FORMATS, exported
 
 MATRIX = np.array([[0.95, 0.02, -0.01], [0.02, 1.05, 0.03], [-0.01, 0.03, 1.01]])
 OFFSET_NT = np.array([1200.0, -800.0, 2000.0])
-GOOD = Calibration("ellipsoid", Status("ok"), OFFSET_NT, MATRIX)
+GOOD = Calibration(name="ellipsoid", status=Status("ok"), offset_nT=OFFSET_NT, matrix=MATRIX)
 MEASURED_FLU_NT = np.array([21_000.0, -9_000.0, -40_000.0])
 TRUE_FLU_NT = MATRIX @ (MEASURED_FLU_NT - OFFSET_NT)
 FRD = np.array([1.0, -1.0, -1.0])
@@ -97,7 +97,8 @@ def test_firmware_with_the_c_header_corrects_as_apply_does(compiler: str, standa
 
 @pytest.mark.parametrize("form", ["px4", "ardupilot"])
 def test_a_turned_matrix_does_not_fit_six_numbers(form: str) -> None:
-    turned = Calibration("vector", Status("ok"), OFFSET_NT, MATRIX @ [[1, 0.05, 0], [-0.05, 1, 0], [0, 0, 1]])
+    turn = [[1, 0.05, 0], [-0.05, 1, 0], [0, 0, 1]]
+    turned = Calibration(name="vector", status=Status("ok"), offset_nT=OFFSET_NT, matrix=MATRIX @ turn)
     with pytest.raises(InputError, match="not symmetric"):
         exported(turned, form)
 
@@ -105,7 +106,7 @@ def test_a_turned_matrix_does_not_fit_six_numbers(form: str) -> None:
 @pytest.mark.parametrize("form", FORMATS)
 def test_nothing_is_exported_without_an_estimate(form: str) -> None:
     with pytest.raises(InputError, match="gave no calibration"):
-        exported(Calibration("ellipsoid", Status("not_converged", "too flat")), form)
+        exported(Calibration(name="ellipsoid", status=Status("not_converged", "too flat")), form)
 
 
 def test_unknown_form_lists_the_others() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib import Reference
-from calib.least_squares_gradiometer import LeastSquaresGradiometer
-from calib.sphere import SphereCalibrator
+from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.methods.sphere import SphereCalibrator
 from sim.dataset import Recording
 from validation.calibrating.fitting import fit_all
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.gradiometer import free_parameters
-from calib.ide_gradiometer import IdeGradiometer
+from calib.methods.ide_gradiometer import IdeGradiometer
+from calib.models.gradiometer import free_parameters
 from validation.reproduce.ding2021.figures import tensor_before_after
 from validation.reproduce.ding2021.paper import Ding2021
 from validation.reproduce.ding2021.rows import PRINTED, error_row

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.kalman import KalmanSettings, track
-from calib.kalman_rescaled import MICROTESLA
+from calib.methods.kalman import KalmanSettings, track
+from calib.methods.kalman_rescaled import MICROTESLA
 from validation.reproduce.base import Findings
 from validation.reproduce.li2017.paper import Li2017
 from validation.reproduce.li2017.rows import _against

@@ -43,7 +43,7 @@ def recording():
 
 def exact(name="vector_least_squares", **changes):
     values = {"offset_nT": HARD_NT, "matrix": np.linalg.inv(np.eye(3) + SOFT)}
-    return Calibration(name, Status("ok"), **(values | changes))
+    return Calibration(name=name, status=Status("ok"), **(values | changes))
 
 
 def values(calibration, recording, truth, **options):
@@ -152,7 +152,7 @@ def test_claimed_ellipsoid(truth, recording):
 
 
 def test_failures_are_counted_and_what_did_not_apply_has_no_figures(truth, recording):
-    missing = Calibration("vector_least_squares", Status("not_applicable", "no attitude"))
+    missing = Calibration(name="vector_least_squares", status=Status("not_applicable", "no attitude"))
     assert {s.name for s in score(missing, recording, truth)} == {"failure", "wall_time"}
     assert values(missing, recording, truth)["failure"] == 1
     vague = replace(exact(), status=Status("unobservable", "why"))

@@ -130,7 +130,7 @@ def test_without_calibrators_or_effects(outcome: Outcome, tmp_path: Path) -> Non
 
 
 def test_when_every_calibrator_fails(outcome: Outcome, tmp_path: Path) -> None:
-    failed = {"sphere": Calibration("sphere", Status("not_applicable", "no motion at all"))}
+    failed = {"sphere": Calibration(name="sphere", status=Status("not_applicable", "no motion at all"))}
     alone = dataclasses.replace(outcome, calibrations=failed, scores={"sphere": []}, corrected={})
     write_report(alone, tmp_path / "r.html")
     assert "no motion at all" in (tmp_path / "r.html").read_text(encoding="utf-8")
@@ -222,7 +222,7 @@ def test_sentence_names_vehicle_phases_and_field(outcome: Outcome) -> None:
 
 
 def test_markdown_cells_cannot_break_the_table(outcome: Outcome) -> None:
-    odd = {"a|b": Calibration("a|b", Status("ok"))}
+    odd = {"a|b": Calibration(name="a|b", status=Status("ok"))}
     scores = {"a|b": [Score("offset_error", 1.0, "nT")]}
     text = notes_markdown(dataclasses.replace(outcome, calibrations=odd, scores=scores, corrected={}))
     table = [line for line in text.splitlines() if line.startswith("|")]

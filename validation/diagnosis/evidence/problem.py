@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Reference, get
-from calib.noise import SECOND, white_noise_std
-from calib.rates import body_rate, smoothed_derivative
+from calib.numerics.noise import SECOND, white_noise_std
+from calib.numerics.rates import body_rate, smoothed_derivative
 from scenarios.errors import InputError
 from scenarios.spec import Model, Scenario
 from sim import effects as effect_table

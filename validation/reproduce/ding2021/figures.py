@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from calib.de_gradiometer import DeGradiometer
-from calib.gradiometer import TENSOR_NAMES, tensor
-from calib.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.methods.de_gradiometer import DeGradiometer
+from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.models.gradiometer import TENSOR_NAMES, tensor
 from validation.reproduce.ding2021.searches import EVOLUTION, GENETIC, SIZES, SearchTask, populations, search
 from validation.reproduce.ding2021.trials import BASELINE_M, REFERENCE, simulate
 from validation.views.palette import SOFT

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.gradiometer_fit import GradiometerCalibrator
+from calib.families.gradiometer import GradiometerCalibrator
 from validation.reproduce.base import Row, judged
 from validation.reproduce.ding2021.rows import FACTOR, Results, median_and_range
 from validation.reproduce.ding2021.searches import (

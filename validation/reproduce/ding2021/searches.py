@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.de_gradiometer import DeGradiometer
-from calib.ga_gradiometer import GaGradiometer
-from calib.gradiometer import Problem, maps
-from calib.gradiometer_fit import Found, GradiometerCalibrator, polished
-from calib.ide_gradiometer import IdeGradiometer
-from calib.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.families.gradiometer import Found, GradiometerCalibrator, polished
+from calib.methods.de_gradiometer import DeGradiometer
+from calib.methods.ga_gradiometer import GaGradiometer
+from calib.methods.ide_gradiometer import IdeGradiometer
+from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.models.gradiometer import Problem, maps
 from sim.streams import stream
 from validation.reproduce.ding2021.trials import (
     REFERENCE,

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference
-from calib.gradiometer import Problem, corrected, free_parameters, maps, parameter_units, problem, tensor
-from calib.gradiometer_fit import Found, GradiometerCalibrator
-from calib.ide_gradiometer import IdeGradiometer
-from calib.least_squares_gradiometer import LeastSquaresGradiometer
-from calib.two_step_gradiometer import TwoStepGradiometer
+from calib.families.gradiometer import Found, GradiometerCalibrator
+from calib.methods.ide_gradiometer import IdeGradiometer
+from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.methods.two_step_gradiometer import TwoStepGradiometer
+from calib.models.gradiometer import Problem, corrected, free_parameters, maps, parameter_units, problem, tensor
 from sim.chain import apply_deterministic
 from sim.dataset import Recording
 from sim.effects.papers import ding2021
@@ -68,7 +68,7 @@ class Sensor:
         return np.asarray(state.field_nT + sum(apply_deterministic(effects, state)[1].values()))
 
     def parameters(self) -> Array:
-        """The twelve in the units of `calib.gradiometer`: offset over the field, scale, angles in radians."""
+        """The twelve in the units of `calib.models.gradiometer`: offset over the field, scale, angles in radians."""
         angles = np.radians([*self.axes_deg, *self.turn_deg])
         return np.concatenate((self.offset_nT / STRENGTH_NT, self.scale, angles))
 
@@ -106,7 +106,7 @@ def _three(values: Array) -> tuple[float, float, float]:
 
 
 def vector_of(fit: Calibration) -> Array:
-    """The parameter vector (48,) of a calibration, in the order and units of `calib.gradiometer`."""
+    """The parameter vector (48,) of a calibration, in the order and units of `calib.models.gradiometer`."""
     values = np.array(list(fit.parameters.values())[: 12 * SENSORS])
     return np.asarray(values / parameter_units(SENSORS, STRENGTH_NT))
 

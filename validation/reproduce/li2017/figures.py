@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from calib.kalman import KalmanSettings, track
-from calib.kalman_rescaled import MICROTESLA
-from calib.vector_model import VectorData
+from calib.methods.kalman import KalmanSettings, track
+from calib.methods.kalman_rescaled import MICROTESLA
+from calib.models.vector import VectorData
 from sim.state import Array
 from validation.reproduce.li2017.trials import CALM, LOUD, TRUE_STATE, compensated, fuzzy_track, simulated
 from validation.views.palette import INK, SOFT

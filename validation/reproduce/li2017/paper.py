@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from calib.vector_model import VectorData
+from calib.models.vector import VectorData
 from validation.reproduce.base import Findings, Progress, Reproduction, Work, gathered
 from validation.reproduce.li2017 import figures
 from validation.reproduce.li2017.fuzzy_rows import STATE_VARIANCES, adaptation, fuzzy_part

@@ -9,10 +9,10 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Reference
-from calib.kalman import KalmanSettings, Track, track
-from calib.kalman_fuzzy import KalmanFuzzyCalibrator
-from calib.kalman_rescaled import MICROTESLA
-from calib.vector_model import VectorData
+from calib.methods.kalman import KalmanSettings, Track, track
+from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
+from calib.methods.kalman_rescaled import MICROTESLA
+from calib.models.vector import VectorData
 from scenarios.spec import Scenario
 from sim.chain import Chain
 from sim.dataset import Recording, Truth

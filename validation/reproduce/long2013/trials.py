@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference
-from calib.ml_newton import MaximumLikelihoodNewton
-from calib.twostep import TwoStep
+from calib.methods.ml_newton import MaximumLikelihoodNewton
+from calib.methods.twostep import TwoStep
 from sim.chain import Chain
 from sim.dataset import Recording
 from sim.effects.base import Effect

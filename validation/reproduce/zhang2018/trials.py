@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Calibration, Calibrator, Reference
-from calib.ellipsoid import EllipsoidCalibrator
-from calib.ellipsoid_segmented import EllipsoidSegmented
-from calib.ga import Ga
-from calib.population import PopulationCalibrator, Problem, triangular
-from calib.pso import Pso
-from calib.psoga import PsoGa
+from calib.families.population import PopulationCalibrator, Problem, triangular
+from calib.methods.ellipsoid import EllipsoidCalibrator
+from calib.methods.ellipsoid_segmented import EllipsoidSegmented
+from calib.methods.ga import Ga
+from calib.methods.pso import Pso
+from calib.methods.psoga import PsoGa
 from scenarios.load import load
 from sim.chain import Chain
 from sim.dataset import Recording

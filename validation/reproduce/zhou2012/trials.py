@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Reference
-from calib.de_turntable import NAMES, DeTurntable, axes_matrix, derivatives
+from calib.methods.de_turntable import NAMES, DeTurntable, axes_matrix, derivatives
 from scenarios.load import load
 from sim.chain import Chain
 from sim.dataset import Recording

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from calib.noise import white_noise_std
+from calib.numerics.noise import white_noise_std
 from validation.inspection.log import Array
 from validation.inspection.look import Look
 from validation.inspection.timing import find_gaps

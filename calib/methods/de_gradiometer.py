@@ -1,0 +1,36 @@
+"""Classic differential evolution of a magnetometer array: the comparison of the improved one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from calib.families.evolution import Evolved, EvolvingGradiometer, Schedule, differential_evolution
+from calib.models.gradiometer import Array, Problem
+
+
+@dataclass(frozen=True)
+class DeGradiometer(EvolvingGradiometer):
+    """48 parameters of four sensors by DE/rand/1/bin with fixed F and CR [StornPrice1997].
+
+    v = x_r1 + F (x_r2 - x_r3);  u_c = v_c with probability CR, else x_c;  the better of u and x stays
+    [Ding2021] eq. 9 to 11
+
+    F = `mutation` and CR = `crossover` are usual values: [Ding2021] compares over 0.2 to 0.9 and 0.2 to 1. Stop as
+    in `IdeGradiometer`.
+    """
+
+    name: ClassVar[str] = "de_gradiometer"
+    summary: ClassVar[str] = "classic differential evolution (fixed F, CR) of a whole array"
+    mutation: float = 0.5
+    crossover: float = 0.9
+    tolerance: float = 1e-6
+
+    def evolve(self, task: Problem, low: Array, high: Array, rng: np.random.Generator) -> Evolved:
+        """[StornPrice1997]."""
+        schedule = Schedule(
+            self.population, self.iterations, (self.mutation,) * 2, (self.crossover,) * 2, (1.0, 1.0), self.tolerance
+        )
+        return differential_evolution(task, low, high, schedule, rng)

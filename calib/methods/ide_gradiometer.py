@@ -1,0 +1,44 @@
+"""Improved differential evolution: all the parameters of a magnetometer array in one search."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from calib.families.evolution import Evolved, EvolvingGradiometer, Schedule, differential_evolution
+from calib.models.gradiometer import Array, Problem
+
+
+@dataclass(frozen=True)
+class IdeGradiometer(EvolvingGradiometer):
+    """48 parameters of four sensors by differential evolution with two strategies and varying F and CR.
+
+    DE/rand/1/bin where rand < phi, else DE/target-to-best/2/bin;  phi = phi_max - (phi_max - phi_min) g / G
+    F = F0 2^l,  CR = CR0 2^(l - 1),  l = exp(1 - G / (G + 1 - g))     [Ding2021] eq. 12 to 15
+
+    g the iteration, G = `iterations`. phi falls evenly; F is the form of the cited [Yan2006], from 2 F0 to F0; the form
+    of CR is lost in print: the same law, from CR0 to half of it. Stops early when the population has settled to
+    `tolerance`. Search space: `EvolvingGradiometer`.
+    """
+
+    name: ClassVar[str] = "ide_gradiometer"
+    summary: ClassVar[str] = "improved differential evolution of a whole array, 48 parameters (Ding2021)"
+    mutation: float = 0.3
+    crossover: float = 0.8
+    explore_most: float = 1.0
+    explore_least: float = 0.1
+    tolerance: float = 1e-6
+
+    def evolve(self, task: Problem, low: Array, high: Array, rng: np.random.Generator) -> Evolved:
+        """[Ding2021] section 2."""
+        schedule = Schedule(
+            self.population,
+            self.iterations,
+            (2 * self.mutation, self.mutation),
+            (self.crossover, self.crossover / 2),
+            (self.explore_most, self.explore_least),
+            self.tolerance,
+        )
+        return differential_evolution(task, low, high, schedule, rng)

@@ -1,0 +1,144 @@
+"""Unscented Kalman filter of nine parameters from the field's strength."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.base import Calibrator
+from calib.models.norm import SYMMETRIC_NAMES
+from calib.observability import planar_status
+from calib.reference import Reference
+from calib.result import OFFSET_NAMES, Calibration, Status
+from sim.dataset import Recording
+
+Array = NDArray[np.float64]
+UPPER = np.triu_indices(3)
+TEMPERING = (30.0, 3.0, 1.0, 1.0)
+"""Noise of each run over the recording, in units of the assumed one."""
+FORGET = 100.0
+"""Factor on the covariance from run to run: a run passes on where to linearise, not what it knows."""
+LEAST_NIS = 1e-3
+"""Noise of less than 3 % of the assumed is none: a move is then measured in that."""
+MAX_MOVE = 1.0
+"""Converged: the last run moves the estimate by fewer of its standard deviations."""
+
+
+@dataclass(frozen=True)
+class UkfCalibrator(Calibrator):
+    """Offset and symmetric S by an unscented Kalman filter of a constant state on |h| = F; no attitude.
+
+    x = (d, D),  |(I + D) m / F - d|^2 / 2 = 1 / 2 + v,  S = (I + D)^-1,  b = F S d,  D symmetric
+
+    Quadratic in x, so that the transform's mean and variance are exact; with |h| itself, or with b in place of d, the
+    filter grows sure too early and diverges. One update takes `block` samples spread over the whole recording. Four
+    runs follow each other, the first with 30 times the noise. The claimed covariance is the filter's times the mean
+    squared normalised innovation; "ok" needs a last run that moved by less than a standard deviation. v has the
+    standard deviation `noise_fraction`. [Zhang2018] ref. 1 for the filter, [VanDerMerwe2004] for the sigma points.
+    """
+
+    name: ClassVar[str] = "ukf"
+    summary: ClassVar[str] = "unscented Kalman filter of 9 parameters from the field strength; no attitude"
+    min_samples: ClassVar[int] = 40
+    sequential: ClassVar[bool] = True
+    recovers: ClassVar[tuple[str, ...]] = ("full", "pitch")
+    tolerance_nT: ClassVar[float] = 1.0
+    tolerance_matrix: ClassVar[float] = 2e-5
+    noise_fraction: float = 3e-4
+    prior_std: float = 0.3
+    block: int = 20
+
+    def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
+        flat = planar_status(recording.mag_nT, 0.0)
+        if flat is not None:
+            return flat
+        blocks = spread(recording.mag_nT / reference.strength_nT, self.block)
+        state, covariance, history = np.zeros(9), np.eye(9) * self.prior_std**2 / FORGET, []
+        for factor in TEMPERING:
+            before = state
+            state, covariance, nis = filtered(blocks, state, covariance * FORGET, factor * self.noise_fraction)
+            move = state - before
+            history.append(float(np.sqrt(move @ np.linalg.solve(covariance * max(nis, LEAST_NIS), move))))
+        noise_nT = self.noise_fraction * float(np.sqrt(nis)) * reference.strength_nT
+        status = planar_status(recording.mag_nT, noise_nT) or _status(history[-1], correction(state))
+        return self._calibration(state, covariance * nis, noise_nT, reference.strength_nT, status, tuple(history))
+
+    def _calibration(
+        self,
+        state: Array,
+        covariance: Array,
+        noise_nT: float,
+        strength_nT: float,
+        status: Status,
+        history: tuple[float, ...],
+    ) -> Calibration:
+        matrix = correction(state)
+        S = np.linalg.inv(matrix)
+        offset_nT = strength_nT * S @ state[:3]
+        jacobian = np.zeros((9, 9))
+        jacobian[:3, :3] = strength_nT * S
+        for k in range(6):
+            dS = -S @ (correction(np.eye(9)[3 + k]) - np.eye(3)) @ S
+            jacobian[:3, 3 + k], jacobian[3:, 3 + k] = strength_nT * dS @ state[:3], dS[UPPER]
+        names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
+        parameters = dict(zip(names, (*offset_nT.tolist(), *S[UPPER].tolist()), strict=True))
+        return Calibration(
+            name=self.name,
+            status=status,
+            offset_nT=offset_nT,
+            matrix=matrix,
+            parameters=parameters | {"noise_std_nT": noise_nT},
+            covariance=jacobian @ covariance @ jacobian.T,
+            covariance_names=names,
+            history=history,
+        )
+
+
+def spread(measured: Array, block: int) -> Array:
+    """Blocks (n // block, block, 3) of measurements (n, 3), each taken evenly from the whole."""
+    count = len(measured) // block
+    return np.asarray(measured[: count * block].reshape(block, count, 3).transpose(1, 0, 2))
+
+
+def correction(state: Array) -> Array:
+    """I + D (3, 3) of a state (9,)."""
+    D = np.zeros((3, 3))
+    D[UPPER] = state[3:]
+    return np.eye(3) + D + np.triu(D, 1).T
+
+
+def half_square(state: Array, m: Array) -> Array:
+    """|(I + D) m - d|^2 / 2 (n,) of a state (9,) and measurements (n, 3), all in units of F."""
+    h = m @ correction(state) - state[:3]
+    return np.asarray((h * h).sum(axis=1) / 2)
+
+
+def filtered(blocks: Array, start: Array, prior: Array, noise: float) -> tuple[Array, Array, float]:
+    """One run of filterpy's filter: state (9,), covariance (9, 9), mean squared innovation over its expectation."""
+    # Imported here: filterpy takes more than a second that other methods need not wait for.
+    from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
+
+    size = blocks.shape[1]
+    points = MerweScaledSigmaPoints(9, alpha=1.0, beta=2.0, kappa=0.0)
+    filter_ = UnscentedKalmanFilter(9, size, 1.0, hx=half_square, fx=lambda x, dt: x, points=points)
+    filter_.x, filter_.P, filter_.Q, filter_.R = start.copy(), prior, np.zeros((9, 9)), np.eye(size) * noise**2
+    total = 0.0
+    for block in blocks:
+        filter_.predict()
+        filter_.update(np.full(size, 0.5), m=block)
+        filter_.P = (filter_.P + filter_.P.T) / 2
+        total += float(filter_.y @ filter_.SI @ filter_.y)
+    return np.asarray(filter_.x), np.asarray(filter_.P), total / (size * len(blocks))
+
+
+def _status(moved: float, matrix: Array) -> Status:
+    if moved > MAX_MOVE or np.linalg.eigvalsh(matrix)[0] <= 0:
+        return Status(
+            "not_converged",
+            f"the last run over the recording still moved the estimate by {moved:.2g} "
+            "standard deviations: the strength alone says too little on this motion; turn about all axes",
+        )
+    return Status("ok")

@@ -1,0 +1,1 @@
+"""What the methods fit: the measurement models, their costs, derivatives and covariances."""

@@ -1,0 +1,91 @@
+"""Residuals that are not white: how much surer a covariance pretends to be than the data allow."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from calib.numerics.rates import world_to_body
+from calib.reference import Reference
+from calib.result import Calibration
+from sim.dataset import Recording
+
+Array = NDArray[np.float64]
+BLOCKS = (20, 50, 200)
+"""Numbers of blocks that a recording is cut into: slow structure shows in the means of few, faster in those of many."""
+LEAST_BLOCK = 10
+CHANCE = 4.0
+"""Excess of a block mean's variance, in its standard deviations under white noise, that is taken for colour."""
+
+
+def inflation(residual: Array) -> float:
+    """Factor V >= 1 by which a covariance claimed for white residuals (n,) or (n, k), in order of time, is too small.
+
+    V = max over block lengths L of W_L = L var(block means) / var(residual), which is 1 for white noise; a W_L within
+    CHANCE standard deviations (sqrt(2 / blocks / k)) of 1 counts as 1.
+    """
+    columns = np.ascontiguousarray(residual).reshape(len(residual), -1)
+    worst = 1.0
+    for blocks, ratio in _excess(columns).items():
+        if ratio > 1.0 + CHANCE * np.sqrt(2.0 / (blocks * columns.shape[1])):
+            worst = max(worst, ratio)
+    return worst
+
+
+def lasting_nT2(residual: Array) -> Array:
+    """Covariance (k, k) of what passes for a constant in residuals (n, k), in order of time; zero for passing noise.
+
+    Of flicker noise or drift the mean over the whole recording is part of the fitted offset and in no residual. Where
+    W_L is still larger for the longest blocks than for the shortest, by more than chance, that mean is taken to scatter
+    as the longest blocks' means do: for 1/f noise the scatter of means (its Allan deviation) is the same at any length.
+    """
+    n, k = residual.shape
+    excess = _excess(residual)
+    if len(excess) < 2:
+        return np.zeros((k, k))
+    longest, shortest = min(excess), max(excess)
+    chance = np.sqrt(2.0 / k * (1.0 / longest + 1.0 / shortest))
+    if excess[longest] < (1.0 + CHANCE * chance) * excess[shortest]:
+        return np.zeros((k, k))
+    means = residual[: n // longest * longest].reshape(longest, -1, k).mean(axis=1)
+    return np.asarray(np.cov(means.T))
+
+
+def _excess(columns: Array) -> dict[int, float]:
+    """W_L of columns (n, k) by number of blocks; none for residuals that vanish."""
+    n = len(columns)
+    variance = float(block_mean_square(columns, n))
+    usable = [blocks for blocks in BLOCKS if n // blocks >= LEAST_BLOCK and variance > 0.0]
+    return {blocks: n // blocks * float(block_mean_square(columns, blocks)) / variance for blocks in usable}
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def block_mean_square(columns: Array, blocks: int) -> float:
+    """Mean square, about the mean of all, of the means over equally long blocks of columns (n, k); blocks <= n."""
+    n, k = columns.shape
+    length, total = n // blocks, 0.0
+    for j in range(k):
+        middle = 0.0
+        for i in range(n):
+            middle += columns[i, j]
+        middle /= n
+        for first in range(0, blocks * length, length):
+            mean = 0.0
+            for i in range(first, first + length):
+                mean += columns[i, j]
+            total += (mean / length - middle) ** 2
+    return float(total / (blocks * k))
+
+
+def residual_of(fit: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> Array:
+    """What the fit leaves, in order of time: |h| - F (n,), or with known attitude h - R_wb^T F (n, 3), nT."""
+    field_nT = fit.apply(recording)
+    if vector:
+        assert recording.att_q is not None
+        assert reference.field_enu_nT is not None
+        residual = field_nT - world_to_body(recording.att_q, np.array(reference.field_enu_nT))
+    else:
+        residual = np.sqrt(np.einsum("ni,ni->n", field_nT, field_nT)) - reference.strength_nT
+    late = recording.time_s[1:] < recording.time_s[:-1]
+    return np.asarray(residual[np.argsort(recording.time_s, kind="stable")] if late.any() else residual)

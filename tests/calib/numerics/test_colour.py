@@ -1,0 +1,67 @@
+"""A covariance grows with what is left in the residuals, and does not where they are white."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from calib import get
+from calib.numerics.colour import inflation, lasting_nT2
+from sim.dataset import Recording
+
+
+def test_white_residuals_are_left_alone() -> None:
+    factors = [inflation(np.random.default_rng(seed).standard_normal((3600, 3))) for seed in range(200)]
+    assert np.mean(np.array(factors) > 1.0) < 0.02
+
+
+def test_coloured_residuals_count_as_many_fewer_samples() -> None:
+    p = np.exp(-1.0 / 50.0)  # first-order, 50 samples: (1 + p) / (1 - p) = 100 times fewer independent ones
+    coloured = lfilter([1.0], [1.0, -p], np.random.default_rng(0).standard_normal((40_000, 3)), axis=0)
+    assert 0.3 * 100 < inflation(coloured) < 1.5 * 100
+
+
+@pytest.mark.parametrize("name", ["ellipsoid", "twostep", "ml_newton"])
+def test_drift_makes_a_weak_motion_unsure(name: str, standard) -> None:  # type: ignore[no-untyped-def]
+    still: Recording = standard.recording("pitch", 0)
+    drift_nT = np.outer(still.time_s / still.time_s[-1], [300.0, -200.0, 250.0])
+    drifting = replace(still, mag_nT=still.mag_nT + drift_nT)
+    calm, moved = (get(name).fit(recording, standard.REFERENCE) for recording in (still, drifting))
+    assert calm.status.kind == "ok"
+    assert calm.parameters["covariance_inflation"] == 1.0
+    assert moved.parameters["covariance_inflation"] > 5.0
+
+
+@pytest.mark.parametrize("persistence", [0.0, 0.9])
+def test_noise_that_averages_down_leaves_no_constant(persistence: float) -> None:
+    for seed in range(100):
+        white = np.random.default_rng(seed).standard_normal((20_000, 3))
+        assert not lasting_nT2(lfilter([1.0], [1.0, -persistence], white, axis=0)).any()
+
+
+def test_short_recordings_have_no_blocks_to_compare() -> None:
+    assert not lasting_nT2(np.random.default_rng(0).standard_normal((300, 3)).cumsum(axis=0)).any()
+
+
+def flicker(n: int, rng: np.random.Generator) -> np.ndarray:
+    """1/f noise (n, 3) of density one at the sampling rate, cut from a record 64 times as long."""
+    whole = 64 * n
+    spectrum = np.fft.rfft(rng.standard_normal((whole, 3)), axis=0)
+    spectrum[1:] /= np.sqrt(2.0 * np.fft.rfftfreq(whole)[1:, None])
+    spectrum[0] = 0.0
+    return np.asarray(np.fft.irfft(spectrum, whole, axis=0)[:n])
+
+
+@pytest.mark.parametrize("name", ["vector_least_squares", "vector_lm"])
+def test_the_mean_of_flicker_noise_is_in_the_claim(name: str, standard) -> None:  # type: ignore[no-untyped-def]
+    distances = []
+    for seed in range(30):
+        white = standard.recording("full", seed)
+        mag_nT = white.mag_nT + flicker(len(white), np.random.default_rng(seed)) * [5.0, 5.0, 8.0]
+        fit = get(name).fit(replace(white, mag_nT=mag_nT), standard.REFERENCE)
+        assert fit.offset_covariance_nT2 is not None
+        distances.append((fit.offset_nT - standard.HARD_NT) / np.sqrt(np.diag(fit.offset_covariance_nT2)))
+    assert 0.6 < np.sqrt(np.mean(np.square(distances))) < 1.7
