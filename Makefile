@@ -5,12 +5,12 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 JOBS   ?= 2
 
-.PHONY: help demo test nightly lint format bench diagnosis-bench mutants docs constraints clean
+.PHONY: help demo test nightly installed lint format bench diagnosis-bench mutants docs constraints clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
 
-$(READY): pyproject.toml constraints.txt
+$(READY): pyproject.toml constraints.txt setup.py nesting.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "magbench needs Python 3.11 or newer: make PYTHON=/path/to/python3.11"; exit 1; }
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -26,6 +26,9 @@ test: $(READY)  ## the test run (a few minutes)
 
 nightly: $(READY)  ## all tests, the slow ones too
 	$(BIN)/pytest -n $(JOBS)
+
+installed: $(READY)  ## the wheel and an editable installation beside another project's packages of the same names
+	$(BIN)/pytest tests/installed
 
 lint: $(READY)  ## style and types
 	$(BIN)/ruff check .
@@ -46,7 +49,7 @@ mutants: $(READY)  ## does the test run notice a mistake? random ones (hours; re
 	$(BIN)/python -m benchmarks.mutants -o out/mutants.jsonl
 
 docs: $(READY)  ## make the pictures of README and docs anew
-	$(BIN)/python docs/pictures.py
+	PYTHONPATH=. $(BIN)/python docs/pictures.py
 
 constraints: $(READY)  ## pin what is installed now
 	$(BIN)/python -m pip freeze --exclude-editable | grep '==' > constraints.txt

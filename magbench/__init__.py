@@ -10,23 +10,22 @@ Public names, imported on first use:
 from __future__ import annotations
 
 import importlib
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 _PUBLIC = {
-    "Calibration": "calib.result",
-    "Outcome": "validation.scoring.outcome",
-    "Recording": "sim.dataset",
-    "Reference": "calib",
-    "Scenario": "scenarios.spec",
-    "Truth": "sim.dataset",
-    "catalogue": "scenarios.load",
-    "generate": "sim.generate",
-    "load_checked": "sim.scenario",
-    "read_recording": "sim.dataset",
-    "read_run": "sim.dataset",
-    "run_scenario": "validation.outputs.run",
+    "Calibration": "magbench.calib.result",
+    "Outcome": "magbench.validation.scoring.outcome",
+    "Recording": "magbench.sim.dataset",
+    "Reference": "magbench.calib",
+    "Scenario": "magbench.scenarios.spec",
+    "Truth": "magbench.sim.dataset",
+    "catalogue": "magbench.scenarios.load",
+    "generate": "magbench.sim.generate",
+    "load_checked": "magbench.sim.scenario",
+    "read_recording": "magbench.sim.dataset",
+    "read_run": "magbench.sim.dataset",
+    "run_scenario": "magbench.validation.outputs.run",
 }
 __all__ = sorted(_PUBLIC)
 
@@ -41,17 +40,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-def _check_own_packages() -> None:
-    """The packages beside this one have short names: say so plainly where another distribution shadows one."""
-    home = Path(__file__).resolve().parent.parent
-    for name in ("scenarios", "sim", "calib", "validation"):
-        spec = find_spec(name)
-        place = Path(spec.origin).resolve().parent if spec and spec.origin else None
-        if place != home / name:
-            raise ImportError(
-                f"magbench needs its own package {name!r} in {home}, but Python finds {place}: another package of that "
-                "name shadows it; use a virtual environment of its own, or start from another directory"
-            )
+if not (Path(__file__).parent / "sim").is_dir():  # not installed: a checkout
+    from magbench.checkout import join
 
-
-_check_own_packages()
+    join()

@@ -6,13 +6,13 @@ from scenarios.errors import InputError
 from validation.reproduce.base import Findings, Reproduction, Row
 
 PAPERS: dict[str, tuple[str, str]] = {
-    "zhang2018": ("validation.reproduce.zhang2018.paper", "Zhang2018"),
-    "li2017": ("validation.reproduce.li2017.paper", "Li2017"),
-    "long2013": ("validation.reproduce.long2013.paper", "Long2013"),
-    "zhou2012": ("validation.reproduce.zhou2012.paper", "Zhou2012"),
-    "ding2021": ("validation.reproduce.ding2021.paper", "Ding2021"),
+    "zhang2018": ("zhang2018", "Zhang2018"),
+    "li2017": ("li2017", "Li2017"),
+    "long2013": ("long2013", "Long2013"),
+    "zhou2012": ("zhou2012", "Zhou2012"),
+    "ding2021": ("ding2021", "Ding2021"),
 }
-"""Module and class of each paper's reproduction, imported when it is asked for."""
+"""Folder and class of each paper's reproduction; its `paper` is imported when it is asked for."""
 
 
 def chosen(key: str, seeds: int) -> list[Reproduction]:
@@ -22,7 +22,7 @@ def chosen(key: str, seeds: int) -> list[Reproduction]:
     keys = list(PAPERS) if key.lower() == "all" else [key.lower()]
     if keys[0] not in PAPERS:
         raise InputError(f"no paper {key!r}", where="KEY", do=f"choose among {', '.join(PAPERS)}, all")
-    classes = [getattr(import_module(module), name) for module, name in (PAPERS[k] for k in keys)]
+    classes = [getattr(import_module(f"{__name__}.{folder}.paper"), name) for folder, name in (PAPERS[k] for k in keys)]
     return [cls(seeds=seeds) for cls in classes]
 
 

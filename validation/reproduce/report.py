@@ -7,10 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from sim.dataset.files import system_errors_about, write_text
 from validation.reproduce.base import Findings, Reproduction, Row
+from validation.views.pages.template import rendered
 from validation.views.plots.style import encoded
 
 Results = Mapping[Reproduction, Findings]
@@ -30,16 +29,11 @@ def write(results: Results, out: Path) -> None:
     with system_errors_about(out, "choose another directory"):
         out.mkdir(parents=True, exist_ok=True)
     write_text(out / "reproduction.json", json.dumps(as_dict(results), indent=1, ensure_ascii=False) + "\n")
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent.parent / "views" / "templates"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-    )
     papers = [
         {"paper": paper, "rows": findings.rows, "pictures": {k: encoded(draw) for k, draw in findings.figures.items()}}
         for paper, findings in results.items()
     ]
-    write_text(out / "report.html", environment.get_template("reproduction.html").render(papers=papers))
+    write_text(out / "report.html", rendered("reproduction.html", {"papers": papers}))
 
 
 def _row(row: Row) -> dict[str, Any]:

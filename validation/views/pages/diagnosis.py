@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import jinja2
 import numpy as np
 
 from scenarios.toml import to_toml
@@ -13,6 +12,7 @@ from validation.diagnosis.evidence.compare import THRESHOLD
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis, Named
 from validation.text import digits
+from validation.views.pages.template import rendered
 from validation.views.plots import diagnosis as plots
 from validation.views.plots.style import Figure, encoded
 from validation.views.series import as_they_stand, gap_to_show, places, rms_nT, travels
@@ -41,9 +41,7 @@ REST: tuple[tuple[str, str, Draw], ...] = (
 
 def page_html(found: Diagnosis, title: str) -> str:
     """The report as one HTML text that needs nothing else."""
-    loader = jinja2.PackageLoader("validation.views", "templates")
-    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    return environment.get_template("diagnosis.html").render(_page(found, title))
+    return rendered("diagnosis.html", _page(found, title))
 
 
 def _page(found: Diagnosis, title: str) -> dict[str, Any]:

@@ -10,11 +10,10 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from sim.dataset.files import system_errors_about, write_text
 from validation.inspection.inspection import Inspection, headline, summary
 from validation.inspection.look import LEAST_ROWS, Look
+from validation.views.pages.template import rendered
 from validation.views.plots.inspection import (
     draw_allan,
     draw_coverage,
@@ -72,9 +71,7 @@ def write_inspection(inspection: Inspection, out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(summary(inspection), indent=1, ensure_ascii=False, allow_nan=False)
     write_text(out / "inspect.json", text + "\n")
-    loader = jinja2.PackageLoader("validation.views", "templates")
-    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    write_text(out / "report.html", environment.get_template("inspection.html").render(_page(inspection)))
+    write_text(out / "report.html", rendered("inspection.html", _page(inspection)))
 
 
 def _page(inspection: Inspection) -> dict[str, Any]:

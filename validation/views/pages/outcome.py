@@ -10,13 +10,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import numpy as np
 
 from sim.dataset.files import write_text
 from sim.tracking import warning
 from validation.scoring.outcome import Outcome
 from validation.text import digits, plainly, words
+from validation.views.pages.template import rendered
 from validation.views.plots.effects import draw_effect_sizes, draw_effects
 from validation.views.plots.field import MOST_LINES, draw_norm, draw_residuals, draw_sphere
 from validation.views.plots.motion import draw_path, draw_vehicle
@@ -64,11 +64,7 @@ def write_report(outcome: Outcome, path: Path) -> None:
     Long records are thinned for drawing by least and greatest value, so spikes stay in sight. The file is written
     beside `path` and renamed; on failure nothing is left. Raises InputError where it cannot be written.
     """
-    loader = jinja2.PackageLoader("validation.views", "templates")
-    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    environment.filters["digits"] = digits
-    html = environment.get_template("report.html").render(_page(outcome))
-    write_text(path, html)
+    write_text(path, rendered("report.html", _page(outcome)))
 
 
 def _page(outcome: Outcome) -> dict[str, Any]:

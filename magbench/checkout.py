@@ -1,0 +1,43 @@
+"""In a checkout the packages lie beside this one: `magbench.sim` is then another name of the same module `sim`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+class Beside(MetaPathFinder, Loader):
+    """Finds magbench.sim.field as sim.field, before another copy of it is made from the same file."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """A spec for the packages beside and their modules, None for all else."""
+        own = fullname.removeprefix("magbench.")
+        if own == fullname or not (ROOT / own.split(".")[0] / "__init__.py").is_file() or find_spec(own) is None:
+            return None
+        return ModuleSpec(fullname, self)
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """The module itself; the import system writes `spec` into it, so its own is kept for `exec_module`."""
+        module = import_module(spec.name.removeprefix("magbench."))
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """It has run already: give it back its own spec."""
+        assert module.__spec__ is not None
+        module.__spec__ = module.__spec__.loader_state
+
+
+def join() -> None:
+    """Make the packages beside importable under both names."""
+    sys.meta_path.insert(0, Beside())

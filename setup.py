@@ -1,0 +1,57 @@
+"""How the distribution is built; all else about it is in pyproject.toml.
+
+The wheel holds the packages nested in magbench, see nesting.py. The editable wheel holds a path to such a copy below
+build/, and what keeps the copy current.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+from pathlib import Path
+from typing import ClassVar
+
+from setuptools import setup
+from setuptools.command.bdist_wheel import bdist_wheel
+from setuptools.command.build_py import build_py
+
+ROOT = Path(__file__).resolve().parent
+spec = importlib.util.spec_from_file_location("nesting", ROOT / "nesting.py")  # the build's path is without ROOT
+nesting = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(nesting)
+
+PTH = "{path}\nimport _magbench_nesting; _magbench_nesting.keep_current({root!r})\n"
+
+
+class Nested(build_py):
+    """Fills the wheel."""
+
+    def run(self) -> None:
+        out = Path(self.build_lib)
+        shutil.rmtree(out, ignore_errors=True)
+        if not self.editable_mode:
+            nesting.nest(ROOT, out)
+            return
+        copy = ROOT / nesting.EDITABLE
+        nesting.nest(ROOT, copy)
+        out.mkdir(parents=True)
+        shutil.copy(ROOT / "nesting.py", out / "_magbench_nesting.py")
+        (out / "_magbench.pth").write_text(PTH.format(path=copy, root=str(ROOT)), encoding="utf-8")
+
+
+class EditableWheel(bdist_wheel):
+    """An ordinary wheel of what `Nested` writes in editable mode, in place of setuptools' own finders."""
+
+    user_options: ClassVar = [*bdist_wheel.user_options, ("dist-info-dir=", None, "metadata made before; not used")]
+
+    def initialize_options(self) -> None:
+        super().initialize_options()
+        self.dist_info_dir = None
+
+    def run(self) -> None:
+        self.get_finalized_command("build_py").editable_mode = True
+        super().run()
+
+
+if __name__ == "__main__":
+    setup(packages=["magbench"], cmdclass={"build_py": Nested, "editable_wheel": EditableWheel})

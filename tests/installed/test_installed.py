@@ -1,0 +1,105 @@
+"""magbench in another project's environment, whose own packages have the names of ours (`make installed`)."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from nesting import PARTS
+from tests.conftest import ROOT
+
+pytestmark = pytest.mark.slow
+SCENARIO = "turntable-twelve-stops"
+OWN_TEST = """
+import magbench
+import numpy as np
+from magbench.calib import get
+from sim import THEIRS
+
+def test_both_packages():
+    direction = np.random.default_rng(0).standard_normal((300, 3))
+    mag_nT = 48_000 * direction / np.linalg.norm(direction, axis=1, keepdims=True) + 100
+    recording = magbench.Recording(np.arange(300.0), mag_nT)
+    found = get("sphere").fit(recording, magbench.Reference(48_000.0))
+    assert THEIRS == "the user's"
+    assert abs(found.offset_nT - 100).max() < 1e-6
+"""
+
+
+@pytest.fixture(scope="module", params=["wheel", "editable"])
+def python(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The interpreter of a new environment with magbench installed, and the rest as it is in this one."""
+    place = tmp_path_factory.mktemp(request.param)
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", place / "venv"], check=True)
+    site = next((place / "venv").glob("lib/python*/site-packages"))
+    (site / "dependencies.pth").write_text("\n".join(dependencies()), encoding="utf-8")
+    interpreter = place / "venv" / "bin" / "python"
+    source = ["-e", str(ROOT)] if request.param == "editable" else [str(ROOT)]
+    pip = [sys.executable, "-m", "pip", "--python", str(interpreter), "--quiet", "--disable-pip-version-check"]
+    subprocess.run([*pip, "install", "--no-deps", *source], check=True)
+    return interpreter
+
+
+def dependencies() -> Iterator[str]:
+    """This environment's packages, and the folders that they put on the path; not magbench."""
+    site = Path(sysconfig.get_path("purelib"))
+    yield str(site)
+    for file in site.glob("*.pth"):
+        if "magbench" not in file.name:
+            lines = file.read_text(encoding="utf-8").splitlines()
+            yield from (str(site / line) for line in lines if (site / line).is_dir())
+
+
+@pytest.fixture(params=["packages", "folders"])
+def project(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """A user's project: its own packages, or folders of data with these names."""
+    for name in PARTS:
+        (tmp_path / name).mkdir()
+        if request.param == "packages":
+            (tmp_path / name / "__init__.py").write_text('THEIRS = "the user\'s"\n')
+    (tmp_path / "test_own.py").write_text(OWN_TEST)
+    return tmp_path
+
+
+@pytest.fixture
+def run(python: Path, project: Path) -> Callable[..., str]:
+    """Run the environment's Python in the user's project; what it prints."""
+
+    def call(*arguments: str) -> str:
+        done = subprocess.run([python, *arguments], cwd=project, capture_output=True, text=True, timeout=300)
+        assert done.returncode == 0, done.stderr + done.stdout
+        return done.stdout
+
+    return call
+
+
+def test_commands_workers_and_python_run_beside_the_users_packages(
+    run: Callable[..., str], python: Path, project: Path
+) -> None:
+    program = str(python.with_name("magbench"))
+    assert SCENARIO in run(program, "list", "scenarios")
+    told = run("-m", "magbench", "simulate", SCENARIO, "-o", "data", "--runs", "2", "--jobs", "2", "--json")
+    assert json.loads(told)["runs"] == 2
+    assert "sphere" in json.loads(run(program, "calibrate", "data", "--json"))["calibrations"]
+    if (project / "sim" / "__init__.py").exists():
+        run("-m", "pytest", "-q", "-p", "no:cacheprovider")
+
+
+def test_the_users_packages_are_the_users(run: Callable[..., str], project: Path) -> None:
+    code = "import sys, magbench.app, sim, calib, scenarios, validation; print(*sim.__path__); print(*sys.modules)"
+    place, modules = run("-c", code).splitlines()
+    assert place == str(project / "sim")
+    assert {name for name in modules.split() if name.split(".")[0] in PARTS} == set(PARTS)
+    assert "magbench.scenarios.errors" in modules.split()
+
+
+def test_nothing_but_magbench_is_installed(python: Path) -> None:
+    code = f"from importlib.util import find_spec; print([name for name in {PARTS} if find_spec(name)])"
+    done = subprocess.run([python, "-I", "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
