@@ -36,7 +36,7 @@ from sim.effects.values import Parameter
 from sim.motion import Motion, drive
 from sim.streams import stream
 from validation.diagnosis.result import Verdict
-from validation.views.plots.motion import euler_deg
+from validation.signals.conventions import euler_deg
 
 DOCS = Path(__file__).parent
 MARKS = re.compile(r"(<!-- table: ([\w-]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)

@@ -95,22 +95,30 @@ def _likeliest(matches: dict[str, RateMatch]) -> str:
 
 
 def _agreeing(value: dict[str, float], given: RateMatch) -> Finding:
+    """The finding where one rate explains the other: scale, lag and turn between them."""
     text = f"The attitude's rate explains {100 * given.share:.3g} % of the gyro's variance"
-    faults = []
-    for unit, scale in GYRO_UNITS.items():
-        if abs(given.scale / scale - 1) < 0.2:
-            faults.append(f"the gyro is {figure(given.scale)} times as large, as in {unit} ({_gyro_flag(unit)})")
-    if not faults and abs(given.scale - 1) > 0.1:
-        faults.append(f"the gyro is {figure(given.scale)} times as large: check its unit")
-    serious = bool(faults) or abs(given.lag_s) > LATE_S
-    if given.lag_s:
-        faults.append(f"the attitude comes {duration(abs(given.lag_s))} {'late' if given.lag_s > 0 else 'early'}")
-    if given.angle_deg > TURNED_DEG:
-        faults.append(f"its frame is turned by {given.angle_deg:.3g} degrees against the gyro's")
-    if faults:
-        level: Level = "warning" if serious else "note"
-        return Finding(SECTION, GYRO, value, "", f"{text}; {'; '.join(faults)}.", level)
-    return Finding(SECTION, GYRO, value, "", text + ": order, sense, units and time agree.")
+    unit, lag, turn = _wrong_unit(given.scale), _lag(given.lag_s), _turn(given.angle_deg)
+    faults = [fault for fault in (unit, lag, turn) if fault]
+    if not faults:
+        return Finding(SECTION, GYRO, value, "", text + ": order, sense, units and time agree.")
+    level: Level = "warning" if unit or abs(given.lag_s) > LATE_S else "note"
+    return Finding(SECTION, GYRO, value, "", f"{text}; {'; '.join(faults)}.", level)
+
+
+def _wrong_unit(scale: float) -> str:
+    """What is wrong with the gyro's scale, with the option that mends it; nothing where it is about 1."""
+    for unit, factor in GYRO_UNITS.items():
+        if abs(scale / factor - 1) < 0.2:
+            return f"the gyro is {figure(scale)} times as large, as in {unit} ({_gyro_flag(unit)})"
+    return f"the gyro is {figure(scale)} times as large: check its unit" if abs(scale - 1) > 0.1 else ""
+
+
+def _lag(lag_s: float) -> str:
+    return f"the attitude comes {duration(abs(lag_s))} {'late' if lag_s > 0 else 'early'}" if lag_s else ""
+
+
+def _turn(angle_deg: float) -> str:
+    return f"its frame is turned by {angle_deg:.3g} degrees against the gyro's" if angle_deg > TURNED_DEG else ""
 
 
 def _gyro_flag(unit: str) -> str:

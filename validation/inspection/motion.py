@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from calib.observability import axis_text, planar_status, spread
 from validation.inspection.finding import Finding, Level
 from validation.inspection.look import Look, attitude_of
+from validation.signals.conventions import euler_deg
 from validation.signals.sphere import cells, directions, largest_hole
 from validation.text import figure, figures
 
@@ -76,7 +77,7 @@ def _angles(look: Look, q: Array | None) -> Finding | None:
     """Ranges of roll, pitch and heading; of roll and pitch alone from the accelerometer."""
     if q is not None:
         known = q[np.isfinite(q).all(axis=1)]
-        yaw, pitch, roll = Rotation.from_quat(known, scalar_first=True).as_euler("ZYX", degrees=True).T
+        yaw, pitch, roll = euler_deg(known).T
         value = {"roll_deg": _arc(roll), "pitch_deg": float(np.ptp(pitch)), "heading_deg": _arc(yaw)}
         text = f"Roll spans {value['roll_deg']:.3g}, pitch {value['pitch_deg']:.3g} and heading "
         text += f"{value['heading_deg']:.3g} degrees."
@@ -110,7 +111,7 @@ def _steady_turn(look: Look, q: Array | None) -> Finding | None:
     if steady > STEADY_SHARE and np.degrees(size) > LEAST_RATE_DEG_S:
         turn = f"{np.degrees(size):.3g} deg/s about {axis_text(usual)}"
         text = f"{100 * steady:.2g} % of the time it turns at {turn}: at a constant rate eddy "
-        text += " currents look like soft iron; vary the rate to tell them apart."
+        text += "currents look like soft iron; vary the rate to tell them apart."
         return Finding(SECTION, "rate", value, "deg/s", text, "note", look.sensor)
     text = f"It turns at {figure(rms_deg_s)} deg/s rms, at no constant rate."
     return Finding(SECTION, "rate", value, "deg/s", text, "ok", look.sensor)

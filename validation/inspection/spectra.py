@@ -21,7 +21,7 @@ BASES = {
 }
 MOTION = 10.0
 """Power over the noise floor that is motion's, not noise's."""
-MOST_TOLD = 5
+MOST_LISTED = 5
 
 
 def noise_findings(look: Look) -> list[Finding]:
@@ -71,15 +71,17 @@ def _slow(look: Look, residual: Residual) -> list[Finding]:
     if residual.base == "mean" and not _still(residual):
         return []
     found = block_means(residual.time_s, residual.values)
-    if not found:
-        return []
-    worst = [float(np.max(blocks.excess)) for blocks in found]
-    value = [_as_value(blocks) for blocks in found]
+    return [_slow_finding(look, residual, found)] if found else []
+
+
+def _slow_finding(look: Look, residual: Residual, found: list[BlockMeans]) -> Finding:
     lengths = ", ".join(figure(blocks.length_s) for blocks in found)
-    text = f"Means over {lengths} s of {BASES[residual.base]} vary {', '.join(figure(w, 2) for w in worst)} times as "
+    excess = ", ".join(figure(float(np.max(blocks.excess)), 2) for blocks in found)
     coloured = any((blocks.excess > blocks.chance()).any() for blocks in found)
+    text = f"Means over {lengths} s of {BASES[residual.base]} vary {excess} times as "
     text += "much as white noise alone would make them" + (": slow changes are left." if coloured else ".")
-    return [Finding(SECTION, "slow", value, "", text, "note" if coloured else "ok", look.sensor)]
+    level: Level = "note" if coloured else "ok"
+    return Finding(SECTION, "slow", [_as_value(blocks) for blocks in found], "", text, level, look.sensor)
 
 
 def _still(residual: Residual) -> bool:
@@ -105,22 +107,30 @@ def _tones(look: Look, residual: Residual) -> list[Finding]:
     if not look.even:
         return []
     found = tones(residual.time_s, residual.values)
-    edge_hz = motion_edge_hz(look)
-    rate = look.rate_hz
-    resolution = 2.0 / float(np.ptp(residual.time_s))
-    value = [_tone_value(tone, edge_hz, rate, resolution) for tone in found]
     if not found:
         text = f"No tone stands out of {BASES[residual.base]}."
-        return [Finding(SECTION, "tones", value, "Hz", text, "ok", look.sensor)]
+        return [Finding(SECTION, "tones", [], "Hz", text, "ok", look.sensor)]
+    edge_hz = motion_edge_hz(look)
+    resolution = 2.0 / float(np.ptp(residual.time_s))
+    value = [_tone_value(tone, edge_hz, look.rate_hz, resolution) for tone in found]
     clear = [one for one in value if not one["motion"]]
-    told = ", ".join(_tone_text(one) for one in (clear or value)[:MOST_TOLD])
-    more = f" and {len(clear or value) - MOST_TOLD} more" if len(clear or value) > MOST_TOLD else ""
-    text = f"{counted(len(clear or value), 'tone')} in {BASES[residual.base]}: {told}{more}."
-    if not clear:
-        text += " All are at frequencies of the motion and may belong to it."
-    elif len(clear) < len(value):
-        text += f" {len(value) - len(clear)} more below {figure(edge_hz, 2)} Hz may belong to the motion."
+    listed = clear or value
+    text = f"{counted(len(listed), 'tone')} in {BASES[residual.base]}: {_list_of(listed)}."
+    text += _in_motion(len(clear), len(value) - len(clear), edge_hz)
     return [Finding(SECTION, "tones", value, "Hz", text, "note", look.sensor)]
+
+
+def _list_of(listed: list[dict[str, object]]) -> str:
+    """The strongest tones, and how many more there are."""
+    more = f" and {len(listed) - MOST_LISTED} more" if len(listed) > MOST_LISTED else ""
+    return ", ".join(_tone_text(one) for one in listed[:MOST_LISTED]) + more
+
+
+def _in_motion(clear: int, moving: int, edge_hz: float) -> str:
+    """What is said of tones at frequencies at which the vehicle moves."""
+    if not clear:
+        return " All are at frequencies of the motion and may belong to it."
+    return f" {moving} more below {figure(edge_hz, 2)} Hz may belong to the motion." if moving else ""
 
 
 def _tone_value(tone: Tone, edge_hz: float, rate: float, resolution: float) -> dict[str, object]:

@@ -19,6 +19,8 @@ COARSE = 2.0
 """A step of so many standard deviations of noise hides the noise."""
 FINE = 0.1
 """A step below this share of the noise does no harm."""
+ON_LATTICE = 0.999
+"""Share of the values beyond which all are said to be multiples of the step."""
 MOST_LISTED = 20
 MOST_GAPS = 0.1
 """Share of the samples before a gap, beyond which neighbours tell nothing."""
@@ -61,17 +63,23 @@ def _lattice(look: Look) -> Finding:
     if any(lattice and lattice.floating for lattice in look.lattices):
         text = f"Steps grow with the value, {figures(steps)} nT at least: the log keeps a fixed number of digits."
         return Finding(SECTION, "step", steps, "nT", text, "note", look.sensor)
-    text = f"Least significant bit {figures(steps, 5)} nT"
-    shares = [lattice.share for lattice in look.lattices if lattice]
-    if min(shares) < 0.999:
-        text += f"; {100 - 100 * min(shares):.2g} % of the values lie beside it"
-    ratio = np.array(steps) / look.white_nT
-    worst = float(np.nanmax(ratio, initial=0.0))
-    if worst > COARSE:
-        text += f", {figure(worst, 2)} times the noise: rounding is most of what differences show"
-    elif worst > 0:
-        text += f", {figure(worst, 2)} of the noise" + (": it does no harm" if worst < FINE else "")
-    return Finding(SECTION, "step", steps, "nT", text + ".", "note" if worst > COARSE else "ok", look.sensor)
+    coarsest = float(np.nanmax(np.array(steps) / look.white_nT, initial=0.0))
+    text = f"Least significant bit {figures(steps, 5)} nT{_off_lattice(look)}{_against_noise(coarsest)}."
+    return Finding(SECTION, "step", steps, "nT", text, "note" if coarsest > COARSE else "ok", look.sensor)
+
+
+def _off_lattice(look: Look) -> str:
+    """How many values are no multiple of the step, where some are not."""
+    share = min(lattice.share for lattice in look.lattices if lattice)
+    return f"; {100 - 100 * share:.2g} % of the values lie beside it" if share < ON_LATTICE else ""
+
+
+def _against_noise(ratio: float) -> str:
+    """A step that is this many times the noise, in words; nothing where the noise is not known."""
+    if ratio > COARSE:
+        return f", {figure(ratio, 2)} times the noise: rounding is most of what differences show"
+    harm = ": it does no harm" if ratio < FINE else ""
+    return f", {figure(ratio, 2)} of the noise{harm}" if ratio > 0 else ""
 
 
 def _preferred(look: Look) -> Finding | None:

@@ -58,13 +58,22 @@ class Outcome:
         Those with status "ok" first, lowest score first. The score is RANKED_BY, or else the first in nT that is not
         in-sample.
         """
+        by = self._ranked_by()
+
+        def place(name: str) -> tuple[bool, float]:
+            return self.calibrations[name].status.kind != "ok", self._value(name, by)
+
+        return sorted(self.calibrations, key=place), by
+
+    def _ranked_by(self) -> str:
+        """The score that orders calibrators, "" where none may."""
         fair = [s.name for scores in self.scores.values() for s in scores if not s.in_sample and s.unit == "nT"]
-        by = RANKED_BY if RANKED_BY in fair else (fair or [""])[0]
-        found = {
-            c: [s.value for s in scores if s.name == by and np.isfinite(s.value)] for c, scores in self.scores.items()
-        }
-        value = {name: (found.get(name) or [np.inf])[0] for name in self.calibrations}
-        return sorted(value, key=lambda name: (self.calibrations[name].status.kind != "ok", value[name])), by
+        return RANKED_BY if RANKED_BY in fair else (fair or [""])[0]
+
+    def _value(self, name: str, score: str) -> float:
+        """A calibrator's score, infinity where it has none."""
+        values = (s.value for s in self.scores.get(name, []) if s.name == score and np.isfinite(s.value))
+        return next(values, np.inf)
 
     def shown(self) -> list[str]:
         """Calibrators that pictures show: with an estimate, best first; of an array (name@sensor) sensor 1's."""

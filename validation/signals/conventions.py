@@ -125,6 +125,15 @@ def _similarity(rate: Array, gyro: Array) -> RateMatch | None:
     return RateMatch(share, scale, angle_deg if variance[1] > SECOND_AXIS * variance[2] else float("nan"))
 
 
+def euler_deg(q: Array) -> Array:
+    """Yaw, pitch, roll (n, 3) in degrees of quaternions (n, 4), R_wb = Rz(yaw) Ry(pitch) Rx(roll)."""
+    w, x, y, z = q.T
+    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    return np.asarray(np.degrees(np.stack([yaw, pitch, roll], axis=1)))
+
+
 def mean_direction(q: Array, body: Array) -> Array:
     """Mean (3,) of the directions of body vectors (n, 3) in the world; of length 1 when they are all the same."""
     finite = np.asarray(np.isfinite(np.column_stack([q, body])).all(axis=1), np.bool_)

@@ -18,6 +18,9 @@ from validation.views.words.outcome import rms_length
 MOST_POINTS = 4000
 MOST_LINES = len(LINES)
 PLANES = ((0, 1), (0, 2), (1, 2))
+SCALED_BY = 3
+"""How many of the best calibrators the axis of what is left is made for."""
+DASHED = (0, (4, 3))
 
 
 def draw_sphere(outcome: Outcome) -> Figure:
@@ -34,25 +37,33 @@ def draw_sphere(outcome: Outcome) -> Figure:
 
 
 def _sphere_row(part: Any, title: str, cloud_uT: Array, radius_uT: float) -> None:
-    error_nT = (np.linalg.norm(cloud_uT, axis=1) - radius_uT) * 1e3
-    finite = error_nT[np.isfinite(error_nT)]
-    limit = float(np.quantile(np.abs(finite), 0.99)) if finite.size else 1.0
-    dots: dict[str, Any] = {
-        "c": error_nT, "cmap": "PuOr_r", "vmin": -limit, "vmax": limit, "s": 5, "linewidths": 0, "rasterized": True,
-    }  # fmt: skip
+    """One cloud (n, 3) in space and in three projections, coloured by its distance from the sphere."""
     part.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=9.5)
     grid = part.add_gridspec(1, 4, width_ratios=(1.3, 1, 1, 1))
-    space: Any = part.add_subplot(grid[0], projection="3d")
+    dots = _dots((np.linalg.norm(cloud_uT, axis=1) - radius_uT) * 1e3)
     reach = 1.05 * max(radius_uT, float(np.nanmax(np.abs(cloud_uT), initial=0.0)))
+    space: Any = part.add_subplot(grid[0], projection="3d")
     _wire_sphere(space, radius_uT, reach)
     shown = space.scatter(*cloud_uT.T, depthshade=False, **dots)
-    for k, (i, j) in enumerate(PLANES):
+    for k, plane in enumerate(PLANES):
         axis = part.add_subplot(grid[k + 1])
-        axis.add_patch(Circle((0, 0), radius_uT, fill=False, color=INK, linewidth=0.8, linestyle=(0, (4, 3))))
-        axis.scatter(cloud_uT[:, i], cloud_uT[:, j], **dots)
-        axis.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
-        axis.set(xlabel=f"{'xyz'[i]} (µT)", ylabel=f"{'xyz'[j]} (µT)")
+        axis.add_patch(Circle((0, 0), radius_uT, fill=False, color=INK, linewidth=0.8, linestyle=DASHED))
+        axis.scatter(*cloud_uT[:, plane].T, **dots)
+        _frame_plane(axis, plane, reach)
     part.colorbar(shown, ax=part.axes, shrink=0.8, pad=0.01, label="strength − reference (nT)", extend="both")
+
+
+def _frame_plane(axis: Any, plane: tuple[int, int], reach: float) -> None:
+    x, y = ("xyz"[k] for k in plane)
+    axis.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel=f"{x} (µT)", ylabel=f"{y} (µT)")
+
+
+def _dots(error_nT: Array) -> dict[str, Any]:
+    """How points are drawn: coloured by their error (n,), the few largest beyond the scale."""
+    finite = error_nT[np.isfinite(error_nT)]
+    limit = float(np.quantile(np.abs(finite), 0.99)) if finite.size else 1.0
+    colour = {"c": error_nT, "cmap": "PuOr_r", "vmin": -limit, "vmax": limit}
+    return {**colour, "s": 5, "linewidths": 0, "rasterized": True}
 
 
 def _wire_sphere(axis: Any, radius: float, reach: float) -> None:
@@ -70,27 +81,40 @@ def _wire_sphere(axis: Any, radius: float, reach: float) -> None:
 
 def draw_norm(outcome: Outcome) -> Figure:
     """Field strength over time: raw, truth and corrected above; corrected minus truth below."""
-    names = outcome.shown()[:MOST_LINES]
-    truth_nT = np.linalg.norm(outcome.truth.field_nT, axis=1)
+    strengths = {name: _strength(outcome.corrected[name]) for name in outcome.shown()[:MOST_LINES]}
     figure = Figure(figsize=(WIDTH_IN, 4.6), layout="constrained")
     whole, zoom = axes = figure.subplots(2, 1, sharex=True)
-    lines(whole, outcome, np.linalg.norm(outcome.recording.mag_nT, axis=1), (RAW,), labels=("raw",))
-    for name, colour in reversed(list(zip(names, LINES, strict=False))):
-        norm_nT = np.linalg.norm(outcome.corrected[name], axis=1)
-        lines(whole, outcome, norm_nT, (colour,), alpha=0.8)
-        lines(zoom, outcome, norm_nT - truth_nT, (colour,), labels=(name,), alpha=0.8)
-    lines(whole, outcome, truth_nT, (INK,), labels=("truth",), linestyle=(0, (5, 3)))
-    keep_readable(
-        zoom, np.concatenate([np.linalg.norm(outcome.corrected[n], axis=1) - truth_nT for n in names[:3]] or [truth_nT])
-    )
-    zoom.axhline(0, color=INK, linewidth=0.8, linestyle=(0, (5, 3)))
-    whole.set_ylabel("field strength (nT)")
-    zoom.set_ylabel("corrected − truth (nT)")
-    for axis in axes if names else [whole]:
+    _draw_strengths(whole, outcome, strengths)
+    _draw_errors(zoom, outcome, strengths)
+    for axis in axes if strengths else [whole]:
         axis.legend(reverse=axis is zoom, loc="center left", bbox_to_anchor=(1.0, 0.5))
     phase_bands(list(axes), outcome)
     time_axis(zoom, outcome)
     return figure
+
+
+def _draw_strengths(axis: Any, outcome: Outcome, strengths: dict[str, Array]) -> None:
+    """Raw, corrected and true strength."""
+    lines(axis, outcome, _strength(outcome.recording.mag_nT), (RAW,), labels=("raw",))
+    for strength_nT, colour in reversed(list(zip(strengths.values(), LINES, strict=False))):
+        lines(axis, outcome, strength_nT, (colour,), alpha=0.8)
+    lines(axis, outcome, _strength(outcome.truth.field_nT), (INK,), labels=("truth",), linestyle=(0, (5, 3)))
+    axis.set_ylabel("field strength (nT)")
+
+
+def _draw_errors(axis: Any, outcome: Outcome, strengths: dict[str, Array]) -> None:
+    """How far each corrected strength is from the truth, on the scale of the best."""
+    truth_nT = _strength(outcome.truth.field_nT)
+    errors = {name: strength_nT - truth_nT for name, strength_nT in strengths.items()}
+    for (name, error_nT), colour in reversed(list(zip(errors.items(), LINES, strict=False))):
+        lines(axis, outcome, error_nT, (colour,), labels=(name,), alpha=0.8)
+    keep_readable(axis, np.concatenate(list(errors.values())[:SCALED_BY] or [truth_nT]))
+    axis.axhline(0, color=INK, linewidth=0.8, linestyle=(0, (5, 3)))
+    axis.set_ylabel("corrected − truth (nT)")
+
+
+def _strength(field_nT: Array) -> Array:
+    return np.asarray(np.linalg.norm(field_nT, axis=1))
 
 
 def draw_residuals(outcome: Outcome) -> Figure:

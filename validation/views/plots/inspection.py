@@ -15,21 +15,15 @@ from validation.inspection.timing import find_gaps
 from validation.signals.noise import allan_deviation
 from validation.signals.sphere import cells, directions
 from validation.signals.thin import envelope, every_nth
-from validation.signals.tones import mains_aliases, spectrum, tones
+from validation.signals.tones import Spectrum, Tone, mains_aliases, spectrum, tones
 from validation.views.palette import INK, RAW, SOFT, XYZ
-from validation.views.plots.style import WIDTH_IN, keep_readable
+from validation.views.plots.style import WIDTH_IN, keep_readable, time_scale
 
 MOST_POINTS = 6000
 CODES = 16
 EDGE_STEPS = 8
 """Straight pieces that draw a cell's edge."""
-LINES_TOLD = 8
-
-
-def time_scale(time_s: Array) -> tuple[float, str]:
-    """Seconds in the unit of a time axis, and its name."""
-    length_s = float(np.ptp(time_s)) if len(time_s) else 0.0
-    return (1.0, "s") if length_s < 600 else (60.0, "min") if length_s < 3 * 3600 else (3600.0, "h")
+MOST_TONES = 8
 
 
 def draw_coverage(look: Look) -> Figure:
@@ -135,26 +129,42 @@ def draw_spectrum(look: Look) -> Figure:
     axis = figure.subplots()
     if found is None:
         return figure
-    for k, colour in enumerate(XYZ[: residual.values.shape[1]]):
+    _draw_density(axis, look, found)
+    _mark_tones(axis, tones(residual.time_s, residual.values)[:MOST_TONES])
+    _mark_mains(axis, look.rate_hz, float(found.frequency_hz[1]))
+    axis.set(xlabel="frequency (Hz)", ylabel="nT/√Hz", xlim=(found.frequency_hz[1], found.frequency_hz[-1]))
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def _draw_density(axis: Any, look: Look, found: Spectrum) -> None:
+    """Each axis' amplitude density, pale, and its local background, bold."""
+    for k, colour in enumerate(XYZ[: found.density.shape[1]]):
         frequency, density = envelope(found.frequency_hz[1:], np.sqrt(found.density[1:, k]), 1500)
         axis.loglog(frequency, density, color=colour, linewidth=0.5, alpha=0.6)
-        axis.loglog(*_thinned(found.frequency_hz[1:], np.sqrt(found.background[1:, k])), color=colour, linewidth=1.6,
-                    label=_label(look, k))  # fmt: skip
-    for tone in tones(residual.time_s, residual.values)[:LINES_TOLD]:
-        axis.axvline(tone.frequency_hz, color=INK, linewidth=0.7, linestyle=(0, (2, 2)))
-        axis.annotate(f"{tone.frequency_hz:.4g}", (tone.frequency_hz, 1), xycoords=("data", "axes fraction"),
-                      xytext=(2, -2), textcoords="offset points", rotation=90, va="top", fontsize=7.5)  # fmt: skip
-    for name, side in (("50 Hz", "right"), ("60 Hz", "left")):
-        alias = mains_aliases(look.rate_hz)[name]
-        if found.frequency_hz[1] < alias:
-            axis.axvline(alias, ymax=0.05, color="#d55e00", linewidth=2)
-            axis.annotate(f" {name} ", (alias, 0.02), xycoords=("data", "axes fraction"), ha=side, fontsize=7.5)
-    axis.set(xlabel="frequency (Hz)", ylabel="nT/√Hz", xlim=(found.frequency_hz[1], found.frequency_hz[-1]))
+        background = _thinned(found.frequency_hz[1:], np.sqrt(found.background[1:, k]))
+        axis.loglog(*background, color=colour, linewidth=1.6, label=_label(look, k))
     floor = np.sqrt(found.background[found.background > 0])
     if floor.size:
         axis.set_ylim(bottom=floor.min() / 10)
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    return figure
+
+
+def _mark_tones(axis: Any, found: list[Tone]) -> None:
+    for tone in found:
+        axis.axvline(tone.frequency_hz, color=INK, linewidth=0.7, linestyle=(0, (2, 2)))
+        axis.annotate(
+            f"{tone.frequency_hz:.4g}", (tone.frequency_hz, 1), xycoords=("data", "axes fraction"), xytext=(2, -2),
+            textcoords="offset points", rotation=90, va="top", fontsize=7.5,
+        )  # fmt: skip
+
+
+def _mark_mains(axis: Any, rate_hz: float, lowest_hz: float) -> None:
+    """Where the mains would appear at this rate."""
+    for name, side in (("50 Hz", "right"), ("60 Hz", "left")):
+        alias = mains_aliases(rate_hz)[name]
+        if alias > lowest_hz:
+            axis.axvline(alias, ymax=0.05, color="#d55e00", linewidth=2)
+            axis.annotate(f" {name} ", (alias, 0.02), xycoords=("data", "axes fraction"), ha=side, fontsize=7.5)
 
 
 def _thinned(x: Array, y: Array) -> tuple[Array, Array]:

@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from validation.scoring.outcome import Array, Outcome
+from validation.signals.conventions import euler_deg
 from validation.signals.thin import every_nth
 from validation.views.palette import LINES, XYZ, phase_colours
-from validation.views.plots.style import WIDTH_IN, lines, phase_bands, time_axis, time_unit
+from validation.views.plots.style import WIDTH_IN, lines, phase_bands, time_axis, time_scale
 
 STRETCH = 4.0
 """A path longer than this many times its width is drawn with unequal axes."""
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A quantity over time: label of its axis, values (n,) or (n, k), their colours, and their names if several."""
+
+    label: str
+    values: Array
+    colours: tuple[str, ...]
+    names: tuple[str, ...] = ()
 
 
 def draw_path(outcome: Outcome) -> Figure:
@@ -22,7 +34,19 @@ def draw_path(outcome: Outcome) -> Figure:
     grid = figure.add_gridspec(1, 3, width_ratios=(1.45, 1, 1))
     space: Any = figure.add_subplot(grid[0], projection="3d")
     above, height = figure.add_subplot(grid[1]), figure.add_subplot(grid[2])
-    scale, _ = time_unit(outcome)
+    _draw_phases(outcome, space, above, height)
+    _frame_space(space, outcome.truth.pos_enu_m)
+    above.set(xlabel="east (m)", ylabel="north (m)", title="From above", aspect="equal", adjustable="datalim")
+    height.set(ylabel="up (m)", title="Height")
+    time_axis(height, outcome)
+    handles, labels = space.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure
+
+
+def _draw_phases(outcome: Outcome, space: Any, above: Any, height: Any) -> None:
+    """The path on three axes, a colour a phase; each label is named once."""
+    scale, _ = time_scale(outcome.recording.time_s)
     colours, named = phase_colours(outcome), set[str]()
     for label, first, last in outcome.phases():
         part = every_nth(last - first, 3000)
@@ -32,12 +56,6 @@ def draw_path(outcome: Outcome) -> Figure:
         above.plot(xyz[:, 0], xyz[:, 1], color=colours[label])
         height.plot(time, xyz[:, 2], color=colours[label])
         named.add(label)
-    _frame_space(space, outcome.truth.pos_enu_m)
-    above.set(xlabel="east (m)", ylabel="north (m)", title="From above", aspect="equal", adjustable="datalim")
-    height.set(ylabel="up (m)", title="Height")
-    time_axis(height, outcome)
-    figure.legend(*space.get_legend_handles_labels(), loc="outside lower center", ncols=len(named))
-    return figure
 
 
 def _frame_space(axis: Any, pos_m: Array) -> None:
@@ -54,35 +72,31 @@ def _frame_space(axis: Any, pos_m: Array) -> None:
     axis.locator_params(nbins=4)
 
 
-def euler_deg(q: Array) -> Array:
-    """Yaw, pitch, roll (n, 3) in degrees of quaternions (n, 4), R_wb = Rz(yaw) Ry(pitch) Rx(roll)."""
-    w, x, y, z = q.T
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    return np.asarray(np.degrees(np.stack([yaw, pitch, roll], axis=1)))
-
-
 def draw_vehicle(outcome: Outcome) -> Figure:
     """Attitude, temperature and motor currents over time, as far as recorded."""
-    recording = outcome.recording
-    attitude = euler_deg(outcome.truth.q)
-    rows: list[tuple[str, Array, tuple[str, ...], tuple[str, ...]]] = [
-        ("yaw, unwrapped (°)", np.unwrap(attitude[:, 0], period=360), XYZ[:1], ()),
-        ("pitch, roll (°)", attitude[:, 1:], XYZ[1:], ("pitch", "roll")),
-    ]
-    if recording.temperature_degC is not None:
-        rows.append(("temperature (°C)", recording.temperature_degC, XYZ[1:2], ()))
-    if recording.current_A is not None and recording.current_A.size:
-        motors = tuple(f"motor {k + 1}" for k in range(recording.current_A.shape[1]))
-        rows.append(("motor current (A)", recording.current_A, LINES, motors))
+    rows = _vehicle_rows(outcome)
     figure = Figure(figsize=(WIDTH_IN, 1.55 * len(rows) + 0.4), layout="constrained")
     axes = figure.subplots(len(rows), 1, sharex=True)
-    for axis, (label, values, colours, names) in zip(axes, rows, strict=True):
-        lines(axis, outcome, values, colours, **({"labels": names} if names else {}))
-        axis.set_ylabel(label)
-        if names:
-            axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=1 + (len(names) > 6))
+    for axis, row in zip(axes, rows, strict=True):
+        lines(axis, outcome, row.values, row.colours, **({"labels": row.names} if row.names else {}))
+        axis.set_ylabel(row.label)
+        if row.names:
+            axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=1 + (len(row.names) > 6))
     phase_bands(list(axes), outcome)
     time_axis(axes[-1], outcome)
     return figure
+
+
+def _vehicle_rows(outcome: Outcome) -> list[_Row]:
+    """What is recorded of the vehicle, a row a quantity."""
+    recording, attitude = outcome.recording, euler_deg(outcome.truth.q)
+    rows = [
+        _Row("yaw, unwrapped (°)", np.unwrap(attitude[:, 0], period=360), XYZ[:1]),
+        _Row("pitch, roll (°)", attitude[:, 1:], XYZ[1:], ("pitch", "roll")),
+    ]
+    if recording.temperature_degC is not None:
+        rows.append(_Row("temperature (°C)", recording.temperature_degC, XYZ[1:2]))
+    if recording.current_A is not None and recording.current_A.size:
+        motors = tuple(f"motor {k + 1}" for k in range(recording.current_A.shape[1]))
+        rows.append(_Row("motor current (A)", recording.current_A, LINES, motors))
+    return rows

@@ -64,16 +64,15 @@ def encoded(draw: Callable[[], Figure]) -> str:
     return f"data:image/{mime};base64,{base64.b64encode(file.getvalue()).decode()}"
 
 
-def time_unit(outcome: Outcome) -> tuple[float, str]:
-    """Seconds in the unit of the time axes, and its name."""
-    time_s = outcome.recording.time_s
-    length_s = float(time_s[-1] - time_s[0])
+def time_scale(time_s: Array) -> tuple[float, str]:
+    """Seconds in the unit of a time axis, and its name."""
+    length_s = float(np.ptp(time_s)) if len(time_s) else 0.0
     return (1.0, "s") if length_s < 600 else (60.0, "min") if length_s < 3 * 3600 else (3600.0, "h")
 
 
 def phase_bands(axes: list[Any], outcome: Outcome, *, labelled: bool = True) -> None:
     """The motion's phases behind time axes, labelled above the first."""
-    scale, _ = time_unit(outcome)
+    scale, _ = time_scale(outcome.recording.time_s)
     time = outcome.recording.time_s / scale
     colours, stretches = phase_colours(outcome), outcome.phases()
     for label, first, last in stretches if len(stretches) <= 60 else []:
@@ -89,7 +88,7 @@ def phase_bands(axes: list[Any], outcome: Outcome, *, labelled: bool = True) -> 
 
 def lines(axis: Any, outcome: Outcome, values: Array, colours: tuple[str, ...], **style: Any) -> None:
     """Values (n,) or (n, k) over time, thinned so that spikes stay visible."""
-    scale, _ = time_unit(outcome)
+    scale, _ = time_scale(outcome.recording.time_s)
     time, thin = envelope(outcome.recording.time_s / scale, values)
     columns = thin[:, None] if thin.ndim == 1 else thin
     labels = style.pop("labels", (None,) * columns.shape[1])
@@ -99,7 +98,7 @@ def lines(axis: Any, outcome: Outcome, values: Array, colours: tuple[str, ...], 
 
 def time_axis(axis: Any, outcome: Outcome) -> None:
     """Label and limits of a time axis."""
-    scale, unit = time_unit(outcome)
+    scale, unit = time_scale(outcome.recording.time_s)
     time_s = outcome.recording.time_s
     axis.set_xlabel(f"time ({unit})")
     if time_s[-1] > time_s[0]:

@@ -8,6 +8,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from sim.dataset import Recording
 from validation.scoring.outcome import Outcome
 from validation.signals.thin import envelope, every_nth
 from validation.views.palette import LINES, RAW, phase_colours, rgb
@@ -149,10 +150,20 @@ def _send_series(stream: rr.RecordingStream, outcome: Outcome) -> None:
     for name, value in outcome.corrected.items():
         xyz(stream, f"corrected/{name_part(name)}", recording.time_s, value)
         xyz(stream, f"residual/{name_part(name)}", *envelope(recording.time_s, outcome.residual_nT(name), THIN_BUCKETS))
+    _send_strengths(stream, outcome)
+    _send_channels(stream, recording)
+
+
+def _send_strengths(stream: rr.RecordingStream, outcome: Outcome) -> None:
+    """Strength of the raw, true and corrected fields."""
+    recording, truth = outcome.recording, outcome.truth
     fields = {"raw": recording.mag_nT, "truth": truth.field_nT, **{n: outcome.corrected[n] for n in outcome.shown()}}
     for (name, value), colour in zip(fields.items(), (RAW, TRUE, *_cycle(len(fields) - 1)[1:]), strict=True):
         norm = envelope(recording.time_s, np.linalg.norm(value, axis=1), THIN_BUCKETS)
         scalars(stream, f"norm/{name_part(name)}", *norm, [name], (colour,))
+
+
+def _send_channels(stream: rr.RecordingStream, recording: Recording) -> None:
     if recording.temperature_degC is not None:
         scalars(stream, "temperature", recording.time_s, recording.temperature_degC, ["temperature (°C)"], LINES[1:2])
     if recording.current_A is not None and recording.current_A.size:
