@@ -12,6 +12,7 @@ from mujoco import rollout
 from benchmarks.measure import Call, Row, paired_ratio
 from scenarios.load import load
 from scenarios.spec import Scenario
+from sim.engine import Stop
 from sim.motion import Loop, Motion, drive
 from sim.state import Array
 from sim.vehicles import vehicle_for
@@ -44,13 +45,12 @@ def motion(scenario: Scenario) -> Iterator[Motion]:
 def commands(scenario: Scenario) -> Array:
     """Actuator commands (n, nu) of every step of the scenario's closed loop, so that the bare steps move likewise."""
     loop = Loop(vehicle_for(scenario.vehicle), 1, np.random.default_rng(0))
-    first = loop.model.nq + loop.model.nv
     rows = []
     for phase in scenario.phases:
         t_s = STEP_S * np.arange(round(phase.duration_s / STEP_S), dtype=np.float64)
         reference = np.ascontiguousarray(phase.reference(loop.start(), t_s))
-        rows.append(loop.run(reference, loop.vehicle.gains(loop.model, phase), np.zeros(2))[0])
-    return np.concatenate(rows)[:, first : first + loop.model.nu]
+        rows.append(loop.run(reference, loop.vehicle.gains(loop.model, phase), Stop())[0].ctrl)
+    return np.concatenate(rows)
 
 
 def bare_steps(scenario: Scenario, control: Array) -> Call:

@@ -6,23 +6,25 @@ A Python loop around `mujoco.mj_step` costs four times the step itself; this one
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import llvmlite.binding as llvm
 import mujoco
 import numpy as np
 from numba import njit, types
 
+from sim.portable import inverse
 from sim.state import Array
 
 llvm.load_library_permanently(str(next(Path(mujoco.__file__).parent.glob("*mujoco.*[0-9]*"))))
 
 
-# Whoever runs the loop asks the data for warnings; they shall not also go to a file in the working directory.
-mujoco.set_mju_user_warning(lambda _: None)
-
-
 def _c(name: str, *arguments: types.Type) -> types.ExternalFunction:
     return types.ExternalFunction(name, types.void(*arguments))
+
+
+def _named(cls: type[tuple[object, ...]], *members: types.Type) -> types.BaseTuple:
+    return types.BaseTuple.from_types(members, cls)
 
 
 POINTER = types.intp
@@ -40,14 +42,96 @@ CONTROL = types.FunctionType(types.void(VEC, VEC, VEC, VEC, VEC, VEC))
 """Signature of a controller: (qpos, qvel, reference row, gains, memory, ctrl) -> None; it writes memory and ctrl."""
 control_signature = "void(float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], float64[::1])"
 
-BUFFERS = types.Tuple([VEC] * 11)
-"""Views into one model and its data: qpos, qvel, qacc, ctrl, xmat of the body (9), qfrc_passive, qfrc_bias,
-qfrc_actuator, qfrc_applied, wind, and scratch for the step."""
+
+class Views(NamedTuple):
+    """The engine's own arrays; `R_wb` (9) and `wind` are the body's attitude and the medium's velocity, m/s ENU."""
+
+    qpos: Array
+    qvel: Array
+    qacc: Array
+    ctrl: Array
+    R_wb: Array
+    passive: Array
+    bias: Array
+    actuator: Array
+    applied: Array
+    wind: Array
 
 
-@njit(types.void(BUFFERS, MAT, MAT), cache=True, nogil=True)
-def _add_mass(buffers, added, share):  # type: ignore[no-untyped-def]
-    """Write into qfrc_applied what the accelerating water adds, -M_A dnu_r/dt.
+class Scratch(NamedTuple):
+    """What a step in water writes on the way: four of the added mass, five of the Runge-Kutta step."""
+
+    relative: Array
+    turn: Array
+    force: Array
+    rate: Array
+    first_qpos: Array
+    first_qvel: Array
+    velocity: Array
+    velocity_sum: Array
+    accel_sum: Array
+
+
+class Plant(NamedTuple):
+    """A model and its data (addresses), the step, and the added mass M_A (6, 6; empty: none) of the water.
+
+    share = (M + M_A)^-1 (6, 6), M the rigid body's own inertia; both in the body frame.
+    """
+
+    model: int
+    data: int
+    step_s: float
+    views: Views
+    scratch: Scratch
+    added: Array
+    share: Array
+
+
+class Stop(NamedTuple):
+    """Ends a course where sign (z - z_m) > 0, before a row of the log, so that samples stay even; sign 0: nowhere."""
+
+    z_m: float = 0.0
+    sign: float = 0.0
+
+
+class Course(NamedTuple):
+    """What the loop follows: reference (n, 18), flow (n, 3; m/s ENU) of each step, the controller's gains and memory.
+
+    Every `every`-th step has a row in the log.
+    """
+
+    reference: Array
+    flow: Array
+    gains: Array
+    memory: Array
+    every: int = 1
+    stop: Stop = Stop()
+
+
+class Log(NamedTuple):
+    """What was logged, a row a sample: the state, the commands, and dqvel/dt over the step that follows."""
+
+    qpos: Array
+    qvel: Array
+    ctrl: Array
+    accel: Array
+
+    def first(self, rows: int) -> Log:
+        """The first rows."""
+        return Log(*(part[:rows] for part in self))
+
+
+VIEWS = _named(Views, *[VEC] * len(Views._fields))
+SCRATCH = _named(Scratch, *[VEC] * len(Scratch._fields))
+PLANT = _named(Plant, POINTER, POINTER, types.float64, VIEWS, SCRATCH, MAT, MAT)
+STOP = _named(Stop, types.float64, types.float64)
+COURSE = _named(Course, MAT, MAT, VEC, VEC, types.int64, STOP)
+LOG = _named(Log, *[MAT] * len(Log._fields))
+
+
+@njit(types.void(PLANT), cache=True, nogil=True)
+def _add_mass(plant):  # type: ignore[no-untyped-def]
+    """Write into `applied` what the accelerating water adds, -M_A dnu_r/dt.
 
     The fluid model of the engine has the drag and the Coriolis terms of the added mass M_A (6, 6; body frame), not
     its inertia. With M the rigid body's own inertia, f all other forces (body frame), and nu_r the velocity
@@ -55,18 +139,19 @@ def _add_mass(buffers, added, share):  # type: ignore[no-untyped-def]
 
         (M + M_A) a = f + M_A [w x v_r, 0],   force added = -M_A (a - [w x v_r, 0]),   share = (M + M_A)^-1.
     """
-    _, qvel, _, _, xmat, passive, bias, actuator, applied, wind, scratch = buffers
-    relative, turn, force, rate = scratch[0:3], scratch[3:6], scratch[6:12], scratch[12:18]
+    see, R_wb, added, share = plant.views, plant.views.R_wb, plant.added, plant.share
+    relative, turn = plant.scratch.relative, plant.scratch.turn
+    force, rate = plant.scratch.force, plant.scratch.rate
     for i in range(3):
         relative[i] = 0.0
         force[i] = 0.0
-        force[3 + i] = passive[3 + i] + actuator[3 + i] - bias[3 + i]
+        force[3 + i] = see.passive[3 + i] + see.actuator[3 + i] - see.bias[3 + i]
         for j in range(3):
-            relative[i] += xmat[3 * j + i] * (qvel[j] - wind[j])
-            force[i] += xmat[3 * j + i] * (passive[j] + actuator[j] - bias[j])
-    turn[0] = qvel[4] * relative[2] - qvel[5] * relative[1]
-    turn[1] = qvel[5] * relative[0] - qvel[3] * relative[2]
-    turn[2] = qvel[3] * relative[1] - qvel[4] * relative[0]
+            relative[i] += R_wb[3 * j + i] * (see.qvel[j] - see.wind[j])
+            force[i] += R_wb[3 * j + i] * (see.passive[j] + see.actuator[j] - see.bias[j])
+    turn[0] = see.qvel[4] * relative[2] - see.qvel[5] * relative[1]
+    turn[1] = see.qvel[5] * relative[0] - see.qvel[3] * relative[2]
+    turn[2] = see.qvel[3] * relative[1] - see.qvel[4] * relative[0]
     for i in range(6):
         for j in range(3):
             force[i] += added[i, j] * turn[j]
@@ -79,19 +164,19 @@ def _add_mass(buffers, added, share):  # type: ignore[no-untyped-def]
         for j in range(6):
             force[i] -= added[i, j] * rate[j]
     for i in range(3):
-        applied[3 + i] = force[3 + i]
-        applied[i] = xmat[3 * i] * force[0] + xmat[3 * i + 1] * force[1] + xmat[3 * i + 2] * force[2]
+        see.applied[3 + i] = force[3 + i]
+        see.applied[i] = R_wb[3 * i] * force[0] + R_wb[3 * i + 1] * force[1] + R_wb[3 * i + 2] * force[2]
 
 
-@njit(types.void(POINTER, POINTER, BUFFERS, MAT, MAT), cache=True, nogil=True)
-def _forward(model, data, buffers, added, share):  # type: ignore[no-untyped-def]
+@njit(types.void(PLANT), cache=True, nogil=True)
+def _forward(plant):  # type: ignore[no-untyped-def]
     """mj_forward with the added mass: qacc from qpos, qvel and ctrl."""
-    _position(model, data)
-    _velocity(model, data)
-    _actuation(model, data)
-    _add_mass(buffers, added, share)
-    _acceleration(model, data)
-    _constraint(model, data)
+    _position(plant.model, plant.data)
+    _velocity(plant.model, plant.data)
+    _actuation(plant.model, plant.data)
+    _add_mass(plant)
+    _acceleration(plant.model, plant.data)
+    _constraint(plant.model, plant.data)
 
 
 @njit(types.void(VEC, VEC, types.float64, VEC), cache=True, nogil=True)
@@ -105,83 +190,84 @@ def _bracket(velocity, first, share, last):  # type: ignore[no-untyped-def]
     velocity[5] += share * z
 
 
-@njit(types.void(POINTER, POINTER, types.float64, BUFFERS, MAT, MAT), cache=True, nogil=True)
-def _step_in_water(model, data, dt, buffers, added, share):  # type: ignore[no-untyped-def]
+@njit(types.void(PLANT), cache=True, nogil=True)
+def _step_in_water(plant):  # type: ignore[no-untyped-def]
     """One classical Runge-Kutta step of fourth order, as mj_step takes it, with the added mass in every stage.
 
     Body rates of different stages do not commute; mj_step leaves that out, and its attitude is of second order where
     the axis of rotation turns. The brackets of [MuntheKaas1999] restore the fourth order: K_i = dt w_i,
     K_2 / 2 + [K_1, K_2] / 8 before stage 3 and + [K_1, K_4] / 12 in the whole (signs for rates in the body).
     """
-    qpos, qvel, qacc, scratch = buffers[0], buffers[1], buffers[2], buffers[10]
-    q0, v0, v, v_sum, a_sum = scratch[18:25], scratch[25:31], scratch[31:37], scratch[37:43], scratch[43:49]
-    q0[:] = qpos
-    v0[:] = qvel
-    v_sum[:] = 0.0
-    a_sum[:] = 0.0
+    dt, qpos, qvel, qacc, scratch = plant.step_s, plant.views.qpos, plant.views.qvel, plant.views.qacc, plant.scratch
+    first_qvel, velocity = scratch.first_qvel, scratch.velocity
+    velocity_sum, accel_sum = scratch.velocity_sum, scratch.accel_sum
+    scratch.first_qpos[:] = qpos
+    first_qvel[:] = qvel
+    velocity_sum[:] = 0.0
+    accel_sum[:] = 0.0
     for stage in range(4):
-        _forward(model, data, buffers, added, share)
+        _forward(plant)
         weight = 1.0 / 6.0 if stage in (0, 3) else 1.0 / 3.0
         part = dt if stage == 2 else 0.5 * dt
-        qpos[:] = q0
+        qpos[:] = scratch.first_qpos
         for j in range(6):
-            v[j] = qvel[j]
-            v_sum[j] += weight * v[j]
-            a_sum[j] += weight * qacc[j]
-            qvel[j] = v0[j] + part * qacc[j]
+            velocity[j] = qvel[j]
+            velocity_sum[j] += weight * velocity[j]
+            accel_sum[j] += weight * qacc[j]
+            qvel[j] = first_qvel[j] + part * qacc[j]
         if stage == 1:
-            _bracket(v, v0, 0.25 * dt, v)
+            _bracket(velocity, first_qvel, 0.25 * dt, velocity)
         if stage < 3:
-            _integrate(model, qpos.ctypes.data, v.ctypes.data, part)
-    _bracket(v_sum, v0, dt / 12.0, v)
-    _integrate(model, qpos.ctypes.data, v_sum.ctypes.data, dt)
+            _integrate(plant.model, qpos.ctypes.data, velocity.ctypes.data, part)
+    _bracket(velocity_sum, first_qvel, dt / 12.0, velocity)
+    _integrate(plant.model, qpos.ctypes.data, velocity_sum.ctypes.data, dt)
     for j in range(6):
-        qvel[j] = v0[j] + dt * a_sum[j]
+        qvel[j] = first_qvel[j] + dt * accel_sum[j]
 
 
-@njit(
-    types.int64(CONTROL, POINTER, POINTER, types.float64, BUFFERS, MAT, MAT, MAT, MAT, VEC, VEC, VEC, types.int64, MAT),
-    cache=True,
-    nogil=True,
-)
-def advance(control, model, data, dt, buffers, added, share, reference, flow, gains, memory, stop, every, log):  # type: ignore[no-untyped-def]
-    """Run the loop over the rows of `reference`; log a row [qpos, qvel, ctrl, dqvel/dt] at each `every`-th step.
+@njit(types.int64(CONTROL, PLANT, COURSE, LOG), cache=True, nogil=True)
+def advance(control, plant, course, log):  # type: ignore[no-untyped-def]
+    """Run the loop over the rows of the course's reference, filling the log; returns the number of steps taken.
 
-    The control acts once a step (zero-order hold); flow (n, 3) is the wind or current of each step, m/s, ENU.
-    stop = (z_m, sign): ends where sign (qpos[2] - z_m) > 0, before a row of the log, so that samples stay evenly
-    spaced; sign 0: never. `added` empty: mj_step itself.
-    Returns the number of steps taken.
+    The control acts once a step (zero-order hold). Without added mass the step is mj_step itself.
     """
-    qpos, qvel, ctrl, wind = buffers[0], buffers[1], buffers[3], buffers[9]
-    nq, nv, nu = qpos.size, qvel.size, ctrl.size
-    for i in range(reference.shape[0]):
-        logged = i % every == 0
-        if logged and stop[1] * (qpos[2] - stop[0]) > 0.0:
+    qpos, qvel, ctrl, wind = plant.views.qpos, plant.views.qvel, plant.views.ctrl, plant.views.wind
+    for i in range(course.reference.shape[0]):
+        row = i // course.every
+        logged = i == row * course.every
+        if logged and course.stop.sign * (qpos[2] - course.stop.z_m) > 0.0:
             return i
-        wind[:] = flow[i]
-        control(qpos, qvel, reference[i], gains, memory, ctrl)
+        wind[:] = course.flow[i]
+        control(qpos, qvel, course.reference[i], course.gains, course.memory, ctrl)
         if logged:
-            row = log[i // every]
-            row[:nq] = qpos
-            row[nq : nq + nv] = qvel
-            row[nq + nv : nq + nv + nu] = ctrl
-        if added.size:
-            _step_in_water(model, data, dt, buffers, added, share)
+            log.qpos[row] = qpos
+            log.qvel[row] = qvel
+            log.ctrl[row] = ctrl
+        if plant.added.size:
+            _step_in_water(plant)
         else:
-            _step(model, data)
+            _step(plant.model, plant.data)
         if logged:
-            for j in range(nv):
-                row[nq + nv + nu + j] = (qvel[j] - row[nq + j]) / dt
-    return reference.shape[0]
+            for j in range(qvel.size):
+                log.accel[row, j] = (qvel[j] - log.qvel[row, j]) / plant.step_s
+    return course.reference.shape[0]
 
 
-def buffers_of(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[Array, ...]:
-    """The views that the loop works on; `body` is the one with the free joint (any, for the turntable)."""
-    return (
-        *(data.qpos, data.qvel, data.qacc, data.ctrl, data.xmat[body]),
+def plant_of(model: mujoco.MjModel, data: mujoco.MjData, body: str, added: Array) -> Plant:
+    """What the loop works on; `body` names the one with the free joint (any, for one on hinges)."""
+    views = Views(
+        *(data.qpos, data.qvel, data.qacc, data.ctrl, data.xmat[model.body(body).id]),
         *(data.qfrc_passive, data.qfrc_bias, data.qfrc_actuator, data.qfrc_applied, model.opt.wind),
-        np.zeros(49),
     )
+    scratch = Scratch(*(np.zeros(size) for size in (3, 3, 6, 6, model.nq, model.nv, model.nv, model.nv, model.nv)))
+    added = np.ascontiguousarray(added)
+    share = inverse(mass_matrix(model) + added) if added.size else added
+    return Plant(model._address, data._address, model.opt.timestep, views, scratch, added, share)
+
+
+def log_of(model: mujoco.MjModel, rows: int) -> Log:
+    """Room for so many rows."""
+    return Log(*(np.empty((rows, width)) for width in (model.nq, model.nv, model.nu, model.nv)))
 
 
 def mass_matrix(model: mujoco.MjModel) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 from scenarios.errors import InputError
 from scenarios.paths.base import PhaseBase, Start
 from scenarios.spec import Scenario
-from sim.engine import advance, buffers_of, mass_matrix
+from sim.engine import Course, Log, Stop, advance, log_of, plant_of
 from sim.rotation import matrix_from_q
 from sim.state import Array
 from sim.vehicles import vehicle_for
@@ -20,6 +21,8 @@ from sim.vehicles.base import STEP_S, Kinematics, Vehicle
 
 BLOCK_STEPS = 20_000
 """Physics steps a block: large enough to amortise numpy, small enough that memory stays flat."""
+KNOWN = 1
+"""The engine prints a warning, and writes it to a file, when it is the first of its kind in a data: never in ours."""
 
 
 @dataclass(frozen=True)
@@ -56,41 +59,32 @@ class Loop:
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.data = mujoco.MjData(self.model)
         self.vehicle.place(self.model, self.data)
-        self.buffers = buffers_of(self.model, self.data, self.model.body(self.vehicle.body).id)
-        self.added = np.ascontiguousarray(self.vehicle.added_mass(self.model))
-        self.share = self._share()
+        self.data.warning.number[:] = KNOWN
+        self.plant = plant_of(self.model, self.data, self.vehicle.body, self.vehicle.added_mass(self.model))
         self.memory = np.zeros(self.vehicle.memory_size)
         self.flow_memory: dict[str, Any] = {}
 
-    def _share(self) -> Array:
-        """(M + M_A)^-1 in the body frame, from the engine's own mass matrix at the identity attitude."""
-        if not self.added.size:
-            return self.added
-        return np.asarray(np.linalg.inv(mass_matrix(self.model) + self.added), dtype=np.float64)
-
     def start(self) -> Start:
         """The state that the next phase begins from."""
-        rows = np.concatenate([self.data.qpos, self.data.qvel, self.data.ctrl, np.zeros(self.model.nv)])[None]
-        now = self.vehicle.kinematics(self.model, rows)
+        state = (self.data.qpos, self.data.qvel, self.data.ctrl, np.zeros(self.model.nv))
+        now = self.vehicle.kinematics(self.model, Log(*(part[None] for part in state)))
         forward = matrix_from_q(now.q)[0, :, 0]
         x, y, z = now.pos_enu_m[0]
-        return Start((x, y, z), float(np.arctan2(forward[1], forward[0])), float(np.hypot(*now.velocity_m_s[0, :2])))
+        return Start((x, y, z), math.atan2(forward[1], forward[0]), math.hypot(*now.velocity_m_s[0, :2]))
 
-    def run(self, reference: Array, gains: Array, stop: Array) -> tuple[Array, int]:
+    def run(self, reference: Array, gains: Array, stop: Stop) -> tuple[Log, int]:
         """Advance over the reference rows; the log's filled rows and the number of steps taken."""
-        rows = np.empty((-(-len(reference) // self.every), self.model.nq + 2 * self.model.nv + self.model.nu))
+        log = log_of(self.model, -(-len(reference) // self.every))
         flow = self.vehicle.flow(len(reference), self.rng, self.flow_memory)
-        done = advance(
-            *(self.vehicle.control, self.model._address, self.data._address, STEP_S, self.buffers),
-            *(self.added, self.share, reference, flow, gains, self.memory, stop, self.every, rows),
-        )
+        course = Course(reference, flow, gains, self.memory, self.every, stop)
+        done = advance(self.vehicle.control, self.plant, course, log)
         self.steps += done
-        return rows[: -(-done // self.every)], done
+        return log.first(-(-done // self.every)), done
 
     @property
     def lost(self) -> bool:
         """Whether the state is not finite, or the engine found it so on the way."""
-        return not np.isfinite(self.data.qpos).all() or bool(np.any(self.data.warning.number))
+        return not np.isfinite(self.data.qpos).all() or bool(np.any(self.data.warning.number > KNOWN))
 
 
 def drive(scenario: Scenario, rng: np.random.Generator) -> Iterator[Motion]:
@@ -119,17 +113,17 @@ def _phase(loop: Loop, phase: PhaseBase, index: int) -> Iterator[Motion]:
         t_s: Array = STEP_S * np.arange(first, min(first + block, total), dtype=np.float64)
         reference = np.ascontiguousarray(phase.reference(start, t_s))
         begin = loop.steps
-        rows, done = loop.run(reference, gains, stop)
+        log, done = loop.run(reference, gains, stop)
         if loop.lost:
             what = f"the simulated vehicle left its envelope before {STEP_S * loop.steps:g} s"
             do = "ask for a gentler motion, wind or current"
             raise InputError(what, where=f"phases.{index} ({phase.kind})", do=do)
-        if len(rows):
-            yield _motion(loop, rows, reference[:: loop.every], begin, index, t_s[:: loop.every])
+        if done:
+            yield _motion(loop, log, reference[:: loop.every], begin, index, t_s[:: loop.every])
         first += done
         if done < len(t_s):
             return
-    if stop[1]:
+    if stop.sign:
         depth = f"{phase.end_depth_m:g} m"
         raise InputError(
             f"the vehicle did not reach {depth} in max_duration_s = {phase.duration_s:g} s",
@@ -138,18 +132,17 @@ def _phase(loop: Loop, phase: PhaseBase, index: int) -> Iterator[Motion]:
         )
 
 
-def _stop(phase: PhaseBase, start: Start) -> Array:
-    """(z, sign) for the engine: where an unpowered phase ends; sign 0: by time alone."""
+def _stop(phase: PhaseBase, start: Start) -> Stop:
+    """Where an unpowered phase ends; others end by time alone."""
     if phase.end_depth_m is None:
-        return np.zeros(2)
-    z = -phase.end_depth_m
-    return np.array([z, 1.0 if z > start.pos_enu_m[2] else -1.0])
+        return Stop()
+    z_m = -phase.end_depth_m
+    return Stop(z_m, 1.0 if z_m > start.pos_enu_m[2] else -1.0)
 
 
-def _motion(loop: Loop, rows: Array, reference: Array, begin: int, phase: int, phase_time_s: Array) -> Motion:
-    n, model = len(rows), loop.model
+def _motion(loop: Loop, log: Log, reference: Array, begin: int, phase: int, phase_time_s: Array) -> Motion:
+    n = len(log.qpos)
     time_s: Array = STEP_S * (begin + loop.every * np.arange(n, dtype=np.float64))
-    kinematics = loop.vehicle.kinematics(model, rows)
-    ctrl = rows[:, model.nq + model.nv : model.nq + model.nv + model.nu]
-    currents = loop.vehicle.currents_A(ctrl)
+    kinematics = loop.vehicle.kinematics(loop.model, log)
+    currents = loop.vehicle.currents_A(log.ctrl)
     return Motion(time_s, kinematics, matrix_from_q(kinematics.q), currents, reference[:n], phase, phase_time_s[:n])

@@ -12,7 +12,8 @@ import numpy as np
 from scenarios.paths.base import PhaseBase
 from scenarios.paths.dive import Ascent, Descent
 from scenarios.spec import AuvSpec
-from sim.engine import mass_matrix
+from sim.engine import Log, mass_matrix
+from sim.portable import product, pseudo_inverse
 from sim.state import Array
 from sim.vehicles.auv_control import GAINS_SIZE, MEMORY_SIZE, THRUSTERS, follow
 from sim.vehicles.base import Kinematics, Vehicle, free_body_kinematics
@@ -51,7 +52,7 @@ class Auv(Vehicle):
         if isinstance(phase, Descent | Ascent):
             ballast = -phase.ballast_N * np.array([1.0 - phase.trim_m, phase.trim_m])
         mass = mass_matrix(model) + self.added_mass(model)
-        allocation = np.linalg.pinv(_thruster_wrenches(model))
+        allocation = pseudo_inverse(_thruster_wrenches(model))
         limit_N = model.actuator_ctrlrange[:THRUSTERS, 1].min()
         powered = float(phase.powered)
         parts = (powered, ballast, FEEDBACK, _righting_arm(model), mass, _drag(model), allocation, limit_N)
@@ -72,9 +73,9 @@ class Auv(Vehicle):
             turn, offset = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]
             to_geom = np.zeros((6, 6))
             to_geom[:3, :3] = to_geom[3:, 3:] = turn.T
-            to_geom[:3, 3:] = -turn.T @ _skew(offset)
+            to_geom[:3, 3:] = -product(turn.T, _skew(offset))
             virtual = np.diag(fluid[FIRST_MASS : FIRST_INERTIA + 3]) * model.opt.density
-            total += fluid[FIRST_COEFFICIENT] * to_geom.T @ virtual @ to_geom
+            total += fluid[FIRST_COEFFICIENT] * product(to_geom.T, product(virtual, to_geom))
         return total
 
     def flow(self, n: int, rng: np.random.Generator, memory: dict[str, Any]) -> Array:
@@ -83,11 +84,12 @@ class Auv(Vehicle):
 
     def currents_A(self, ctrl: Array) -> Array:
         """I = k |T|^1.5 (n, 8): a propeller's power grows with thrust so (momentum theory), at constant voltage."""
-        return AMPERE_PER_N_1_5 * np.abs(ctrl[:, :THRUSTERS]) ** 1.5
+        thrust_N = np.abs(ctrl[:, :THRUSTERS])
+        return np.asarray(AMPERE_PER_N_1_5 * thrust_N * np.sqrt(thrust_N))
 
-    def kinematics(self, model: mujoco.MjModel, rows: Array) -> Kinematics:
+    def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
         """Motion of the hull's centre."""
-        return free_body_kinematics(rows, model.nu)
+        return free_body_kinematics(log)
 
 
 def _skew(v: Array) -> Array:
@@ -105,7 +107,7 @@ def _righting_arm(model: mujoco.MjModel) -> Array:
     """a = sum of g m (c - 1) r (3,), N m, with c the buoyancy per weight of the part at r; the moment is a x R^T z."""
     data = _at_identity(model)
     lift_N = -model.opt.gravity[2] * model.body_mass * (model.body_gravcomp - 1.0)
-    return np.asarray(lift_N @ data.xipos)
+    return np.asarray(product(lift_N[None], data.xipos)[0])
 
 
 def _drag(model: mujoco.MjModel) -> Array:

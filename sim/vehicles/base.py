@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from scenarios.paths.base import PhaseBase
+from sim.engine import Log
 from sim.state import Array
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -72,11 +73,10 @@ class Vehicle(ABC):
         """Motor currents (n, motors) from the actuator commands (n, nu)."""
 
     @abstractmethod
-    def kinematics(self, model: mujoco.MjModel, rows: Array) -> Kinematics:
-        """Motion from rows of the engine's log, [qpos, qvel, ctrl, dqvel/dt]."""
+    def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
+        """Motion from the engine's log."""
 
 
-def free_body_kinematics(rows: Array, nu: int) -> Kinematics:
+def free_body_kinematics(log: Log) -> Kinematics:
     """Motion of a free joint: MuJoCo's qvel is linear in the world frame and angular in the body frame."""
-    accel = rows[:, 13 + nu : 16 + nu]
-    return Kinematics(rows[:, 0:3], rows[:, 3:7], rows[:, 7:10], rows[:, 10:13], accel)
+    return Kinematics(log.qpos[:, :3], log.qpos[:, 3:], log.qvel[:, :3], log.qvel[:, 3:], log.accel[:, :3])

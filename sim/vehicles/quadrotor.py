@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar
 
 import mujoco
@@ -9,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from scenarios.paths.base import PhaseBase
+from sim.engine import Log
 from sim.state import Array
 from sim.vehicles.base import STEP_S, Kinematics, Vehicle, free_body_kinematics
 from sim.vehicles.quadrotor_control import SIZE, control
@@ -72,7 +74,7 @@ class Quadrotor(Vehicle):
             return wind
         if "gust" not in memory:
             memory["gust"] = std * rng.standard_normal(3)
-        decay = np.exp(-STEP_S / GUST_CORRELATION_S)
+        decay = math.exp(-STEP_S / GUST_CORRELATION_S)
         noise = std * np.sqrt(1.0 - decay**2) * rng.standard_normal((n, 3))
         _gauss_markov(noise, decay, memory["gust"])
         wind += noise
@@ -80,10 +82,11 @@ class Quadrotor(Vehicle):
 
     def currents_A(self, ctrl: Array) -> Array:
         """I = k T^1.5 a motor (momentum theory), T its thrust; a stopped rotor may be a rounding below zero."""
-        return np.asarray(AMPERE_PER_N32 * np.maximum(ctrl, 0.0) ** 1.5)
+        thrust_N = np.maximum(ctrl, 0.0)
+        return np.asarray(AMPERE_PER_N32 * thrust_N * np.sqrt(thrust_N))
 
-    def kinematics(self, model: mujoco.MjModel, rows: Array) -> Kinematics:
-        return free_body_kinematics(rows, model.nu)
+    def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
+        return free_body_kinematics(log)
 
 
 def drag_N_s2_m2(model: mujoco.MjModel) -> float:

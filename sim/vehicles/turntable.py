@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from scenarios.paths.base import PhaseBase
-from sim.engine import control_signature
+from sim.engine import Log, control_signature
 from sim.rotation import multiply_q, q_from_rotation_vector
 from sim.state import Array
 from sim.vehicles.base import Kinematics, Vehicle
@@ -89,17 +89,17 @@ class Turntable(Vehicle):
     def currents_A(self, ctrl: Array) -> Array:
         return np.zeros((len(ctrl), 0))
 
-    def kinematics(self, model: mujoco.MjModel, rows: Array) -> Kinematics:
+    def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
         """From the hinges' angles and rates: with yaw y, pitch p, roll r,
 
         w = (r' - y' sin p, p' cos r + y' sin r cos p, y' cos r cos p - p' sin r)   (body frame).
         """
-        yaw, pitch, roll = (q_from_rotation_vector(rows[:, [i]] * np.eye(3)[2 - i]) for i in range(3))
-        still = np.zeros((len(rows), 3))
-        return Kinematics(still, multiply_q(multiply_q(yaw, pitch), roll), still, _body_rate(rows), still)
+        yaw, pitch, roll = (q_from_rotation_vector(log.qpos[:, [i]] * np.eye(3)[2 - i]) for i in range(3))
+        still = np.zeros((len(log.qpos), 3))
+        return Kinematics(still, multiply_q(multiply_q(yaw, pitch), roll), still, _body_rate(log), still)
 
 
-def _body_rate(rows: Array) -> Array:
-    (sp, sr), (cp, cr) = np.sin(rows[:, 1:3]).T, np.cos(rows[:, 1:3]).T
-    yaw, pitch, roll = rows[:, 3:6].T
+def _body_rate(log: Log) -> Array:
+    (sp, sr), (cp, cr) = np.sin(log.qpos[:, 1:]).T, np.cos(log.qpos[:, 1:]).T
+    yaw, pitch, roll = log.qvel.T
     return np.column_stack([roll - yaw * sp, pitch * cr + yaw * sr * cp, yaw * cr * cp - pitch * sr])

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from scenarios.paths import Phase, PhaseBase, Start
 from scenarios.spec import AuvSpec, FieldSpec, SamplingSpec, Scenario
-from sim.engine import advance, buffers_of, mass_matrix
+from sim.engine import Course, advance, log_of, plant_of
 from sim.motion import drive
 from sim.rotation import matrix_from_q
 from sim.vehicles.auv import Auv
@@ -70,12 +70,10 @@ def follow_from_rest(reference: Array, attitude: Rotation | None = None) -> mujo
     """The state after a reference that no scenario offers, from rest at the origin."""
     vehicle, model, data = auv()
     data.qpos[3:7] = (attitude or Rotation.identity()).as_quat(scalar_first=True)
-    n, added = len(reference), vehicle.added_mass(model)
-    advance(
-        *(follow, model._address, data._address, STEP_S, buffers_of(model, data, model.body("auv").id), added),
-        *(np.linalg.inv(mass_matrix(model) + added), reference, np.zeros((n, 3)), vehicle.gains(model, phase(SPIRAL))),
-        *(np.zeros(vehicle.memory_size), np.zeros(2), 1, np.empty((n, model.nq + 2 * model.nv + model.nu))),
-    )
+    n, gains = len(reference), vehicle.gains(model, phase(SPIRAL))
+    plant = plant_of(model, data, vehicle.body, vehicle.added_mass(model))
+    course = Course(reference, np.zeros((n, 3)), gains, np.zeros(vehicle.memory_size))
+    advance(follow, plant, course, log_of(model, n))
     return data
 
 
@@ -303,13 +301,13 @@ class TestIntegration:
         for parts in (1, 100):
             vehicle, model, data = auv(heading_deg=np.degrees(0.3))
             gains, memory, added = vehicle.gains(model, phase(table)), np.zeros(43), vehicle.added_mass(model)
-            views = buffers_of(model, data, model.body("auv").id)
-            water = (added, np.linalg.inv(mass_matrix(model) + added), np.zeros((parts, 18)), np.zeros((parts, 3)))
-            way, log = np.empty((n, 7)), np.empty((1, model.nq + 2 * model.nv + model.nu))
+            model.opt.timestep = STEP_S / parts
+            plant = plant_of(model, data, vehicle.body, added)
+            held = Course(np.zeros((parts, 18)), np.zeros((parts, 3)), gains, memory, parts)
+            way, log = np.empty((n, 7)), log_of(model, 1)
             for i in range(n):
                 follow(data.qpos, data.qvel, reference[i], gains, memory, data.ctrl)
-                address, dt = (model._address, data._address), STEP_S / parts
-                advance(hold, *address, dt, views, *water, gains, memory, np.zeros(2), parts, log)
+                advance(hold, plant, held, log)
                 way[i] = data.qpos
             ways.append(way)
         turns = [Rotation.from_quat(w[:, 3:], scalar_first=True) for w in ways]

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from scenarios.spec import AuvSpec
-from sim.engine import advance, buffers_of, control_signature, mass_matrix
+from sim.engine import Course, Log, Stop, advance, control_signature, log_of, mass_matrix, plant_of
 from sim.vehicles.auv import Auv
 from tests.sim.fossen import DENSITY, GRAVITY, Array, Fossen, tuckerman
 
@@ -24,18 +24,13 @@ def hold(qpos, qvel, row, gains, memory, ctrl):
     """Leaves the commands as they are."""
 
 
-def run(model: Any, data: Any, seconds: float, dt: float, current: Any = (0, 0, 0), every: int = 1) -> Array:
+def run(model: Any, data: Any, seconds: float, dt: float, current: Any = (0, 0, 0), every: int = 1) -> Log:
     """The log of the engine with constant commands, a row at each `every`-th step; the water from `Auv.added_mass`."""
-    added = AUV.added_mass(model)
-    share = np.linalg.inv(mass_matrix(model) + added)
+    model.opt.timestep = dt
     steps = round(seconds / dt)
-    log = np.empty((-(-steps // every), model.nq + 2 * model.nv + model.nu))
-    done = advance(
-        *(hold, model._address, data._address, dt, buffers_of(model, data, model.body("auv").id), added, share),
-        *(np.zeros((steps, 18)), np.tile(np.asarray(current, float), (steps, 1)), np.zeros(1), np.zeros(1)),
-        *(np.zeros(2), every, log),
-    )
-    assert done == steps
+    log, flow = log_of(model, -(-steps // every)), np.tile(np.asarray(current, float), (steps, 1))
+    course = Course(np.zeros((steps, 18)), flow, np.zeros(1), np.zeros(1), every)
+    assert advance(hold, plant_of(model, data, AUV.body, AUV.added_mass(model)), course, log) == steps
     return log
 
 
@@ -49,8 +44,8 @@ def thrusts(model: mujoco.MjModel, wrench: Array) -> Array:
     return np.concatenate([np.linalg.pinv(np.array(columns).T) @ wrench, np.zeros(model.nu - 8)])
 
 
-def nu_of(rows: Array, R: Array) -> Array:
-    return np.concatenate([R.T @ rows[7:10], rows[10:13]])
+def nu_of(qvel: Array, R: Array) -> Array:
+    return np.concatenate([R.T @ qvel[:3], qvel[3:]])
 
 
 class TestAddedMass:
@@ -109,10 +104,10 @@ class TestStepResponse:
         force = 30.0 if axis < 3 else 3.0
         data = mujoco.MjData(model)
         data.ctrl[:] = thrusts(model, np.eye(6)[axis] * force)
-        rows = run(model, data, 12.0, 0.02)
-        t, terminal = 0.02 * np.arange(len(rows)), np.sqrt(force / k)
+        log = run(model, data, 12.0, 0.02)
+        t, terminal = 0.02 * np.arange(len(log.qvel)), np.sqrt(force / k)
         # body velocity along the axis; a spinning hull stays where it is
-        measured = rows[:, 7 + axis]
+        measured = log.qvel[:, axis]
         np.testing.assert_allclose(measured[1] / 0.02, force / inertial, rtol=1e-2)
         np.testing.assert_allclose(measured, terminal * np.tanh(force * t / inertial / terminal), rtol=1e-5, atol=1e-9)
         without = force / whole[axis]
@@ -124,9 +119,9 @@ class TestStepResponse:
         wrench = np.eye(6)[axis] * (30.0 if axis < 3 else 3.0)
         data = mujoco.MjData(model)
         data.ctrl[:] = thrusts(model, wrench)
-        rows = run(model, data, 0.02, 0.001)
+        log = run(model, data, 0.02, 0.001)
         expected = np.linalg.solve(Fossen(model).total, wrench)
-        np.testing.assert_allclose(rows[0, -6:], expected, rtol=0.01, atol=1e-5)
+        np.testing.assert_allclose(log.accel[0], expected, rtol=0.01, atol=1e-5)
 
 
 CASES = {
@@ -153,15 +148,15 @@ class TestAgainstFossen:
         data.qpos[3:7] = turn.as_quat(scalar_first=True)
         data.qvel[:] = rng.uniform(-1, 1, 6) * [0.8, 0.8, 0.8, 0.6, 0.6, 0.6]
         start = np.concatenate([data.qpos, turn.as_matrix().T @ data.qvel[:3], data.qvel[3:]])
-        rows = run(model, data, 20.005, 0.005, fossen.current, every=200)
-        times = np.arange(len(rows)) * 1.0
+        log = run(model, data, 20.005, 0.005, fossen.current, every=200)
+        times = np.arange(len(log.qpos)) * 1.0
         y = solve_ivp(fossen.slope, (0, 20), start, "DOP853", times, rtol=1e-7, atol=1e-8).y.T
         R = Rotation.from_quat(y[:, 3:7], scalar_first=True)
-        apart = (R.inv() * Rotation.from_quat(rows[:, 3:7], scalar_first=True)).magnitude()
-        assert np.abs(y[:, :3] - rows[:, :3]).max() < 2e-5
+        apart = (R.inv() * Rotation.from_quat(log.qpos[:, 3:], scalar_first=True)).magnitude()
+        assert np.abs(y[:, :3] - log.qpos[:, :3]).max() < 2e-5
         assert np.degrees(apart).max() < 1e-3
-        assert np.abs(R.apply(y[:, 7:10]) - rows[:, 7:10]).max() < 2e-6
-        assert np.ptp(rows[:, :3], axis=0).max() > 1.0
+        assert np.abs(R.apply(y[:, 7:10]) - log.qvel[:, :3]).max() < 2e-6
+        assert np.ptp(log.qpos[:, :3], axis=0).max() > 1.0
 
 
 class TestEnergy:
@@ -181,9 +176,9 @@ class TestEnergy:
         turn = Rotation.random(random_state=rng)
         data.qpos[3:7] = turn.as_quat(scalar_first=True)
         data.qvel[:] = rng.uniform(-1, 1, 6) * [1, 1, 1, 1, 0.5, 0.5]
-        rows = run(model, data, 60.0, 0.01, every=50)
-        R = Rotation.from_quat(rows[:, 3:7], scalar_first=True).as_matrix()
-        nu = np.array([nu_of(row, r) for row, r in zip(rows, R, strict=True)])
+        log = run(model, data, 60.0, 0.01, every=50)
+        R = Rotation.from_quat(log.qpos[:, 3:], scalar_first=True).as_matrix()
+        nu = np.array([nu_of(qvel, r) for qvel, r in zip(log.qvel, R, strict=True)])
         body = model.body("auv")
         potential = body.mass[0] * GRAVITY * (R @ body.ipos)[:, 2]
         kinetic = np.einsum("ni,ij,nj->n", nu, fossen.total, nu) / 2
@@ -203,9 +198,9 @@ class TestEnergy:
             data.qpos[3:7] = [0.9, 0.1, -0.3, 0.3]
             data.qvel[:] = [0.5, 0.2, -0.3, 0.4, 0.3, -0.2]
             data.qvel[:3] += stream
-            rows = run(model, data, 10.0, 0.02, stream)
-            rows[-1, :3] -= stream * 0.02 * (len(rows) - 1)
-            ends.append(np.delete(rows[-1, :13], slice(7, 10)))
+            log = run(model, data, 10.0, 0.02, stream)
+            log.qpos[-1, :3] -= stream * 0.02 * (len(log.qpos) - 1)
+            ends.append(np.concatenate([log.qpos[-1], log.qvel[-1, 3:]]))
         np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
 
 
@@ -228,20 +223,17 @@ class TestLoop:
         model = AUV.model()
         data = mujoco.MjData(model)
         data.ctrl[8] = -100.0
-        added = AUV.added_mass(model)
-        log = np.empty((400, model.nq + 2 * model.nv + model.nu))
-        done = advance(
-            *(hold, model._address, data._address, 0.02, buffers_of(model, data, model.body("auv").id), added),
-            *(np.linalg.inv(mass_matrix(model) + added), np.zeros((2000, 18)), np.zeros((2000, 3)), np.zeros(1)),
-            *(np.zeros(1), np.array([-depth_m, -1.0]), 5, log),
-        )
+        plant, log = plant_of(model, data, AUV.body, AUV.added_mass(model)), log_of(model, 400)
+        nothing = np.zeros(1)
+        down = Course(np.zeros((2000, 18)), np.zeros((2000, 3)), nothing, nothing, 5, Stop(-depth_m, -1.0))
+        done = advance(hold, plant, down, log)
         assert 0 < done < 2000
         assert done % 5 == 0
-        assert log[done // 5 - 1, 2] > -depth_m > data.qpos[2]
+        assert log.qpos[done // 5 - 1, 2] > -depth_m > data.qpos[2]
 
     def test_accelerations_in_the_log_are_those_of_the_velocity(self) -> None:
         model = AUV.model()
         data = mujoco.MjData(model)
         data.ctrl[0] = 20.0
-        rows = run(model, data, 2.0, 0.02)
-        np.testing.assert_allclose(np.diff(rows[:, 7:13], axis=0) / 0.02, rows[:-1, -6:], atol=1e-12)
+        log = run(model, data, 2.0, 0.02)
+        np.testing.assert_allclose(np.diff(log.qvel, axis=0) / 0.02, log.accel[:-1], atol=1e-12)

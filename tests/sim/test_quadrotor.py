@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from scenarios.paths import Phase, Start
 from scenarios.spec import QuadrotorSpec
-from sim.engine import advance, buffers_of
+from sim.engine import Course, advance, log_of, plant_of
 from sim.rotation import matrix_from_q
 from sim.vehicles.base import STEP_S
 from sim.vehicles.quadrotor import GUST_CORRELATION_S, Quadrotor
@@ -44,11 +44,11 @@ def along(vehicle: Quadrotor, model: mujoco.MjModel, data: mujoco.MjData, phase:
     path = TypeAdapter(Phase).validate_python(phase)
     start = Start((0.0, 0.0, 30.0), np.radians(vehicle.spec.heading_deg))
     reference = np.ascontiguousarray(path.reference(start, STEP_S * np.arange(800)))
-    gains, rows, none = vehicle.gains(model, path), np.empty((800, 7 + 12 + 4)), np.zeros((0, 0))
-    flow, body = vehicle.flow(800, np.random.default_rng(0), {}), model.body("quadrotor").id
-    loop = (control, model._address, data._address, STEP_S, buffers_of(model, data, body), none, none, reference)
-    advance(*loop, flow, gains, np.zeros(SIZE), np.zeros(2), 1, rows)
-    return reference, gains, rows
+    gains, log = vehicle.gains(model, path), log_of(model, 800)
+    flow = vehicle.flow(800, np.random.default_rng(0), {})
+    plant = plant_of(model, data, vehicle.body, vehicle.added_mass(model))
+    advance(control, plant, Course(reference, flow, gains, np.zeros(SIZE)), log)
+    return reference, gains, log
 
 
 class TestPlant:
@@ -131,12 +131,12 @@ class TestPlant:
     def test_magnetometer_sensor_agrees_with_our_rotation(self) -> None:
         """Over attitudes logged by the loop."""
         vehicle, model, data = plant(heading_deg=70)
-        rows = along(vehicle, model, data, SPIRAL)[2]
+        log = along(vehicle, model, data, SPIRAL)[2]
         field = np.array([-1940.0, 31916.0, -41285.0])
-        R_wb, probe = matrix_from_q(vehicle.kinematics(model, rows).q), mujoco.MjData(model)
+        R_wb, probe = matrix_from_q(vehicle.kinematics(model, log).q), mujoco.MjData(model)
         model.opt.magnetic[:] = field
-        for row, R in zip(rows[::40], R_wb[::40], strict=True):
-            probe.qpos[:] = row[:7]
+        for qpos, R in zip(log.qpos[::40], R_wb[::40], strict=True):
+            probe.qpos[:] = qpos
             mujoco.mj_forward(model, probe)
             assert np.abs(probe.sensor("magnetometer").data - R.T @ field).max() < 1e-9 * np.linalg.norm(field)
 
@@ -175,11 +175,11 @@ class TestGusts:
 def test_step_of_20_ms_agrees_with_a_hundredth_of_it(phase: dict[str, Any]) -> None:
     """The control stays at 50 Hz; only the integration becomes finer. 16 s in wind."""
     vehicle, model, data = plant(wind_enu_m_s=(3, 0, 0))
-    reference, gains, rows = along(vehicle, model, data, phase)
+    reference, gains, log = along(vehicle, model, data, phase)
     _, fine_model, fine = plant()
     fine_model.opt.timestep, fine_model.opt.wind[:], memory = STEP_S / 100, (3, 0, 0), np.zeros(SIZE)
     worst_m = worst_rad = 0.0
-    for row, ours in zip(reference, rows, strict=True):
+    for row, ours in zip(reference, log.qpos, strict=True):
         worst_m = max(worst_m, np.abs(ours[:3] - fine.qpos[:3]).max())
         worst_rad = max(worst_rad, 2 * np.abs(ours[3:7] - fine.qpos[3:7]).max())
         control(fine.qpos, fine.qvel, row, gains, memory, fine.ctrl)

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from scenarios.spec import FieldSpec, SamplingSpec, Scenario, TurntableSpec
+from sim.engine import Log
 from sim.motion import drive
 from sim.rotation import matrix_from_euler, matrix_from_q
 from sim.vehicles.base import STEP_S
@@ -87,26 +88,27 @@ class TestPlant:
     def test_attitude_and_rate_are_the_engines(self) -> None:
         vehicle, model, data = table()
         rng, rate = np.random.default_rng(3), np.zeros(6)
-        rows = np.concatenate([rng.normal(size=(50, 6)) * 3, np.zeros((50, 6))], axis=1)
-        ours = vehicle.kinematics(model, rows)
+        angles, rates, none = *rng.normal(size=(2, 50, 3)) * 3, np.zeros((50, 3))
+        ours = vehicle.kinematics(model, Log(angles, rates, none, none))
         platform = model.body("platform").id
-        for row, q, rate_rad_s in zip(rows, ours.q, ours.rate_rad_s, strict=True):
-            data.qpos[:], data.qvel[:] = row[:3], row[3:6]
+        for angle, turning, q, rate_rad_s in zip(angles, rates, ours.q, ours.rate_rad_s, strict=True):
+            data.qpos[:], data.qvel[:] = angle, turning
             mujoco.mj_forward(model, data)
             mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, platform, rate, 1)
             np.testing.assert_allclose(rate_rad_s, rate[:3], atol=1e-12)
             np.testing.assert_allclose(matrix_from_q(q[None])[0].ravel(), data.xmat[platform], atol=1e-12)
-            np.testing.assert_allclose(matrix_from_q(q[None])[0], matrix_from_euler(*row[:3]), atol=1e-12)
+            np.testing.assert_allclose(matrix_from_q(q[None])[0], matrix_from_euler(*angle), atol=1e-12)
 
     def test_magnetometer_sensor_agrees_with_our_rotation(self) -> None:
         """The hinges' angles go into the engine, the motion's R_wb is ours."""
         vehicle, model, data = table()
         field = np.array([-1940.0, 31916.0, -41285.0])
         model.opt.magnetic[:] = field
-        reference = turn(TUMBLE, rate_hz=0.2).reference[:, 9:12]
-        rows = np.concatenate([reference, np.zeros((len(reference), 9))], axis=1)
-        for row, R in zip(rows, matrix_from_q(vehicle.kinematics(model, rows).q), strict=True):
-            data.qpos[:] = row[:3]
+        angles = turn(TUMBLE, rate_hz=0.2).reference[:, 9:12]
+        none = np.zeros_like(angles)
+        motion = vehicle.kinematics(model, Log(angles, none, none, none))
+        for angle, R in zip(angles, matrix_from_q(motion.q), strict=True):
+            data.qpos[:] = angle
             mujoco.mj_forward(model, data)
             assert np.abs(data.sensor("magnetometer").data - R.T @ field).max() < 1e-9 * np.linalg.norm(field)
 

@@ -9,7 +9,7 @@ from pydantic import TypeAdapter
 
 from scenarios.paths import PHASES, Phase
 from scenarios.spec import VehicleSpec
-from sim.engine import CONTROL, mass_matrix
+from sim.engine import CONTROL, Log, mass_matrix
 from sim.vehicles import VEHICLES, vehicle_for
 from sim.vehicles.base import STEP_S, Vehicle
 
@@ -90,8 +90,8 @@ def test_flow_currents_and_kinematics_have_a_row_a_sample(vehicle: Vehicle, mode
     assert np.isfinite(currents).all()
     data = mujoco.MjData(model)
     vehicle.place(model, data)
-    row = np.concatenate([data.qpos, data.qvel, np.zeros(model.nu + model.nv)])
-    motion = vehicle.kinematics(model, np.tile(row, (n, 1)))
+    state = (data.qpos, data.qvel, data.ctrl, np.zeros(model.nv))
+    motion = vehicle.kinematics(model, Log(*(np.tile(part, (n, 1)) for part in state)))
     assert motion.q.shape == (n, 4)
     np.testing.assert_allclose(np.linalg.norm(motion.q, axis=1), 1.0)
     for part in (motion.pos_enu_m, motion.velocity_m_s, motion.rate_rad_s, motion.accel_m_s2):
