@@ -8,6 +8,7 @@ import numpy as np
 
 from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
+from sim.portable import extended
 from sim.state import Array
 
 FIRST_DATE, LAST_DATE = datetime.date(1900, 1, 1), datetime.date(2030, 1, 1)
@@ -35,5 +36,6 @@ def earth_field_enu_nT(field: FieldSpec) -> Array:
 
     midnight = datetime.datetime.combine(field.date, datetime.time())
     latitude_deg = np.clip(field.latitude_deg, -MOST_LATITUDE_DEG, MOST_LATITUDE_DEG)
-    parts = ppigrf.igrf(field.longitude_deg, latitude_deg, field.altitude_m / 1000.0, midnight)
+    place = (field.longitude_deg, latitude_deg, field.altitude_m / 1000.0)
+    parts = ppigrf.igrf(*map(extended, place), midnight)
     return np.array([float(part.item()) for part in parts])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,10 +27,10 @@ class GaussMarkov:
 
     def draw(self, n: int) -> Array:
         """The next n samples (n, width); cutting a run into other blocks gives the same samples."""
-        p = float(np.exp(-self.interval_s / self.correlation_s))
+        p = math.exp(-self.interval_s / self.correlation_s)
         if self._last is None:
             self._last = self.std * self.rng.standard_normal(self.width)
-        drive = self.std * np.sqrt(1.0 - p * p) * self.rng.standard_normal((n, self.width))
+        drive = self.std * math.sqrt(1.0 - p * p) * self.rng.standard_normal((n, self.width))
         out, _ = lfilter([1.0], [1.0, -p], drive, axis=0, zi=p * self._last[None])
         self._last = out[-1]
         return np.asarray(out)

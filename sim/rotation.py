@@ -39,6 +39,17 @@ def to_body(R_wb: Array, v_world: Array) -> Array:
 
 
 @njit(cache=True)
+def to_world(R_wb: Array, v_body: Array) -> Array:
+    """R_wb v: body vectors (n, 3), or (1, 3) for one and the same, into the world (n, 3)."""
+    out = np.empty((R_wb.shape[0], 3))
+    for i in range(R_wb.shape[0]):
+        v = v_body[i] if v_body.shape[0] > 1 else v_body[0]
+        for j in range(3):
+            out[i, j] = R_wb[i, j, 0] * v[0] + R_wb[i, j, 1] * v[1] + R_wb[i, j, 2] * v[2]
+    return out
+
+
+@njit(cache=True)
 def cross(a: Array, b: Array) -> Array:
     """Row-wise a x b of (n, 3) arrays; either may have one row."""
     n = max(a.shape[0], b.shape[0])

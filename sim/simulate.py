@@ -33,7 +33,7 @@ from sim.effects.earth import AttitudeMisalignment
 from sim.field import earth_field_enu_nT
 from sim.instruments import Instruments
 from sim.motion import Motion, drive
-from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body
+from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body, to_world
 from sim.scenario import effects_of
 from sim.state import Array, State
 from sim.streams import stream
@@ -129,7 +129,7 @@ def _state(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Arr
     return State(
         time_s=motion.time_s,
         interval_s=interval_s,
-        pos_enu_m=k.pos_enu_m + motion.R_wb @ np.array(sensor.position_m),
+        pos_enu_m=k.pos_enu_m + to_world(motion.R_wb, np.array([sensor.position_m])),
         R_wb=motion.R_wb,
         rate_rad_s=k.rate_rad_s,
         field_enu_nT=plan.field_enu_nT,

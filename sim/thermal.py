@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.signal import lfilter
 
 from scenarios.spec import ThermalSpec
+from sim.portable import extended
 from sim.state import Array
 
 
@@ -26,11 +28,12 @@ class Thermometer:
     def temperature_degC(self, depth_m: Array, current_A: Array) -> Array:
         """Temperature (n,) at the next n samples, from depth (n,) and motor currents (n, m)."""
         s = self.spec
-        around = s.deep_degC + (s.surface_degC - s.deep_degC) * np.exp(-np.maximum(depth_m, 0.0) / s.scale_depth_m)
+        decay = np.exp(extended(-np.maximum(depth_m, 0.0) / s.scale_depth_m)).astype(np.float64)
+        around = s.deep_degC + (s.surface_degC - s.deep_degC) * decay
         goal = around + s.heating_K_W * self.resistance_ohm * (current_A**2).sum(axis=1)
         if self._last is None:
             self._last = float(around[0]) if s.initial_degC is None else s.initial_degC
-        p = float(np.exp(-self.interval_s / s.time_constant_s))
+        p = math.exp(-self.interval_s / s.time_constant_s)
         out, _ = lfilter([1.0 - p], [1.0, -p], goal, zi=[p * self._last])
         self._last = float(out[-1])
         return np.asarray(out)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -73,6 +74,6 @@ class Rotate(RunIn):
         bout = np.clip(np.floor(t_s / bout_s), 0, bouts - 1)
         local = t_s - bout * bout_s
         rate_rad_s = 2.0 * np.pi / self.tilt_period_s
-        amplitude_m = GRAVITY_M_S2 * np.tan(np.radians(self.tilt_amplitude_deg)) / rate_rad_s**2
+        amplitude_m = GRAVITY_M_S2 * math.tan(math.radians(self.tilt_amplitude_deg)) / rate_rad_s**2
         sway = window(local, bout_s, self.tilt_period_s) * sine(local, amplitude_m, self.tilt_period_s)
         return sway * (1 - bout % 2), sway * (bout % 2)

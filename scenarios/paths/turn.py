@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
@@ -12,6 +13,11 @@ from scenarios.paths.jet import Array, run
 EASE = 0.3
 """Share of the turn's length over which the curvature rises, and again over which it falls."""
 KNOTS = 513
+OUTER, INNER = (math.sqrt(5.0 + side * 2.0 * math.sqrt(10.0 / 7.0)) / 3.0 for side in (1.0, -1.0))
+NODES = np.array([-OUTER, -INNER, 0.0, INNER, OUTER])
+HEAVY, LIGHT = ((322.0 + side * 13.0 * math.sqrt(70.0)) / 900.0 for side in (1.0, -1.0))
+WEIGHTS = np.array([LIGHT, HEAVY, 128.0 / 225.0, HEAVY, LIGHT])
+"""Nodes and weights of the five-point Gauss-Legendre rule on [-1, 1], in closed form."""
 
 
 def heading(u: Array) -> tuple[Array, Array, Array]:
@@ -31,10 +37,10 @@ def unit_turn() -> tuple[CubicHermiteSpline, float]:
     By symmetry the turn ends exactly beside its beginning, (0, width).
     """
     knots = np.linspace(0.0, 1.0, KNOTS)
-    nodes, weights = np.polynomial.legendre.leggauss(5)
     half = 0.5 / (KNOTS - 1)
-    inside = heading((knots[:-1, None] + half * (1.0 + nodes)).ravel())[0].reshape(-1, 5)
-    steps = np.stack([np.cos(inside), np.sin(inside)], axis=-1)
-    points = np.concatenate([np.zeros((1, 2)), np.cumsum(half * np.einsum("kgc,g->kc", steps, weights), axis=0)])
+    inside = heading((knots[:-1, None] + half * (1.0 + NODES)).ravel())[0].reshape(-1, NODES.size)
+    ways = np.stack([np.cos(inside), np.sin(inside)], axis=-1)
+    steps = half * np.sum(ways * WEIGHTS[:, None], axis=1)
+    points = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
     theta = heading(knots)[0]
     return CubicHermiteSpline(knots, points, np.column_stack([np.cos(theta), np.sin(theta)])), float(points[-1, 1])
