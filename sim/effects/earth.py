@@ -9,9 +9,10 @@ import numpy as np
 
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
 from sim.effects.clues import THE_TRACK_AGAIN, Clues
-from sim.effects.kernels import turn_to_body
+from sim.effects.kernels import times, turn_to_body
 from sim.effects.rotation import rotation
 from sim.effects.values import Mat3, Quantity, Vec3
+from sim.portable import product
 from sim.state import Array, State
 
 UNIT_GRADIENTS: tuple[Mat3, ...] = (
@@ -92,7 +93,7 @@ class FieldGradient(Effect):
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         way = state.pos_enu_m - array(self.origin_enu_m)
-        return turn_to_body(state.R_wb, way @ array(self.gradient_nT_m))
+        return turn_to_body(state.R_wb, times(array(self.gradient_nT_m), way))
 
 
 @frozen
@@ -117,8 +118,7 @@ class AttitudeMisalignment(Effect):
 
     def turn(self, R_wb: Array) -> Array:
         """Navigation's attitude R_nav (n, 3, 3) for the true R_wb (n, 3, 3)."""
-        turned: Array = rotation(self.angles_deg) @ R_wb
-        return turned
+        return product(rotation(self.angles_deg), R_wb)
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         if state.attitude == "truth":

@@ -10,6 +10,7 @@ from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
 from sim.effects.clues import IN_ITS_MOUNT, WARM_AND_COOL, Clues
 from sim.effects.kernels import times
 from sim.effects.values import Mat3, Quantity, Vec3
+from sim.portable import extended
 from sim.state import Array, State
 
 
@@ -78,5 +79,10 @@ class HardIronDrift(Effect):
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         tau = self.time_constant_s
-        course_s = -tau * np.expm1(-state.time_s / tau) if tau > 0 else state.time_s
+        course_s = _settled_s(state.time_s, tau) if tau > 0 else state.time_s
         return course_s[:, None] * (array(self.rate_nT_h) / 3600.0)
+
+
+def _settled_s(time_s: Array, tau_s: float) -> Array:
+    """tau (1 - exp(-t / tau))."""
+    return np.asarray(-tau_s * np.expm1(extended(-time_s / tau_s)), dtype=np.float64)

@@ -13,6 +13,7 @@ from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import LONG_AT_REST, Clues
 from sim.effects.kernels import kernel
 from sim.effects.values import Quantity, Vec3
+from sim.portable import extended, inverse, product
 from sim.state import Array, State
 
 FLICKER_LOW_HZ = 1e-5
@@ -83,15 +84,18 @@ def flicker_bank(interval_s: float) -> tuple[Array, Array]:
     rate = 1.0 / interval_s
     low, high = min(FLICKER_LOW_HZ, 1e-3 * rate), 0.45 * rate
     count = math.ceil(math.log10(20 * rate / low) * _POLES_A_DECADE)
-    corners = np.geomspace(low / 3, 3 * rate, count)
-    f = np.geomspace(low, high, 400)
+    corners = np.geomspace(extended(low / 3), extended(3 * rate), count)
+    f = np.geomspace(extended(low), extended(high), 400)
     decay = np.exp(-2 * np.pi * corners * interval_s)
     turn = np.cos(2 * np.pi * f * interval_s)[:, None]
     lorentzians = 2 * interval_s * (1 - decay**2) / (1 - 2 * decay * turn + decay**2)
     average = (1 + _ZERO**2 + 2 * _ZERO * turn) / (1 + _ZERO) ** 2
-    variance, _ = nnls(lorentzians * average * f[:, None], np.ones(len(f)))
-    used = variance > 0
-    return decay[used], np.sqrt(variance[used])
+    share = lorentzians * average * f[:, None]
+    used = nnls(share.astype(np.float64), np.ones(len(f)))[0] > 0
+    # Solved again, as nnls's last bits depend on the processor; in extended precision, as slow processes cancel.
+    basis = share[:, used]
+    variance = product(inverse(product(basis.T, basis)), basis.sum(axis=0)[:, None])[:, 0]
+    return decay[used].astype(np.float64), np.sqrt(variance).astype(np.float64)
 
 
 @kernel

@@ -14,6 +14,7 @@ from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.effects.rotation import axes_and_turn, rotation_about, rotation_angles_deg, triangular_angles_deg
 from sim.effects.values import Mat3, Vec3
+from sim.portable import product
 from sim.state import Array
 
 Chained = tuple[Effect, ...]
@@ -129,8 +130,7 @@ def ding2021_axes(psi_deg: float, phi_deg: float, theta_deg: float) -> Array:
 def ding2021_turn(euler_deg: Vec3) -> Array:
     """T_gamma T_alpha T_beta (3, 3), from a sensor's frame to the array's ([Ding2021] eq. 5)."""
     alpha, beta, gamma = euler_deg
-    turn: Array = rotation_about(2, -gamma) @ rotation_about(0, -alpha) @ rotation_about(1, -beta)
-    return turn
+    return product(product(rotation_about(2, -gamma), rotation_about(0, -alpha)), rotation_about(1, -beta))
 
 
 def _scale(factors: Vec3) -> Scale:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import rq
 
 from sim.effects.values import Vec3
+from sim.portable import product
 from sim.state import Array
 
 
@@ -23,8 +24,7 @@ def rotation_about(axis: int, angle_deg: float) -> Array:
 def rotation(angles_deg: Vec3) -> Array:
     """Rz(z) Ry(y) Rx(x) for angles (x, y, z)."""
     x, y, z = angles_deg
-    product: Array = rotation_about(2, z) @ rotation_about(1, y) @ rotation_about(0, x)
-    return product
+    return product(product(rotation_about(2, z), rotation_about(1, y)), rotation_about(0, x))
 
 
 def rotation_angles_deg(R: Array) -> Vec3:

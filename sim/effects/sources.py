@@ -12,6 +12,7 @@ from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import THE_TRACK_AGAIN, Clues
 from sim.effects.kernels import kernel, turn_to_body
 from sim.effects.values import Quantity, Vec3
+from sim.portable import extended
 from sim.state import Array, State
 
 MU0_4PI_nT = 100.0
@@ -65,14 +66,14 @@ def dipole_field_nT(way_m: Array, moment_A_m2: Array) -> Array:
     # Imported here: magpylib takes a third of a second that scenarios without a source need not wait for.
     from magpylib.core import dipole_Hfield
 
-    strength = dipole_Hfield(observers=way_m, moments=np.broadcast_to(moment_A_m2, way_m.shape))
-    field: Array = (4 * math.pi * MU0_4PI_nT) * strength
-    return field
+    way = extended(way_m)
+    strength = dipole_Hfield(observers=way, moments=np.broadcast_to(extended(moment_A_m2), way.shape))
+    return np.asarray((4 * math.pi * MU0_4PI_nT) * strength, dtype=np.float64)
 
 
 def line_field_nT(way_m: Array, moment_A_m2: Array, extent_m: Array) -> Array:
     """Field (n, 3) in nT, at way_m (n, 3), of a moment spread evenly along the line from the origin to extent_m."""
-    length = float(np.linalg.norm(extent_m))
+    length = math.hypot(*extent_m)
     return _line_field(way_m, MU0_4PI_nT / length * moment_A_m2, extent_m / length, length)
 
 
