@@ -18,29 +18,11 @@ from sim.generate import generate
 MOST_COST = 3.0
 MOST_GROWTH_MIB = 100.0
 HOUR_S = 3600.0
-NEUTRAL = {
-    "white_noise": {"std_nT": [5.0, 5.0, 5.0]},
-    "flicker_noise": {"density_nT_sqrt_hz": [1.0, 1.0, 1.0]},
-    "offset_random_walk": {"std_nT_sqrt_s": [0.1, 0.1, 0.1]},
-    "bandwidth": {"cutoff_hz": 10.0},
-    "eddy_current": {"matrix_s": [[0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 0.01]], "time_constant_s": 0.1},
-    "hysteresis": {"gain": [0.01, 0.01, 0.01], "threshold_nT": 500.0},
-    "latency": {"delay_s": 0.03},
-    "quantisation": {"step_nT": 1.0},
-    "saturation": {"full_scale_nT": 100_000.0},
-    "spikes": {"rate_hz": 0.01, "amplitude_nT": 500.0},
-    "dropouts": {"rate_hz": 0.01, "mean_duration_s": 0.1},
-    "local_dipole": {"position_enu_m": [10.0, 5.0, -60.0], "moment_A_m2": [100.0, 0.0, 50.0]},
-    "current_ripple": {"amplitude_nT_A": [1.0, 1.0, 1.0], "frequency_hz": 3.1},
-}
-"""Parameters under which every effect really works; the others get what makes each of them act."""
 
 
 def every_effect(hours: float) -> Scenario:
-    """An AUV spiral at 50 Hz with every effect of the library."""
-    ramp = {"diurnal_drift": "amplitude_enu_nT", "hard_iron": "offset_nT", "sensor_offset": "offset_nT"}
-    effects = {cls.name: NEUTRAL.get(cls.name, {}) for cls in EFFECTS}
-    effects |= {name: {key: [20.0, -10.0, 30.0]} for name, key in ramp.items()}
+    """An AUV spiral at 50 Hz with every effect of the library, each with values under which it acts."""
+    effects = {cls.name: dict(cls.example) for cls in EFFECTS}
     base = load("auv-spiral", [f"phases.0.duration_s={HOUR_S * hours}", "sampling.rate_hz=50"])
     return base.model_copy(update={"effects": effects})
 

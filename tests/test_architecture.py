@@ -1,38 +1,184 @@
-"""The import rules that keep the architecture: read from the source, so that lazy imports count too."""
+"""The rules that keep the architecture: who imports whom, how long a function is, where a name is written."""
 
 from __future__ import annotations
 
 import ast
+import inspect
 import subprocess
-from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent
-ORDER = ("scenarios", "sim", "calib", "validation", "magbench")
-FILES = [path for package in ORDER for path in sorted((ROOT / package).rglob("*.py"))]
+from sim.effects import EFFECTS
+from sim.vehicles import VEHICLES
+from tests.conftest import ROOT
+from tests.imports import FILES, ORDER, circle, graph, imported, name_of, parsed, rooms
+from tests.measure import functions
 
+FLOORS = (
+    {"signals", "scoring", "calibrating"},
+    {"inspection", "diagnosis"},
+    {"views"},
+    {"outputs", "reproduce"},
+)
+"""The rooms of `validation`, numbers below, judgement above them, then pictures and pages, then what writes files."""
+SHARED = {"__init__.py", "text.py"}
+"""What any room of `validation` may use."""
+MOST_TOKENS, MOST_COMPLEXITY = 300, 10
 
-def imported(path: Path) -> Iterator[str]:
-    """Every module that a file names in an import, as `package.module.Name`."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+CIRCLES_LEFT: set[str] = {
+    "calib",
+    "magbench",
+    "validation/diagnosis",
+}
+LONG_LEFT: set[str] = {
+    "__main__.main",
+    "app.call",
+    "battery.battery",
+    "calibrate.calibrate",
+    "candidates.proposed",
+    "compare._judged",
+    "confirm.confirmed",
+    "de_turntable.__init__",
+    "diagnose.diagnose",
+    "diagnosis.draw_gap",
+    "diagnosis.draw_map",
+    "ellipsoid_segmented._together",
+    "field._sphere_row",
+    "field.draw_norm",
+    "frames._agreeing",
+    "gradiometer_spread.of",
+    "importer._check_names",
+    "importer._floats",
+    "inspection.draw_spectrum",
+    "kalman.track",
+    "motion.draw_path",
+    "motion.draw_vehicle",
+    "motion.flown",
+    "outcome._send_series",
+    "outcome.ranking",
+    "patch.refined",
+    "problem._strength",
+    "score.figures",
+    "search.places",
+    "select.base_changes",
+    "select.select",
+    "simulate.blocks",
+    "spectra._slow",
+    "spectra._tones",
+    "sphere._covariance",
+    "sphere._solve",
+    "tolles_lawson._solve",
+    "values._lattice",
+    "vector_lm._solve",
+    "verdict.advice_for",
+    "verdict.verdict_of",
+    "workflow._mimics",
+    "workflow._noise",
+    "workflow.diagnose",
+}
+NAMES_LEFT: set[str] = {
+    "calib/base.py",
+    "scenarios/load.py",
+    "scenarios/paths/base.py",
+    "scenarios/paths/dive.py",
+    "scenarios/paths/hover.py",
+    "scenarios/paths/turntable.py",
+    "scenarios/spec.py",
+    "sim/tracking.py",
+    "validation/diagnosis/decision/select.py",
+    "validation/diagnosis/decision/verdict.py",
+    "validation/diagnosis/evidence/direct.py",
+    "validation/diagnosis/evidence/noise.py",
+    "validation/diagnosis/library/candidates.py",
+    "validation/diagnosis/library/search.py",
+    "validation/diagnosis/repair/confirm.py",
+    "validation/diagnosis/repair/model.py",
+    "validation/diagnosis/repair/patch.py",
+    "validation/diagnosis/workflow.py",
+    "validation/views/recording/outcome.py",
+    "validation/views/series.py",
+    "validation/views/shapes.py",
+    "validation/views/words/outcome.py",
+}
+WORDS = {
+    "validation/reproduce/ding2021/rows.py": {"scale", "misalignment"},
+    "calib/families/gradiometer.py": {"scale"},
+    "calib/methods/sphere.py": {"scale"},
+    "validation/inspection/frames.py": {"scale"},
+    "validation/inspection/values.py": {"spikes"},
+    "sim/dataset/units.py": {"scale"},
+}
+"""Where the word is a quantity's, a factor's or a fault's and no effect is meant."""
 
 
 def package_of(path: Path) -> str:
     return path.relative_to(ROOT).parts[0]
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
+@pytest.mark.parametrize("path", FILES, ids=name_of)
 def test_a_package_imports_only_from_its_left(path: Path) -> None:
     allowed = ORDER[: ORDER.index(package_of(path)) + 1]
     wrong = [name for name in imported(path) if name.split(".")[0] in ORDER and name.split(".")[0] not in allowed]
     assert not wrong
+
+
+def test_no_file_imports_itself_by_a_circle() -> None:
+    found = circle({user: used for user, used in graph().items() if not _in(user, CIRCLES_LEFT)})
+    assert not found, " -> ".join(found)
+
+
+def test_no_folder_imports_itself_by_a_circle() -> None:
+    """In each folder the files and folders in it, each taken whole, stand on floors."""
+    folders = {str(parent) for name in graph() for parent in PurePosixPath(name).parents}
+    circles = {folder: found for folder in sorted(folders) if (found := circle(rooms(folder)))}
+    assert not {folder: found for folder, found in circles.items() if folder not in CIRCLES_LEFT}
+
+
+def _in(name: str, folders: set[str]) -> bool:
+    return any(name.startswith(f"{folder}/") for folder in folders)
+
+
+def test_every_room_of_validation_uses_only_rooms_below_it() -> None:
+    floor = {room: number for number, rooms_there in enumerate(FLOORS) for room in rooms_there}
+    used = {room: names - SHARED for room, names in rooms("validation").items() if room not in SHARED}
+    assert set(used) <= set(floor), "a new room needs its floor in FLOORS"
+    upward = [(room, name) for room, names in used.items() for name in names if floor[name] > floor[room]]
+    assert not upward
+
+
+def test_no_room_of_validation_is_over_a_third_of_it() -> None:
+    lines: dict[str, int] = {}
+    for path in FILES:
+        parts = path.relative_to(ROOT).parts
+        if parts[0] == "validation":
+            lines[parts[1]] = lines.get(parts[1], 0) + len(path.read_text(encoding="utf-8").splitlines())
+    room, most = max(lines.items(), key=lambda item: item[1])
+    assert most <= sum(lines.values()) / 3, room
+
+
+def test_no_function_is_long_or_tangled() -> None:
+    paths = [*FILES, *(ROOT / "benchmarks").rglob("*.py"), *(ROOT / "docs").glob("*.py")]
+    found = [function for path in paths for function in functions(path)]
+    over = {f.name: f for f in found if f.tokens > MOST_TOKENS or f.complexity > MOST_COMPLEXITY}
+    assert not {name: function for name, function in over.items() if name not in LONG_LEFT}
+
+
+def test_an_effect_and_a_vehicle_are_named_only_at_home() -> None:
+    """As a text of its own, outside the file that defines it; the catalogue, tests, docs and benchmarks may."""
+    homes = {cls.name: Path(inspect.getfile(cls)) for cls in EFFECTS} | dict.fromkeys(VEHICLES)
+    found: dict[str, set[str]] = {}
+    for path in FILES:
+        texts = {node.value for node in ast.walk(parsed(path)) if isinstance(node, ast.Constant)}
+        away = {name for name in texts & homes.keys() if not _at_home(path, name, homes[name])}
+        if away - WORDS.get(name_of(path), set()):
+            found[name_of(path)] = away - WORDS.get(name_of(path), set())
+    assert not {name: words for name, words in found.items() if name not in NAMES_LEFT}
+
+
+def _at_home(path: Path, name: str, home: Path | None) -> bool:
+    """In the effect's file, or for a vehicle in `sim/vehicles`."""
+    return path == home if home else path.parent == ROOT / "sim" / "vehicles"
 
 
 def test_a_calibrator_cannot_name_the_truth() -> None:

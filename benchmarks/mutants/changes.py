@@ -115,12 +115,8 @@ def _of(node: ast.AST, source: Source) -> Iterator[Mutant]:
     match node:
         case ast.BinOp(left=left, op=op, right=right) if type(op) in ARITHMETIC:
             yield from source.between(left, right, ARITHMETIC[type(op)], "operator")
-        case ast.Compare(left=left, ops=ops, comparators=others):
-            for one, op, other in zip([left, *others], ops, others, strict=False):
-                yield from source.between(one, other, COMPARISONS[type(op)], "comparison")
-        case ast.BoolOp(op=op, values=values):
-            for one, other in itertools.pairwise(values):
-                yield from source.between(one, other, WORDS[type(op)], "word")
+        case ast.Compare() | ast.BoolOp():
+            yield from _of_condition(node, source)
         case ast.UnaryOp(op=ast.Not() | ast.USub(), operand=operand):
             start, end = source.span(operand)
             yield source.replaced(node, source.text[start:end], "sign")
@@ -128,6 +124,18 @@ def _of(node: ast.AST, source: Source) -> Iterator[Mutant]:
             yield source.replaced(node, _other(value), "truth" if isinstance(value, bool) else "number")
         case ast.Return(value=ast.expr() as value) if not isinstance(value, ast.Constant):
             yield source.replaced(value, "None", "result")
+
+
+def _of_condition(node: ast.Compare | ast.BoolOp, source: Source) -> Iterator[Mutant]:
+    """Each comparison of a chain, each word between two conditions."""
+    if isinstance(node, ast.Compare):
+        values, words = [node.left, *node.comparators], [COMPARISONS[type(op)] for op in node.ops]
+        kind = "comparison"
+    else:
+        values, words = node.values, [WORDS[type(node.op)]] * (len(node.values) - 1)
+        kind = "word"
+    for (one, other), change in zip(itertools.pairwise(values), words, strict=True):
+        yield from source.between(one, other, change, kind)
 
 
 def _other(value: bool | int | float) -> str:

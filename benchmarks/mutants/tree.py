@@ -85,24 +85,39 @@ class Tree:
         Numba keeps compiled loops by the date of the file that they stand in, not of those that they call: where the
         file holds kernels, all that import it are made to look new, and what was compiled is put back afterwards.
         """
-        target = self.root / mutant.path
-        text = target.read_text(encoding="utf-8")
-        users = [name for name in self.imports.users(mutant.path) if not name.startswith("tests/")]
-        dates = {name: (self.root / name).stat() for name in users}
-        kept = {file: file.read_bytes() for file in _compiled(self.root)} if KERNEL.search(text) else {}
-        try:
-            for name in users if kept else ():
-                os.utime(self.root / name)
-            target.write_text(mutant.applied(text), encoding="utf-8")
-            yield
-        finally:
-            target.write_text(text, encoding="utf-8")
-            for name, date in dates.items():
-                os.utime(self.root / name, ns=(date.st_atime_ns, date.st_mtime_ns))
-            for file in _compiled(self.root) if kept else ():
-                file.unlink()
-            for file, content in kept.items():
-                file.write_bytes(content)
+        target, text = self.root / mutant.path, self.text(mutant.path)
+        users = [self.root / name for name in self.imports.users(mutant.path) if not name.startswith("tests/")]
+        with _dates_kept(users), _compiled_kept(self.root, users) if KERNEL.search(text) else contextlib.nullcontext():
+            try:
+                target.write_text(mutant.applied(text), encoding="utf-8")
+                yield
+            finally:
+                target.write_text(text, encoding="utf-8")
+
+
+@contextlib.contextmanager
+def _dates_kept(files: Sequence[Path]) -> Iterator[None]:
+    dates = {file: file.stat().st_mtime_ns for file in files}
+    try:
+        yield
+    finally:
+        for file, date_ns in dates.items():
+            os.utime(file, ns=(date_ns, date_ns))
+
+
+@contextlib.contextmanager
+def _compiled_kept(root: Path, users: Sequence[Path]) -> Iterator[None]:
+    """Files made to look new; afterwards numba's files are those of before."""
+    kept = {file: file.read_bytes() for file in _compiled(root)}
+    for user in users:
+        os.utime(user)
+    try:
+        yield
+    finally:
+        for file in _compiled(root):
+            file.unlink()
+        for file, content in kept.items():
+            file.write_bytes(content)
 
 
 def _compiled(root: Path) -> list[Path]:

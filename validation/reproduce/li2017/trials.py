@@ -17,7 +17,9 @@ from scenarios.spec import Scenario
 from sim.chain import Chain
 from sim.dataset import Recording, Truth
 from sim.dataset.assemble import recording_of, truth_of
+from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient
 from sim.effects.papers import li2017
+from sim.effects.sources import LocalDipole
 from sim.scenario import load_checked
 from sim.simulate import blocks, plan
 from sim.state import Array, State
@@ -54,7 +56,7 @@ CONSTANT = replace(CALM, state_variance=0.0)
 SETTLED = 0.05
 LOUD = 10.0
 """Factor by which the noise grows in the last third of the run with changing noise."""
-SOURCES = ("attitude_misalignment", "diurnal_drift", "field_gradient", "local_dipole")
+SOURCES = (AttitudeMisalignment.name, DiurnalDrift.name, FieldGradient.name, LocalDipole.name)
 """The four error sources that the paper names: alignment, reference field, uneven field, unknown surroundings."""
 Vector = tuple[float, float, float]
 
