@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import comb
 
 import numpy as np
@@ -18,54 +18,71 @@ SETTLED = 0.98
 BLOCK = 64
 LEAST_BLOCKS = 4
 LEAST_SAMPLES = 12
+CLIP = 4.0
+NORMAL_MEDIAN = 0.6744897501960817
+"""Median of |x| of a standard normal x."""
+Pooled = Callable[[Array, int], Array]
+"""From sizes (m, k) of errors, and the order of the differences that gave them, to their rms (k,)."""
 
 
-def white_noise_std(values: Array, gaps: NDArray[np.intp] | None = None, *, orders: Sequence[int] = ORDERS) -> Array:
+def white_noise_std(
+    values: Array, gaps: NDArray[np.intp] | None = None, *, orders: Sequence[int] = ORDERS, pooled: Pooled | None = None
+) -> Array:
     """Standard deviation (k,) of the white noise in values (n, k), see `white_noise`."""
-    return white_noise(values, gaps, orders=orders)[0]
+    return white_noise(values, gaps, orders=orders, pooled=pooled)[0]
 
 
 def white_noise(
-    values: Array, gaps: NDArray[np.intp] | None = None, *, orders: Sequence[int] = ORDERS
+    values: Array, gaps: NDArray[np.intp] | None = None, *, orders: Sequence[int] = ORDERS, pooled: Pooled | None = None
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Standard deviation (k,) of the white noise in values (n, k), from differences; whether they settled.
 
-    sigma^2 = median over blocks of mean (D^p v)^2 / C(2p, p)
+    sigma = rms of D^p v / sqrt(C(2p, p)),  pooled robustly
 
     p is the first of `orders`, or a later one as long as that takes out more motion; where the last still does so, the
-    noise has not settled and sigma is an upper bound. The median over blocks of 64 leaves spikes and bursts out and is
-    right for values on a lattice too. gaps : samples after which a gap follows. Rows that a slower sensor repeats are
-    to be left out by the caller. NaN for fewer than 12 samples.
+    noise has not settled and sigma is an upper bound. gaps : samples after which a gap follows. pooled :
+    `median_of_blocks` if none is given. Rows that a slower sensor repeats are to be left out by the caller. NaN for
+    fewer than 12 samples.
     """
-    broken = np.zeros(max(len(values) - 1, 0))
-    broken[gaps if gaps is not None else []] = 1.0
-    found = np.array([_settled(column, broken, orders) for column in values.T]).reshape(-1, 2)
-    return found[:, 0], found[:, 1] > 0
-
-
-def _settled(column: Array, broken: Array, orders: Sequence[int]) -> tuple[float, float]:
-    """The noise, and 1 if a further difference takes no more out."""
-    if len(column) < LEAST_SAMPLES:
-        return float("nan"), 0.0
-    best = _from_differences(column, broken, orders[0])
+    columns = values.shape[1]
+    if len(values) < LEAST_SAMPLES:
+        return np.full(columns, np.nan), np.zeros(columns, np.bool_)
+    pool = pooled or median_of_blocks
+    best, falling = pool(_differences(values, gaps, orders[0]), orders[0]), np.ones(columns, np.bool_)
     for order in orders[1:]:
-        lower = _from_differences(column, broken, order)
-        if not lower < SETTLED * best:
-            return best, 1.0
-        best = lower
-    return best, 0.0
+        lower = pool(_differences(values, gaps, order), order)
+        falling &= lower < SETTLED * best
+        best = np.where(falling, lower, best)
+    return best, ~falling
 
 
-def _from_differences(column: Array, broken: Array, order: int) -> float:
-    square = np.diff(column, order) ** 2 / comb(2 * order, order)
-    sound = np.convolve(broken, np.ones(order), "valid") == 0
-    square = square[sound & np.isfinite(square)]
-    length = BLOCK if len(square) >= LEAST_BLOCKS * BLOCK else max(4, len(square) // LEAST_BLOCKS)
-    blocks = len(square) // length
+def _differences(values: Array, gaps: NDArray[np.intp] | None, order: int) -> Array:
+    """Sizes (m, k) of the differences of an order within unbroken stretches, in units of the noise."""
+    broken = np.zeros(len(values) - 1)
+    broken[gaps if gaps is not None else []] = 1.0
+    size = np.abs(np.diff(values, order, axis=0)) / np.sqrt(comb(2 * order, order))
+    sound = (np.convolve(broken, np.ones(order), "valid") == 0) & np.isfinite(size).all(axis=1)
+    return np.asarray(size[sound])
+
+
+def median_of_blocks(size: Array, order: int) -> Array:
+    """Rms (k,) of sizes (m, k) by the median over blocks of 64: spikes and bursts stay out, a lattice does no harm."""
+    length = BLOCK if len(size) >= LEAST_BLOCKS * BLOCK else max(4, len(size) // LEAST_BLOCKS)
+    blocks = len(size) // length
     if blocks == 0:
-        return float("nan")
-    means = square[: blocks * length].reshape(blocks, length).mean(axis=1)
-    return float(np.sqrt(np.median(means) / _median_share(length, order)))
+        return np.full(size.shape[1], np.nan)
+    square = size[: blocks * length].reshape(blocks, length, -1) ** 2
+    return np.asarray(np.sqrt(np.median(square.mean(axis=1), axis=0) / _median_share(length, order)))
+
+
+def clipped_mean(size: Array, order: int) -> Array:
+    """Rms (k,) of sizes (m, k), those beyond four robust standard deviations counted as four.
+
+    The surest where faults are single and rare; a burst or a lattice coarser than the noise misleads it.
+    """
+    robust = np.median(size, axis=0) / NORMAL_MEDIAN
+    rms = np.sqrt((np.minimum(size, CLIP * robust) ** 2).mean(axis=0))
+    return np.asarray(np.where(rms > 0, rms, size.std(axis=0)))
 
 
 def _median_share(length: int, order: int) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from calib.numerics.noise import SECOND, white_noise, white_noise_std
+from calib.numerics.noise import SECOND, clipped_mean, white_noise, white_noise_std
 
 Array = NDArray[np.float64]
 SAMPLES, STD_NT, FIELD_NT = 12_000, 5.0, 48_000.0
@@ -41,6 +41,15 @@ def test_second_differences_alone_are_for_residuals() -> None:
     # D^2 of it: (1, -1, -1, 1) / 2 of the noise, so that its variance is 1/6 of the noise's
     np.testing.assert_allclose(white_noise_std(filtered, orders=SECOND), STD_NT / np.sqrt(6), rtol=0.05)
     assert (white_noise_std(filtered) < 0.9 * STD_NT / np.sqrt(6)).all()
+
+
+def test_a_clipped_mean_says_the_same_of_a_residual_without_faults() -> None:
+    """And a tenth more of one with spikes in half a percent of the samples: each counts as four sigma in three."""
+    residual = noise(6)
+    np.testing.assert_allclose(white_noise_std(residual, orders=SECOND, pooled=clipped_mean), STD_NT, rtol=0.03)
+    residual[:: SAMPLES // 60] += 3000
+    spiked = white_noise_std(residual, orders=SECOND, pooled=clipped_mean)
+    np.testing.assert_allclose(spiked, STD_NT * np.sqrt(1 + 3 * 0.005 * 16), rtol=0.03)
 
 
 @pytest.mark.parametrize("steps", [0.5, 1.0, 3.0])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Reference, get
-from calib.numerics.noise import SECOND, white_noise_std
+from calib.numerics.noise import SECOND, clipped_mean, white_noise_std
 from calib.numerics.rates import body_rate, smoothed_derivative
 from scenarios.errors import InputError
 from scenarios.spec import Model, Scenario
@@ -103,7 +103,7 @@ def posed(recording: Recording, model: Model, field_enu_nT: Array | None, streng
 
 def sample_noise(residual: Array) -> Array:
     """White noise (q,) of a residual (n, q) in which no motion is left; that of rounding at the least."""
-    return np.maximum(white_noise_std(residual, orders=SECOND), LEAST_NOISE)
+    return np.maximum(white_noise_std(residual, orders=SECOND, pooled=clipped_mean), LEAST_NOISE)
 
 
 def _quieter_rate(recording: Recording) -> Array:
