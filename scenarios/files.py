@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import math
 from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
 
 from scenarios.errors import InputError
 
+Value = TypeVar("Value")
 MAX_TEXT_BYTES = 64_000_000
 """Longer than the manifest of 99,999 runs; what is longer than that is not a text that magbench reads."""
 
@@ -28,3 +34,32 @@ def read_text(path: Path, do: str, encoding: str = "utf-8") -> str:
         raise InputError(reason[0].lower() + reason[1:], where=str(path), do=do) from None
     except UnicodeDecodeError:
         raise InputError("not UTF-8 text", where=str(path), do=do) from None
+
+
+def parsed_json(text: str | bytes, where: str, do: str) -> Any:
+    """The plain values of a JSON text; InputError for what is not JSON, NaN and infinity among it."""
+    try:
+        return json.loads(text, parse_float=_finite, parse_constant=_finite)
+    except RecursionError:
+        raise InputError("nested too deep", where=where, do=do) from None
+    except ValueError as error:
+        raise InputError(f"not JSON: {error}", where=where, do=do) from None
+
+
+def validated(schema: TypeAdapter[Value], text: str | bytes, where: str, do: str) -> Value:
+    """The value that a JSON text holds, of the schema's type; InputError names the first key that is wrong."""
+    parsed_json(text, where, do)
+    try:
+        return schema.validate_json(text, strict=True)
+    except ValidationError as error:
+        problem = error.errors(include_url=False)[0]
+        place = ": ".join([where, *map(str, problem["loc"])])
+        what = problem["msg"][:1].lower() + problem["msg"][1:]
+        raise InputError(" ".join(what.split()), where=place, do=do) from None
+
+
+def _finite(word: str) -> float:
+    value = float(word)
+    if not math.isfinite(value):
+        raise ValueError(f"{word[:40]} is not a finite number")
+    return value

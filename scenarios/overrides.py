@@ -9,6 +9,9 @@ from typing import Any
 
 from scenarios.errors import InputError
 
+MAX_DEPTH = 20
+"""Parts of a key; a scenario has no value deeper than six."""
+_INDEX = re.compile(r"[0-9]{1,6}")
 _BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_.:/-]*")
 
 
@@ -47,25 +50,27 @@ def _parse_key(key: str) -> tuple[str | int, ...]:
     """The parts of a dotted TOML key (a part may be quoted), numbers as indices; () where it is no key."""
     try:
         table: Any = tomllib.loads(f"{key} = 0")
-    except tomllib.TOMLDecodeError:
+    except ValueError:
         return ()
     parts: list[str | int] = []
     while isinstance(table, dict):
         ((part, table),) = table.items()
-        parts.append(int(part) if part.isdecimal() else part)
-    return tuple(parts)
+        parts.append(int(part) if _INDEX.fullmatch(part) else part)
+    return tuple(parts) if len(parts) <= MAX_DEPTH else ()
 
 
 def _parse_value(value: str, text: str) -> Any:
+    where, advice = f"--set {text}", 'numbers, true, "text", [1, 2, 3]'
     try:
         table = tomllib.loads(f"value = {value}")
     except tomllib.TOMLDecodeError as error:
         if _BARE_WORD.fullmatch(value):
             return value
-        advice = 'numbers, true, "text", [1, 2, 3]'
-        raise InputError(f"the value is not TOML: {error}".split(" (at")[0], where=f"--set {text}", do=advice) from None
+        raise InputError(f"the value is not TOML: {error}".split(" (at")[0], where=where, do=advice) from None
+    except (RecursionError, ValueError):  # a number of thousands of digits
+        raise InputError("the value is nested too deep, or a number too long", where=where, do=advice) from None
     if len(table) != 1:
-        raise InputError("more than one value", where=f"--set {text}", do="give one --set for each key")
+        raise InputError("more than one value", where=where, do="give one --set for each key")
     return table["value"]
 
 

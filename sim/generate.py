@@ -12,8 +12,10 @@ from scenarios.load import as_dict
 from scenarios.spec import Scenario
 from sim.dataset.columns import schema
 from sim.dataset.files import locked_directory, remove_leftovers
-from sim.dataset.manifest import Manifest, finish_dataset, open_dataset_for_writing, run_path
-from sim.dataset.writer import RunFile, RunWriter, run_file
+from sim.dataset.manifest import Manifest, run_path
+from sim.dataset.metadata import RunFile, run_file
+from sim.dataset.resume import finish_dataset, open_dataset_for_writing
+from sim.dataset.writer import RunWriter
 from sim.motion import Motion
 from sim.pool import in_process, map_unordered
 from sim.simulate import blocks, plan
@@ -21,6 +23,8 @@ from sim.tracking import Tracker
 
 Progress = Callable[[float, int], object]
 """Called with (runs done, runs in all); of a run that this process makes itself its part that is done counts too."""
+Warn = Callable[[str], object]
+"""Called with a line about what is amiss though the work goes on."""
 
 
 @dataclass(frozen=True)
@@ -39,21 +43,25 @@ def generate(
     seed: int | None = None,
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
+    warn: Warn = lambda text: None,
 ) -> Manifest:
-    """Write OUT/dataset.json and OUT/run-00000.parquet ...; runs that are whole already are kept.
+    """Write OUT/dataset.json and OUT/run-00000.parquet ...; runs that are whole and as listed already are kept.
 
     The bytes depend on the scenario, the seed and the run alone, never on `jobs`. Returns the manifest. Raises
     InputError for a bad scenario, for an OUT that holds another dataset or that another process writes to, and when
     the system refuses to write.
     """
     with locked_directory(out):
-        return write_runs(scenario, out, runs, seed, jobs, progress)
+        return write_runs(scenario, out, runs, seed, jobs, progress, warn)
 
 
-def write_runs(scenario: Scenario, out: Path, runs: int, seed: int | None, jobs: int, progress: Progress) -> Manifest:
+def write_runs(
+    scenario: Scenario, out: Path, runs: int, seed: int | None, jobs: int, progress: Progress, warn: Warn
+) -> Manifest:
     """`generate` for a caller that holds `locked_directory(out)` already."""
     seed = scenario.seed if seed is None else seed
-    todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, plan(scenario, 0, seed).columns)
+    columns = plan(scenario, 0, seed).columns
+    todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, columns, warn)
     files: list[RunFile] = []
 
     def advance(part: float = 0.0) -> None:

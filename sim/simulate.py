@@ -27,7 +27,7 @@ from sim.dataset.columns import (
     effect_names,
     mag_names,
 )
-from sim.dataset.manifest import run_metadata
+from sim.dataset.metadata import run_metadata
 from sim.effects.base import Effect
 from sim.effects.earth import AttitudeMisalignment
 from sim.field import earth_field_enu_nT

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,11 +28,6 @@ class Tracking:
 
     rms_m: float
     max_m: float
-
-    @classmethod
-    def read(cls, entry: dict[str, Any] | None) -> Tracking | None:
-        """From the plain values of a file; None stays None."""
-        return None if entry is None else cls(**entry)
 
 
 class Tracker:

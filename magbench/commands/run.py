@@ -21,7 +21,7 @@ def run(scenario: ScenarioName, out: Out = None, seed: Seed = None, set_: Overri
     spec = load_checked(scenario, set_ or ())
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
-        outcome = run_scenario(spec, place, seed=seed, progress=report)
+        outcome = run_scenario(spec, place, seed=seed, progress=report, warn=warn)
     if json:
         emit(summary(outcome) | {"out": str(place)})
     else:

@@ -34,7 +34,7 @@ def simulate(
     place = out or Path("out") / spec.name
     what = f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")
     with progress(what) as report:
-        manifest = generate(spec, place, runs=runs, seed=seed, jobs=jobs, progress=report)
+        manifest = generate(spec, place, runs=runs, seed=seed, jobs=jobs, progress=report, warn=warn)
     rows = sum(file.rows for file in manifest.files)
     say(f"{place}: {runs} runs, {rows} samples, {len(manifest.columns)} columns")
     tracks = [file.tracking for file in manifest.files]

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from sim.dataset.columns import (
@@ -26,11 +25,6 @@ from sim.dataset.columns import (
 from sim.dataset.recording import Array, Recording, Truth
 
 Named = Mapping[str, NDArray[Any]]
-
-
-def named_arrays(table: pa.Table) -> dict[str, NDArray[Any]]:
-    """The columns of an Arrow table as numpy arrays: numbers as they are, dictionaries and text as str."""
-    return {name: _numpy(table.column(name)) for name in table.column_names}
 
 
 def recording_of(named: Named) -> Recording:
@@ -54,7 +48,7 @@ def recording_of(named: Named) -> Recording:
 
 
 def truth_of(named: Named, parameters: dict[str, Any]) -> Truth:
-    """The truth in named columns; KeyError names the first that is not there."""
+    """The truth in named columns, see `checks.whole_truth`."""
     sensors = numbers("mag", tuple(named))
     effects = {
         effect: np.stack([_stack(named, effect_names(effect, k)) for k in sensors])
@@ -89,16 +83,6 @@ def arrays_of(recording: Recording) -> dict[str, NDArray[Any]]:
     if recording.phase is not None:
         named["phase"] = recording.phase
     return named | recording.channels
-
-
-def _numpy(column: pa.ChunkedArray) -> NDArray[Any]:
-    if pa.types.is_dictionary(column.type):
-        whole = column.unify_dictionaries().combine_chunks()
-        words: NDArray[np.str_] = np.array(whole.dictionary.to_pylist(), dtype=np.str_)
-        return np.asarray(words[whole.indices.to_numpy()])
-    if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
-        return np.array(column.to_pylist(), dtype=np.str_)
-    return np.asarray(column.to_numpy())
 
 
 def _stack(named: Named, names: Sequence[str]) -> Array:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,24 +18,32 @@ import numpy as np
 from scenarios.errors import InputError
 
 PART = ".part"
+LOCK_ATTEMPTS = 100
+"""How often what is to be locked may vanish under our hands before we call it missing."""
 
 
 @contextmanager
 def beside(path: Path) -> Iterator[Path]:
     """Yields the file to write; when the block ends well it is flushed to disk and renamed to `path`, else removed.
 
-    Raises InputError where the operating system refuses to rename or remove.
+    Raises InputError where the operating system refuses, and where another process writes the same file.
     """
     part = path.with_name(path.name + PART)
+    with system_errors_about(path):
+        handle = _locked(part, os.O_RDWR | os.O_CREAT, "another magbench is writing this file")
     try:
         yield part
         with system_errors_about(path):
             _flush(part)
             os.replace(part, path)
-            _flush(path.parent)
-    finally:
+    except BaseException:
         with system_errors_about(path):
             part.unlink(missing_ok=True)
+        raise
+    finally:
+        os.close(handle)
+    with system_errors_about(path):
+        _flush(path.parent)
 
 
 @contextmanager
@@ -58,16 +68,7 @@ def locked_directory(out: Path) -> Iterator[None]:
     """
     made = not out.exists()
     with system_errors_about(out, "choose another output directory"):
-        out.mkdir(parents=True, exist_ok=True)
-        handle = os.open(out, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(handle)
-        do = "wait for it to end, or choose another output directory"
-        raise InputError("another magbench is writing here", where=str(out), do=do) from None
-    except OSError:
-        pass  # some network file systems lock files only
+        handle = _locked(out, os.O_RDONLY, "another magbench is writing here", partial(_make_directory, out))
     try:
         yield
     finally:
@@ -118,3 +119,38 @@ def _flush(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def _locked(path: Path, flags: int, taken: str, make: Callable[[], object] = lambda: None) -> int:
+    """A handle that holds the lock of what stands at `path`; InputError, with what is `taken`, where another has it.
+
+    The one before may remove or rename it as it ends, between our opening it and its lock: then we hold something that
+    is no longer there, and begin again.
+    """
+    for _ in range(LOCK_ATTEMPTS):
+        with suppress(FileNotFoundError):
+            make()
+            handle = os.open(path, flags, 0o666)
+            if not _lock(handle):
+                os.close(handle)
+                do = "wait for it to end, or choose another output"
+                raise InputError(taken, where=str(path).removesuffix(PART), do=do)
+            if os.path.samestat(os.fstat(handle), os.stat(path)):
+                return handle
+            os.close(handle)
+    raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+
+
+def _make_directory(out: Path) -> None:
+    out.mkdir(parents=True, exist_ok=True)
+
+
+def _lock(handle: int) -> bool:
+    """Whether no other process holds the lock; some network file systems have none, and go without."""
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True

@@ -1,134 +1,115 @@
-"""Measured logs, Parquet or CSV, as recordings: mapped, converted and checked once, where they enter."""
+"""The columns of a file under the recording's names and in its units, as they are: nothing is checked or repaired."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from scenarios.errors import InputError
-from sim.dataset.assemble import recording_of
-from sim.dataset.checks import check_complete, check_length, check_mag, check_time, fill_gaps
-from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, POSITION, group_of, is_truth, mag_names, numbers
-from sim.dataset.recording import Array, Recording
+from sim.dataset.columns import group_of, is_truth, mag_names, numbers
+from sim.dataset.decode import NotNumbersError, is_empty, is_timestamp, numbers_of, seconds_of, words_of
+from sim.dataset.recording import Array
 from sim.dataset.tabular import load_table
 from sim.dataset.units import ColumnMap, parse_maps
 
+LARGEST = 1e30
+"""No quantity is larger in any unit; loggers write the largest float for "no value", so beyond it is infinite."""
 
-def read_measured(path: Path, maps: Sequence[str] = ()) -> Recording:
-    """Read a measured log with the recording's columns; all but time_s and mag_* are optional.
+
+@dataclass(frozen=True)
+class RawColumns:
+    """A file's columns before any check: float64 (n,) with NaN where a cell is empty, words where `phase` has them."""
+
+    path: Path
+    named: dict[str, NDArray[Any]]
+
+
+def read_columns(
+    path: Path, maps: Sequence[str] = (), wanted: Callable[[str], bool] = lambda name: not is_truth(name)
+) -> RawColumns:
+    """Read a Parquet or CSV file of any origin, mapped and converted.
 
     maps : `TARGET=SOURCE[,unit=U][,scale=F]`; the source is renamed, converted to the target's unit, multiplied by F.
+    wanted : which of the other columns to read; none of the truth, unless the caller says so.
 
-    Any other numeric column is a channel, other text is left out. Truth columns are never read. Time may be a timestamp
-    and is then seconds since the first. A column logged at a lower rate than the field, that is with empty cells or NaN
-    between its values, is interpolated linearly in time (an attitude along the shorter arc) and held at the ends.
-    In columns that a calibrator uses a gap may last five of the column's own intervals; beyond that it is an outage and
-    refused. A column without any value counts as not measured. Rows are counted from 1, without the header.
-
-    Raises InputError with file, column and row for everything that is not fit for use.
+    Time may be a timestamp and is then seconds since the first. Text, and an optional column without any value, is left
+    out. Raises InputError for a file that cannot be read, without columns of time and field, or with text in their
+    place.
     """
     chosen = parse_maps(maps)
-    table = _mapped(path, load_table(path), chosen)
-    _check_names(path, table)
-    check_length(path, table.num_rows)
-    named = _numeric(path, table, {one.target: one for one in chosen})
-    check_time(path, named["time_s"])
-    check_mag(path, named)
-    for names in (GYRO, ACCEL, ATTITUDE, POSITION):
-        check_complete(path, named, names, optional=names == POSITION)
-    return recording_of(fill_gaps(path, named))
+    sources = {one.source for one in chosen}
+    table = load_table(path, lambda name: name in sources or (bool(name) and wanted(name)))
+    named = _named(path, table, chosen)
+    _check_names(path, tuple(named), table.schema)
+    decoded = {name: _decoded(path, name, *source) for name, source in named.items()}
+    return RawColumns(path, {name: values for name, values in decoded.items() if values is not None})
 
 
-def _mapped(path: Path, table: pa.Table, maps: Sequence[ColumnMap]) -> pa.Table:
-    """Only what may enter a recording, under its new name: no truth, and no column that a map replaces."""
-    sources = {name: table.column(name) for name in table.column_names}
+Source = tuple[pa.ChunkedArray, ColumnMap | None]
+
+
+def _named(path: Path, table: pa.Table, maps: Sequence[ColumnMap]) -> dict[str, Source]:
+    """The columns under the names that they are to have; what a map replaces is gone."""
     for one in maps:
-        if one.source not in sources:
+        if one.source not in table.column_names:
             where = f"{path}: --map {one.target}={one.source}"
-            raise InputError(f"there is no column {one.source!r}", where=where, do=f"the file has {_listed(table)}")
+            raise InputError(
+                f"there is no column {one.source!r}", where=where, do=f"the file has {_listed(table.schema)}"
+            )
     used = {one.source for one in maps}
-    kept = {name: column for name, column in sources.items() if name and name not in used and not is_truth(name)}
-    return pa.table(kept | {one.target: sources[one.source] for one in maps})
+    kept: dict[str, Source] = {name: (table.column(name), None) for name in table.column_names if name not in used}
+    return kept | {one.target: (table.column(one.source), one) for one in maps}
 
 
-def _check_names(path: Path, table: pa.Table) -> None:
-    names = table.column_names
+def _check_names(path: Path, names: Sequence[str], schema: pa.Schema) -> None:
     sensors = numbers("mag", names)
     if sensors and any(name in names for name in mag_names()):
         what = "holds both mag_x_nT … and mag1_x_nT …: one magnetometer or an array?"
         raise InputError(what, where=str(path), do="keep one of the two, or rename the other")
-    wanted = ["time_s", *(name for k in sensors for name in mag_names(k))] if sensors else ["time_s", *mag_names()]
-    for name in wanted:
-        if name not in names:
-            what = f"there is no column {name}; the file has {_listed(table)}"
-            example = name.replace("mag_", "b").replace("_nT", "") if name.startswith("mag") else "t"
-            unit = "uT" if name.startswith("mag") else "ms"
-            raise InputError(what, where=str(path), do=f"name it with --map {name}={example},unit={unit}")
+    field = [name for sensor in sensors or (None,) for name in mag_names(sensor)]
+    missing = next((name for name in ("time_s", *field) if name not in names), None)
+    if missing is not None:
+        example = "t,unit=ms" if missing == "time_s" else missing.replace("mag_", "b").replace("_nT", ",unit=uT")
+        what = f"there is no column {missing}; the file has {_listed(schema)}"
+        raise InputError(what, where=str(path), do=f"name it with --map {missing}={example}")
 
 
-def _listed(table: pa.Table) -> str:
-    fields = [f"{f.name} ({f.type})" if pa.types.is_nested(f.type) else f.name for f in table.schema if f.name]
+def _listed(schema: pa.Schema) -> str:
+    fields = [f"{f.name} ({f.type})" if pa.types.is_nested(f.type) else f.name for f in schema if f.name]
     return ", ".join(fields[:20]) + (f" and {len(fields) - 20} more" if len(fields) > 20 else "") or "no columns"
 
 
-def _numeric(path: Path, table: pa.Table, maps: dict[str, ColumnMap]) -> dict[str, NDArray[Any]]:
-    """Columns as float64 with NaN where a cell is empty, converted; `phase` as text."""
-    named: dict[str, NDArray[Any]] = {}
-    for name in table.column_names:
-        column = table.column(name)
-        if name == "phase":
-            named[name] = np.array([str(word) if word is not None else "" for word in column.to_pylist()], np.str_)
-            continue
-        values = _floats(path, name, column)
-        if values is not None:
-            named[name] = maps[name].convert(values) if name in maps else values
-    return named
-
-
-def _floats(path: Path, name: str, column: pa.ChunkedArray) -> Array | None:
-    """A column as float64; None for an optional one without values, and for a channel of text."""
-    kind, required = column.type, name == "time_s" or group_of(name) == "mag"
-    if column.null_count == len(column):
-        return np.full(len(column), np.nan) if required else None
-    if name == "time_s" and pa.types.is_timestamp(kind):
-        return _seconds(column)
-    if (pa.types.is_primitive(kind) and not pa.types.is_temporal(kind)) or pa.types.is_decimal(kind):
-        return np.array(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
-    refusal = _not_numbers(column)
-    if group_of(name) != "channel" or refusal[0].startswith("row"):
-        raise InputError(refusal[0], where=f"{path}: {name}", do=refusal[1])
-    return None
-
-
-def _seconds(column: pa.ChunkedArray) -> Array:
-    """Seconds since the first of the timestamps."""
-    at_ns = column.cast(pa.timestamp("ns", column.type.tz))
-    first = at_ns.drop_null()[0]
-    return np.asarray(pc.subtract(at_ns, first).cast(pa.int64()).to_numpy() * 1e-9)
-
-
-def _not_numbers(column: pa.ChunkedArray) -> tuple[str, str]:
-    """What a column holds instead of numbers, and what to do; it begins with "row" where other rows are numbers."""
-    if pa.types.is_nested(column.type):
-        return f"holds {column.type}, not one number a row", "split it into one column a component"
-    cells = [None if cell is None else str(cell)[:40] for cell in column.to_pylist()]
-    wrong = next((row for row, cell in enumerate(cells) if cell is not None and not _is_number(cell)), None)
-    if wrong is None:
-        return "row 1 onward holds numbers stored as text", "store them as numbers"
-    if any(cell is not None and _is_number(cell) for cell in cells):
-        return f"row {wrong + 1} is {cells[wrong]!r}, not a number", "correct the cell, or leave it empty"
-    return f"holds {cells[wrong]!r} and the like, not numbers", "map another column with --map"
-
-
-def _is_number(cell: str) -> bool:
+def _decoded(path: Path, name: str, column: pa.ChunkedArray, by: ColumnMap | None) -> NDArray[Any] | None:
+    """A column as words, or as numbers in its unit; None for an optional one without values, and for text."""
+    group = group_of(name)
+    if is_empty(column) and group not in ("time", "mag", "phase"):
+        return None
     try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+        values = _cells(column, group)
+    except NotNumbersError as error:
+        if group == "channel" and not error.mixed:
+            return None
+        raise InputError(error.what, where=f"{path}: {name}", do=error.do) from None
+    except (pa.ArrowException, ValueError, OverflowError) as error:
+        reason = " ".join(str(error).split())[:160]
+        raise InputError(f"cannot be read: {reason}", where=f"{path}: {name}", do="store it as numbers") from None
+    return values if group == "phase" else _bounded(values if by is None else by.convert(values))
+
+
+def _cells(column: pa.ChunkedArray, group: str) -> NDArray[Any]:
+    if group == "phase":
+        return words_of(column)
+    if group == "time" and is_timestamp(column):
+        return seconds_of(column)
+    return numbers_of(column)
+
+
+def _bounded(values: Array) -> Array:
+    large = np.abs(values) > LARGEST
+    return np.where(large, np.copysign(np.inf, values), values) if large.any() else values

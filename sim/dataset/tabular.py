@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -26,28 +26,40 @@ def is_parquet(path: Path) -> bool:
     return _head(path, len(PARQUET_MARK)) == PARQUET_MARK
 
 
-def load_table(path: Path) -> pa.Table:
-    """Read a Parquet file, or a CSV file (comma, semicolon or tab between the columns, first line the header).
+def load_table(path: Path, wanted: Callable[[str], bool]) -> pa.Table:
+    """Read the wanted columns of a Parquet file, or of a CSV file (comma, semicolon or tab, first line the header).
 
-    Raises InputError for a file that is missing, a directory, unreadable, empty, damaged, of another kind, or ragged.
+    Blanks around the names are removed. Raises InputError for a file that is missing, a directory, unreadable, empty,
+    damaged, of another kind, or ragged, and for two columns of one name.
     """
     if is_parquet(path):
-        with damaged(path), pq.ParquetFile(path) as file:
-            table = file.read()
-        return _renamed(path, table)
-    if path.suffix.lower() not in _TEXT_SUFFIXES:
+        table = _load_parquet(path, wanted)
+    elif path.suffix.lower() in _TEXT_SUFFIXES:
+        table = _load_csv(path)
+    else:
         raise InputError("is neither Parquet nor CSV", where=str(path), do=_FORMATS)
-    return _load_csv(path)
+    return table.select([name for name in table.column_names if wanted(name)])
 
 
 @contextmanager
-def damaged(path: Path) -> Iterator[None]:
+def damage_named(path: Path) -> Iterator[None]:
     """Turns what Arrow says of a damaged Parquet file into an InputError about `path`."""
     try:
         yield
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         do = "copy or convert it again; a file that was cut off while being written cannot be read"
         raise InputError("is cut off or damaged Parquet", where=str(path), do=do) from error
+
+
+def _load_parquet(path: Path, wanted: Callable[[str], bool]) -> pa.Table:
+    """Only the wanted columns are read; those that are must hold what their types say, or a look at them may crash."""
+    with damage_named(path), pq.ParquetFile(path) as file:
+        names = list(file.schema_arrow.names)
+        stripped = _stripped(path, names)
+        chosen = [name for name in names if wanted(name.strip())]
+        table = file.read(columns=chosen)
+        table.validate(full=True)
+    return table.rename_columns([stripped[name] for name in table.column_names])
 
 
 def _head(path: Path, length: int) -> bytes:
@@ -81,7 +93,8 @@ def _load_csv(path: Path) -> pa.Table:
         )
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise _csv_error(path, ragged, error) from error
-    return _renamed(path, table)
+    _stripped(path, table.column_names)
+    return table.rename_columns([name.strip() for name in table.column_names])
 
 
 def _header(path: Path) -> str:
@@ -120,10 +133,10 @@ def _csv_error(path: Path, ragged: list[pa.csv.InvalidRow], error: Exception) ->
     return InputError(f"cannot be read as CSV: {reason}", where=str(path), do=_FORMATS)
 
 
-def _renamed(path: Path, table: pa.Table) -> pa.Table:
-    """The table with the blanks around the column names removed."""
-    names = [name.strip() for name in table.column_names]
-    twice = [name for name, count in Counter(names).items() if count > 1]
+def _stripped(path: Path, names: Sequence[str]) -> dict[str, str]:
+    """Each name without the blanks around it; InputError where two columns then have the same."""
+    stripped = [name.strip() for name in names]
+    twice = [name for name, count in Counter(stripped).items() if count > 1]
     if twice:
         raise InputError("there are two columns of this name", where=f"{path}: {twice[0]}", do="rename one of them")
-    return table.rename_columns(names)
+    return dict(zip(names, stripped, strict=True))

@@ -68,7 +68,8 @@ class ColumnMap:
         factor, offset = UNITS[group_of(self.target)][self.unit] if self.unit else (1.0, 0.0)
         if (factor, offset, self.scale) == (1.0, 0.0, 1.0):
             return values
-        return np.asarray(self.scale * (factor * values + offset))
+        with np.errstate(over="ignore"):  # what leaves the range of numbers is infinite, and refused as that
+            return np.asarray(self.scale * (factor * values + offset))
 
 
 def parse_maps(texts: Sequence[str]) -> tuple[ColumnMap, ...]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -19,39 +18,12 @@ from numpy.typing import NDArray
 from scenarios.errors import InputError
 from sim.dataset.assemble import arrays_of
 from sim.dataset.columns import columns_of, schema
-from sim.dataset.files import beside, canonical_json, sha256_of, system_errors_about
+from sim.dataset.files import beside, canonical_json, system_errors_about
+from sim.dataset.metadata import FORMAT, METADATA_KEY, TRACKING_KEY
 from sim.dataset.recording import Recording
 from sim.tracking import Tracking
 
-METADATA_KEY = "magbench"
-TRACKING_KEY = "magbench_tracking"
-"""Known only when the run has ended, so it stands beside what its file said from the start."""
-FORMAT = 1
 ROWS_PER_GROUP = 65_536
-
-
-@dataclass(frozen=True)
-class RunFile:
-    """A finished file as the manifest lists it; tracking is None where the vehicle follows no path."""
-
-    run: int
-    path: str
-    rows: int
-    bytes: int
-    sha256: str
-    tracking: Tracking | None = None
-
-    @classmethod
-    def read(cls, entry: Mapping[str, Any]) -> RunFile:
-        """From the plain values of a manifest."""
-        return cls(**{**entry, "tracking": Tracking.read(entry.get("tracking"))})
-
-
-def run_file(path: Path, run: int) -> RunFile:
-    """Describe the finished file of a run."""
-    footer = pq.read_metadata(path)
-    tracking = Tracking.read(json.loads((footer.metadata or {}).get(TRACKING_KEY.encode(), "null")))
-    return RunFile(run, path.name, footer.num_rows, path.stat().st_size, sha256_of(path), tracking)
 
 
 class RunWriter:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from magbench.cli import main
-from sim.dataset import read_recording, read_run
+from sim.dataset import Recording, read_recording, read_run, write_recording
 from tests.short import cuts
 
 
@@ -56,8 +56,8 @@ BAD_FILES = {
     "nested too deep": ("[" * 100_000, "nested"),
     "another schema": (edited(schema=2), "schema"),
     "not a number": (edited().replace("10.0", "NaN"), "NaN"),
-    "infinite": (edited().replace("10.0", "1e999"), "Infinity"),
-    "an endless number": (edited().replace("10.0", LONG), "Infinity"),
+    "infinite": (edited().replace("10.0", "1e999"), "1e999 is not a finite number"),
+    "an endless number": (edited().replace("10.0", LONG), "not JSON: Exceeds the limit"),
     "null in a vector": (edited(offset_nT=[1, None, 3]), "offset_nT"),
     "text": (edited(offset_nT=["1", "2", "3"]), "offset_nT"),
     "too short": ('{"a": {"matrix": [1]}}', "matrix"),
@@ -129,3 +129,17 @@ def test_unknown_calibration(data: Path, tmp_path: Path, capsys) -> None:  # typ
     assert main([*arguments, "--with", "ellipsoid"]) == 2
     assert "sphere" in capsys.readouterr().err
     assert json.loads((tmp_path / "calibration.json").read_text())["sphere"]["status"]
+
+
+def test_a_calibration_that_has_no_inverse_at_a_row_writes_nothing(tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
+    """B = -[z]x and omega = z in row 18: I - B [omega]x = diag(0, 0, 1)."""
+    rng = np.random.default_rng(1)
+    rate = 0.1 * rng.standard_normal((40, 3))
+    rate[17] = [0.0, 0.0, 1.0]
+    eddy = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    recording = Recording(np.arange(40.0), 3e4 * rng.standard_normal((40, 3)), gyro_rad_s=rate)
+    write_recording(recording, tmp_path / "log.csv")
+    (tmp_path / "c.json").write_text(edited(matrix=np.eye(3).tolist(), eddy_s=eddy))
+    assert main(["apply", str(tmp_path / "c.json"), str(tmp_path / "log.csv"), "-o", str(tmp_path / "o.csv")]) == 2
+    assert "corrects row" in capsys.readouterr().err
+    assert not (tmp_path / "o.csv").exists()

@@ -9,16 +9,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import calib
 from calib import Calibration
 from scenarios.errors import InputError
-from scenarios.files import read_text
-from sim.dataset import read_recording, write_recording
+from scenarios.files import parsed_json, read_text
+from sim.dataset import Recording, read_recording, write_recording
 from sim.dataset.files import system_errors_about, write_text
 from validation.calibrating.export import exported
 from validation.calibrating.fitting import sensors
 
+Array = NDArray[np.float64]
 FILE = "calibration.json"
 WANTED = "give a calibration.json that `magbench calibrate` wrote"
 MAX_CONDITION, MAX_OFFSET_NT = 1e6, 1e9
@@ -48,13 +50,7 @@ def read_calibrations(path: Path) -> dict[str, Calibration]:
 
     What `run` and `calibrate` print with --json, and scores.json, hold {name: calibration} under `calibrations`.
     """
-    text = read_text(path, WANTED, "utf-8-sig")
-    try:
-        data = json.loads(text, parse_int=float)  # an integer of any length is then finite, or infinite and refused
-    except json.JSONDecodeError as error:
-        raise InputError(f"not JSON: {error}", where=str(path), do=WANTED) from None
-    except RecursionError:
-        raise InputError("nested too deep", where=str(path), do=WANTED) from None
+    data = parsed_json(read_text(path, WANTED, "utf-8-sig"), str(path), WANTED)
     if isinstance(data, dict) and isinstance(data.get("calibrations"), dict):
         data = data["calibrations"]
     if not isinstance(data, dict) or not data:
@@ -79,11 +75,27 @@ def apply_file(
     chosen = name or next(iter(known)).split("@")[0]
     parts = sensors(recording, chosen)
     used = {key: _usable(known, key, calibration) for key in parts}
-    fields = [used[key].apply(part) for key, part in parts.items()]
+    fields = [_corrected(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]
     array = None if recording.array_mag_nT is None else np.stack(fields)
     write_recording(replace(recording, mag_nT=fields[0], array_mag_nT=array), out)
     doubts = [f"{key} is unobservable: {c.status.reason}" for key, c in used.items() if c.status.kind != "ok"]
     return {"calibrator": chosen, "samples": len(recording), "warning": "; ".join(doubts)}
+
+
+def _corrected(calibration: Calibration, recording: Recording, where: str) -> Array:
+    """The corrected field (n, 3); InputError where the calibration has no inverse at one of the recording's rates."""
+    try:
+        with np.errstate(all="ignore"):  # what comes of it is looked at as a whole
+            field_nT = calibration.apply(recording)
+    except (np.linalg.LinAlgError, ArithmeticError):
+        field_nT = np.full((len(recording), 3), np.nan)
+    wrong = ~np.isfinite(field_nT).all(axis=1)
+    if wrong.any():
+        what = f"corrects row {int(np.argmax(wrong)) + 1} to no finite field ({np.count_nonzero(wrong)} rows in all)"
+        raise InputError(
+            what, where=where, do="use another calibration, or leave out the rows that it cannot be used on"
+        )
+    return field_nT
 
 
 def _check_kept(out: Path, sources: Sequence[Path]) -> None:

@@ -83,6 +83,7 @@ def reference_of(path: Path, run: int, strength_nT: float | None, enu: str | Non
             do = "give --field-strength-nT F or --field-enu-nT E,N,U"
             raise InputError("the field at this place is not known", where=str(path), do=do)
         vector = (known[0], known[1], known[2])
+        _check_strength(math.hypot(*vector), f"{path}: field_enu_nT of its metadata")
     strength = float(np.linalg.norm(vector)) if strength_nT is None and vector is not None else strength_nT
     assert strength is not None
     return Reference(strength, vector)

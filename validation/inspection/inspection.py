@@ -40,7 +40,7 @@ class Inspection:
 def inspect_file(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Inspection:
     """Look at a run, a dataset directory or a measured log, and tell what is in it and what is odd.
 
-    maps : `--map` texts, see `sim.dataset.read_measured`. Faults of the values are findings, not errors.
+    maps : `--map` texts, see `sim.dataset.importer.read_columns`. Faults of the values are findings, not errors.
     Raises InputError for a file without columns of time and field, or that cannot be read at all.
     """
     log = read_log(path, maps=maps, run=run)

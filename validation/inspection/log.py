@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.errors import InputError
-from sim.dataset import read_measured
+from sim.dataset.checks import plausible, sound
 from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
-from sim.dataset.importer import _check_names, _mapped, _numeric
-from sim.dataset.manifest import read_manifest, run_path
-from sim.dataset.tabular import load_table
+from sim.dataset.importer import RawColumns, read_columns
+from sim.dataset.manifest import file_of
 from sim.dataset.units import parse_maps
 
 Array = NDArray[np.float64]
@@ -77,27 +75,16 @@ def read_log(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Log:
 
     Raises InputError for a file that cannot be read, that has no columns of time and field, or text in their place.
     """
-    file = _run_of(path, run) if path.is_dir() else path
-    chosen = parse_maps(maps)
-    table = _mapped(file, load_table(file), chosen)
-    _check_names(file, table)
-    named: dict[str, NDArray[Any]] = _numeric(file, table, {one.target: one for one in chosen})
-    columns = {name: np.asarray(values, np.float64) for name, values in named.items() if name != "phase"}
-    return Log(file, columns, {one.target: one.source for one in chosen}, _refusal(file, maps))
+    raw = read_columns(file_of(path, run), maps)
+    columns = {name: np.asarray(values, np.float64) for name, values in raw.named.items() if name != "phase"}
+    return Log(raw.path, columns, {one.target: one.source for one in parse_maps(maps)}, _refusal(raw))
 
 
-def _run_of(path: Path, run: int) -> Path:
-    runs = read_manifest(path).runs
-    if not 0 <= run < runs:
-        raise InputError(f"has no run {run}", where=str(path), do=f"it has runs 0 to {runs - 1}")
-    return run_path(path, run)
-
-
-def _refusal(file: Path, maps: Sequence[str]) -> str:
+def _refusal(raw: RawColumns) -> str:
     try:
-        read_measured(file, maps)
+        plausible(raw.path, sound(raw))
     except InputError as error:
-        return str(error).removeprefix(f"{file}: ")
+        return str(error).removeprefix(f"{raw.path}: ")
     return ""
 
 

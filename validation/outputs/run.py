@@ -37,6 +37,7 @@ def run_scenario(
     *,
     seed: int | None = None,
     progress: Progress = lambda done, total: None,
+    warn: Callable[[str], object] = lambda text: None,
 ) -> Outcome:
     """Write the dataset, scores.json, calibration.json, report.html and recording.rrd into `out`.
 
@@ -47,11 +48,11 @@ def run_scenario(
     for name in scenario.calibrators:
         calib.get(name)
     with locked_directory(out):
-        return _run(scenario, out, seed, progress)
+        return _run(scenario, out, seed, progress, warn)
 
 
-def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress) -> Outcome:
-    written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES))
+def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress, warn: Callable[[str], object]) -> Outcome:
+    written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES), warn)
     recording, truth = read_run(out)
     judged = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES))
     outcome = replace(judged, tracking=written.files[0].tracking)

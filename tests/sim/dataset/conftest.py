@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from sim.dataset import Column, RunWriter, columns, run_metadata, schema
+from sim.dataset.columns import ATTITUDE, TRUE_ATTITUDE
 
 Block = dict[str, NDArray[Any]]
 EFFECTS = ("soft_iron", "hard_iron", "white_noise")
@@ -26,6 +27,9 @@ class Run:
         self.block: Block = {c.name: rng.normal(size=n) * 1e4 for c in self.table if c.group != "phase"}
         self.block["time_s"] = np.arange(n) * 0.02
         self.block["phase"] = np.where(np.arange(n) < n // 3, "comb", "descent")
+        for q in (ATTITUDE, TRUE_ATTITUDE):
+            norm = np.linalg.norm([self.block[name] for name in q], axis=0)
+            self.block |= {name: self.block[name] / norm for name in q}
         for k in [""] if sensors == 1 else [str(i + 1) for i in range(sensors)]:
             for axis in "xyz":
                 total = self.block[f"true_field_{axis}_nT"].copy()

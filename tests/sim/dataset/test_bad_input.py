@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from scenarios.errors import InputError
-from sim.dataset import read_measured
+from sim.dataset import read_recording
 from sim.dataset.units import parse_maps
 
 N = 40
@@ -134,7 +134,7 @@ AGAIN = np.repeat(np.arange(20.0), 2)
 
 CASES: dict[str, tuple[Make, list[str], tuple[str, ...]]] = {
     "file missing": (lambda tmp: tmp / "log.csv", [], ("no such file", "check the path")),
-    "a directory": (lambda tmp: tmp, [], ("is a directory, not a recording",)),
+    "a directory": (lambda tmp: tmp, [], ("dataset.json: no such file", "give a directory")),
     "empty file": (content(b"", "log.csv"), [], ("is empty",)),
     "empty parquet": (content(b"", "log.parquet"), [], ("is empty",)),
     "cut-off parquet": (damaged(slice(0, -40)), [], ("cut off or damaged",)),
@@ -219,7 +219,7 @@ def test_log_is_refused_in_one_line(tmp_path: Path, make: Make, maps: list[str],
     path = make(tmp_path)
     before = sorted(os.listdir(tmp_path))
     with pytest.raises(InputError) as caught:
-        read_measured(path, maps)
+        read_recording(path, maps=maps)
     message = str(caught.value)
     assert message.startswith(str(path))
     assert "\n" not in message
@@ -266,4 +266,4 @@ def test_file_without_permission(tmp_path: Path) -> None:
     path = parquet()(tmp_path)
     path.chmod(0)
     with pytest.raises(InputError, match="permission denied"):
-        read_measured(path)
+        read_recording(path)

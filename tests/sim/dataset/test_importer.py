@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.dataset import read_measured, read_recording
+from sim.dataset import read_recording
 from sim.dataset.columns import group_of
 from sim.dataset.units import UNITS, likely_unit, parse_maps
 
@@ -55,7 +55,7 @@ def write(path: Path, columns: dict[str, Any]) -> Path:
 @pytest.mark.parametrize("suffix", ["parquet", "csv"])
 def test_field_alone_is_enough(tmp_path: Path, suffix: str) -> None:
     columns = log()
-    recording = read_measured(write(tmp_path / f"log.{suffix}", columns))
+    recording = read_recording(write(tmp_path / f"log.{suffix}", columns))
     np.testing.assert_array_equal(recording.time_s, columns["time_s"])
     np.testing.assert_array_equal(recording.mag_nT[:, 1], columns["mag_y_nT"])
     assert recording.gyro_rad_s is recording.att_q is recording.phase is recording.current_A is None
@@ -72,7 +72,7 @@ def test_mapped_and_converted(tmp_path: Path) -> None:
         "rpm": np.arange(N, dtype=np.int16),
     }
     maps = ["time_s=t,unit=ms", "mag_x_nT=bx,unit=uT", "mag_y_nT = by, unit=uT, scale=-1", "mag_z_nT=bz,unit=gauss"]
-    recording = read_measured(write(tmp_path / "log.csv", foreign), [*maps, "temperature_degC=tempK,unit=K"])
+    recording = read_recording(write(tmp_path / "log.csv", foreign), maps=[*maps, "temperature_degC=tempK,unit=K"])
     np.testing.assert_allclose(recording.time_s, columns["time_s"], atol=1e-12)
     expected = np.column_stack([columns[f"mag_{a}_nT"] for a in "xyz"])
     np.testing.assert_allclose(recording.mag_nT, expected, rtol=1e-12)
@@ -82,14 +82,14 @@ def test_mapped_and_converted(tmp_path: Path) -> None:
 
 def test_map_replaces_a_column_of_the_same_name(tmp_path: Path) -> None:
     columns = log(calibrated_x=np.linspace(10_000, 11_000, N))
-    recording = read_measured(write(tmp_path / "log.parquet", columns), ["mag_x_nT=calibrated_x"])
+    recording = read_recording(write(tmp_path / "log.parquet", columns), maps=["mag_x_nT=calibrated_x"])
     np.testing.assert_array_equal(recording.mag_nT[:, 0], columns["calibrated_x"])
     assert recording.channels == {}
 
 
 def test_truth_never_enters(tmp_path: Path) -> None:
     columns = log(true_field_x_nT=np.ones(N), effect_hard_iron_x_nT=np.ones(N), effect2_scale_x_nT=np.ones(N))
-    assert read_measured(write(tmp_path / "log.parquet", columns)).channels == {}
+    assert read_recording(write(tmp_path / "log.parquet", columns)).channels == {}
 
 
 def test_run_of_a_dataset_read_as_a_log_gives_no_truth(tmp_path: Path, run: Any) -> None:
@@ -104,7 +104,7 @@ def test_channels_are_the_other_numbers(tmp_path: Path) -> None:
         rod_A_m2=np.linspace(0, 1, N), armed=np.arange(N) > 3, note=["a"] * N, empty=[None] * N, gears=[1, 2] * (N // 2)
     )
     for suffix in ("parquet", "csv"):
-        recording = read_measured(write(tmp_path / f"log.{suffix}", columns))
+        recording = read_recording(write(tmp_path / f"log.{suffix}", columns))
         assert recording.channels.keys() == {"rod_A_m2", "armed", "gears"}
         assert all(values.dtype == np.float64 for values in recording.channels.values())
         assert recording.channels["armed"].tolist() == [0.0] * 4 + [1.0] * (N - 4)
@@ -112,7 +112,7 @@ def test_channels_are_the_other_numbers(tmp_path: Path) -> None:
 
 def test_depth_alone_is_a_channel_and_motors_are_sorted(tmp_path: Path) -> None:
     currents = {f"current_{i}_A": np.full(N, float(i)) for i in (10, 2, 1)}
-    recording = read_measured(write(tmp_path / "log.parquet", log(pos_up_m=-np.arange(N) * 1.0, **currents)))
+    recording = read_recording(write(tmp_path / "log.parquet", log(pos_up_m=-np.arange(N) * 1.0, **currents)))
     assert recording.pos_enu_m is None
     assert recording.channels.keys() == {"pos_up_m"}
     assert recording.current_A[0].tolist() == [1.0, 2.0, 10.0]
@@ -123,7 +123,7 @@ def test_array_of_sensors(tmp_path: Path) -> None:
     array = {"time_s": columns["time_s"]}
     for k in (1, 2):
         array |= {f"mag{k}_{a}_nT": columns[f"mag_{a}_nT"] * k for a in "xyz"}
-    recording = read_measured(write(tmp_path / "log.csv", array))
+    recording = read_recording(write(tmp_path / "log.csv", array))
     np.testing.assert_array_equal(recording.array_mag_nT[1], 2 * recording.mag_nT)
 
 
@@ -131,14 +131,14 @@ def test_timestamps_become_seconds(tmp_path: Path) -> None:
     start = datetime.datetime(2024, 5, 27, 12, 0, 0)
     stamps = [start + datetime.timedelta(milliseconds=100 * i) for i in range(N)]
     for suffix in ("parquet", "csv"):
-        recording = read_measured(write(tmp_path / f"log.{suffix}", log(time_s=stamps)))
+        recording = read_recording(write(tmp_path / f"log.{suffix}", log(time_s=stamps)))
         np.testing.assert_allclose(recording.time_s, np.arange(N) * 0.1, atol=1e-9)
 
 
 def test_blanks_around_column_names_do_not_matter(tmp_path: Path) -> None:
     table = pa.table(log())
     pq.write_table(table.rename_columns([f" {name} " for name in table.column_names]), tmp_path / "log.parquet")
-    recording = read_measured(tmp_path / "log.parquet")
+    recording = read_recording(tmp_path / "log.parquet")
     np.testing.assert_array_equal(recording.mag_nT[:, 0], log()["mag_x_nT"])
 
 
@@ -146,7 +146,7 @@ def test_blanks_around_column_names_do_not_matter(tmp_path: Path) -> None:
 def test_separators_byte_order_mark_and_line_ends(tmp_path: Path, separator: str) -> None:
     path = write(tmp_path / "log.csv", log(phase=["spiral"] * N))
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b",", separator.encode()).replace(b"\n", b"\r\n"))
-    recording = read_measured(path)
+    recording = read_recording(path)
     np.testing.assert_array_equal(recording.mag_nT[:, 0], log()["mag_x_nT"])
     assert recording.phase[0].strip() == "spiral"
 
@@ -157,7 +157,7 @@ def test_number_that_looks_whole_for_a_long_time(tmp_path: Path) -> None:
     spin = np.arange(n) * 0.1
     columns = {"time_s": np.arange(n), "mag_x_nT": 3e4 * np.cos(spin), "mag_y_nT": 3e4 * np.sin(spin)}
     columns |= {"mag_z_nT": spin + 1e4, "throttle": [0] * (n - 1) + [0.5]}
-    recording = read_measured(write(tmp_path / "log.csv", columns))
+    recording = read_recording(write(tmp_path / "log.csv", columns))
     assert recording.channels["throttle"][-1] == 0.5
 
 
@@ -165,7 +165,7 @@ def test_number_that_looks_whole_for_a_long_time(tmp_path: Path) -> None:
 def test_slower_column_is_interpolated(tmp_path: Path, suffix: str) -> None:
     truth = np.linspace(10, 20, N)
     slow = [float(v) if i % 4 == 1 else None for i, v in enumerate(truth)]
-    recording = read_measured(write(tmp_path / f"log.{suffix}", log(temperature_degC=slow)))
+    recording = read_recording(write(tmp_path / f"log.{suffix}", log(temperature_degC=slow)))
     np.testing.assert_allclose(recording.temperature_degC[1:38], truth[1:38], rtol=1e-12)
     assert recording.temperature_degC[0] == truth[1]
     assert recording.temperature_degC[39] == truth[37]
@@ -177,7 +177,7 @@ def test_slower_attitude_goes_the_shorter_way_round_whatever_its_sign(tmp_path: 
     flipped = q * np.where(np.arange(N) // 4 % 2, -1.0, 1.0)[:, None]
     flipped[np.arange(N) % 4 != 0] = np.nan
     columns = log(**{f"att_q{a}": flipped[:, i] for i, a in enumerate("wxyz")})
-    recording = read_measured(write(tmp_path / "log.parquet", columns))
+    recording = read_recording(write(tmp_path / "log.parquet", columns))
     cosine = np.abs(np.sum(recording.att_q * q, axis=1))[:37]
     assert 2 * np.degrees(np.arccos(np.minimum(cosine, 1))).max() < 0.1
     np.testing.assert_allclose(np.linalg.norm(recording.att_q, axis=1), 1, atol=1e-12)
@@ -185,7 +185,7 @@ def test_slower_attitude_goes_the_shorter_way_round_whatever_its_sign(tmp_path: 
 
 def test_quaternion_with_few_digits_is_normalised(tmp_path: Path) -> None:
     columns = log(att_qw=[0.7071] * N, att_qx=[0.7071] * N, att_qy=[0.0] * N, att_qz=[0.0] * N)
-    recording = read_measured(write(tmp_path / "log.csv", columns))
+    recording = read_recording(write(tmp_path / "log.csv", columns))
     np.testing.assert_allclose(recording.att_q[0], [0.5**0.5, 0.5**0.5, 0, 0], atol=1e-12)
 
 
@@ -193,7 +193,7 @@ def test_gaps_of_a_channel_are_bridged(tmp_path: Path) -> None:
     event = np.full(N, np.nan)
     event[[2, 30]] = 1.0, 2.0
     event[5] = np.inf
-    recording = read_measured(write(tmp_path / "log.parquet", log(rod=event, never=np.full(N, np.nan))))
+    recording = read_recording(write(tmp_path / "log.parquet", log(rod=event, never=np.full(N, np.nan))))
     assert recording.channels.keys() == {"rod"}
     assert recording.channels["rod"][[0, 16, 39]].tolist() == [1.0, 1.5, 2.0]
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from scenarios.errors import InputError
-from sim.dataset import columns, finish_dataset, manifest, open_dataset_for_writing, read_manifest, run_file, run_path
+from sim.dataset import columns, finish_dataset, open_dataset_for_writing, read_manifest, resume, run_file, run_path
 from sim.dataset.files import sha256_of
 
 TABLE = columns(motors=2, effects=("soft_iron", "hard_iron", "white_noise"))
@@ -96,6 +96,20 @@ def test_runs_may_grow_but_not_shrink(out: Path, make_run: Any, scenario: dict[s
         open_dataset_for_writing(out, scenario, 7, 1, TABLE)
 
 
+def test_file_that_is_not_the_listed_one_is_told_and_done_again(
+    out: Path, make_run: Any, scenario: dict[str, Any]
+) -> None:
+    """Its footer still says that it is this run; only the hash tells."""
+    open_dataset_for_writing(out, scenario, 7, 3, TABLE)
+    write_runs(make_run, out, [0, 1, 2])
+    finish_dataset(out)
+    make_run(n=60, seed=99).write(run_path(out, 1), seed=7, run=1)
+    told: list[str] = []
+    assert open_dataset_for_writing(out, scenario, 7, 3, TABLE, told.append) == [1]
+    assert told == [f"{out}: not the files that dataset.json lists, so made anew: run-00001.parquet"]
+    assert [entry.run for entry in read_manifest(out).files] == [0, 2]
+
+
 def test_finished_dataset_asks_for_nothing(out: Path, make_run: Any, scenario: dict[str, Any]) -> None:
     open_dataset_for_writing(out, scenario, 7, 2, TABLE)
     write_runs(make_run, out, [0, 1])
@@ -133,14 +147,14 @@ def test_other_versions_do_not_continue_a_dataset(
 ) -> None:
     open_dataset_for_writing(out, scenario, 7, 2, TABLE)
     write_runs(make_run, out, [0])
-    monkeypatch.setattr(manifest, "version", lambda name: "99.0")
+    monkeypatch.setattr(resume, "version", lambda name: "99.0")
     with pytest.raises(InputError, match=r"packages\.magbench is .* there and \"99\.0\" here"):
         open_dataset_for_writing(out, scenario, 7, 2, TABLE)
     monkeypatch.undo()
     write_runs(make_run, out, [1])
     finish_dataset(out)
     before = everything(out)
-    monkeypatch.setattr(manifest, "version", lambda name: "99.0")
+    monkeypatch.setattr(resume, "version", lambda name: "99.0")
     assert open_dataset_for_writing(out, scenario, 7, 2, TABLE) == []
     finish_dataset(out)
     assert everything(out) == before
@@ -153,6 +167,9 @@ def test_other_versions_do_not_continue_a_dataset(
         ("[]", "is not a manifest"),
         ('{"schema": 1}', "is not a manifest"),
         ('{"schema": 99}', "has schema 99, this version reads 1"),
+        ('{"schema": 1, "seed": NaN}', "NaN is not a finite number"),
+        ('{"schema": 1, "seed": 1e999}', "1e999 is not a finite number"),
+        ("[" * 100_000, "nested too deep"),
     ],
 )
 def test_manifest_that_cannot_be_read(tmp_path: Path, scenario: dict[str, Any], text: str, words: str) -> None:

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import datetime
+import decimal
+import math
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from scenarios.errors import InputError
 from sim.dataset import (
     Recording,
     finish_dataset,
-    iter_blocks,
     open_dataset_for_writing,
     read_recording,
     read_run,
     run_path,
     write_recording,
-    writer,
 )
+from sim.dataset.reader import parameters_of
 
 ARRAYS = [f.name for f in fields(Recording) if f.name != "channels"]
 
@@ -71,26 +75,6 @@ def test_array_of_sensors(tmp_path: Path, make_run: Any) -> None:
     assert recording.current_A is None
 
 
-def test_only_what_is_needed(tmp_path: Path, run: Any) -> None:
-    run.write(tmp_path / "r.parquet")
-    recording = read_recording(tmp_path / "r.parquet", groups=("gyro",))
-    filled = {name for name in ARRAYS if getattr(recording, name) is not None}
-    assert filled == {"time_s", "mag_nT", "gyro_rad_s"}
-    with pytest.raises(ValueError, match=r"no such column groups.*truth"):
-        read_recording(tmp_path / "r.parquet", groups=("truth",))
-
-
-@pytest.mark.parametrize("rows", [1, 64, 100, 1000])
-def test_blocks_join_to_the_whole(tmp_path: Path, run: Any, monkeypatch: pytest.MonkeyPatch, rows: int) -> None:
-    monkeypatch.setattr(writer, "ROWS_PER_GROUP", 128)
-    run.write(tmp_path / "r.parquet")
-    blocks = list(iter_blocks(tmp_path / "r.parquet", rows=rows))
-    whole = read_recording(tmp_path / "r.parquet")
-    assert max(len(block) for block in blocks) <= rows
-    for name in ("time_s", "mag_nT", "att_q", "phase"):
-        np.testing.assert_array_equal(np.concatenate([getattr(b, name) for b in blocks]), getattr(whole, name))
-
-
 def test_dataset_directory_by_run_number(tmp_path: Path, make_run: Any, scenario: dict[str, Any]) -> None:
     runs = [make_run(seed=i) for i in range(2)]
     open_dataset_for_writing(tmp_path, scenario, 7, 2, runs[0].table)
@@ -111,9 +95,6 @@ def test_dataset_directory_by_run_number(tmp_path: Path, make_run: Any, scenario
 @pytest.mark.parametrize("sensors", [1, 2])
 def test_recording_written_for_others_holds_no_truth(tmp_path: Path, make_run: Any, suffix: str, sensors: int) -> None:
     run = make_run(sensors=sensors)
-    q = stacked(run, "att_qw", "att_qx", "att_qy", "att_qz")
-    for i, name in enumerate(("att_qw", "att_qx", "att_qy", "att_qz")):
-        run.block[name] = (q / np.linalg.norm(q, axis=1, keepdims=True))[:, i]
     run.write(tmp_path / "r.parquet")
     recording = replace(read_recording(tmp_path / "r.parquet"), channels={"rod_A_m2": np.linspace(0, 1, 400)})
     out = tmp_path / f"recording{suffix}"
@@ -126,12 +107,12 @@ def test_recording_written_for_others_holds_no_truth(tmp_path: Path, make_run: A
 
 
 def test_recording_with_only_the_field(tmp_path: Path) -> None:
-    recording = Recording(time_s=np.arange(3.0), mag_nT=np.arange(9.0).reshape(3, 3))
+    recording = Recording(time_s=np.arange(30.0), mag_nT=1e3 * np.arange(90.0).reshape(30, 3))
     write_recording(recording, tmp_path / "r.parquet")
     assert_same(read_recording(tmp_path / "r.parquet"), recording)
     write_recording(recording, tmp_path / "r.csv")
     lines = (tmp_path / "r.csv").read_text().splitlines()
-    assert lines[:2] == ["time_s,mag_x_nT,mag_y_nT,mag_z_nT", "0,0,1,2"]
+    assert lines[:2] == ["time_s,mag_x_nT,mag_y_nT,mag_z_nT", "0,0,1000,2000"]
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".csv", ".CSV"])
@@ -159,17 +140,74 @@ def test_cut_off_run(tmp_path: Path, run: Any) -> None:
     path = tmp_path / "r.parquet"
     run.write(path)
     path.write_bytes(path.read_bytes()[:-100])
-    for read in (read_recording, read_run, lambda p: list(iter_blocks(p))):
+    for read in (read_recording, read_run):
         with pytest.raises(InputError, match=r"r\.parquet: is cut off or damaged"):
             read(path)
-
-
-def test_blocks_of_a_measured_log_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "log.csv").write_text("time_s,mag_x_nT\n1,2\n")
-    with pytest.raises(InputError, match="is not a run of a dataset"):
-        list(iter_blocks(tmp_path / "log.csv"))
 
 
 def test_directory_that_is_no_dataset(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"dataset\.json: no such file"):
         read_recording(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "text", [b"{", b"[]", b"\xff", b'{"seed": "seven"}', b'{"parameters": {"field_enu_nT": [1, 2]}}']
+)
+def test_metadata_that_is_damaged(tmp_path: Path, run: Any, text: bytes) -> None:
+    """The recording does not need it; who asks for the field or the truth is told."""
+    run.write(tmp_path / "r.parquet")
+    table = pq.read_table(tmp_path / "r.parquet")
+    pq.write_table(table.replace_schema_metadata({"magbench": text}), tmp_path / "damaged.parquet")
+    assert_same(read_recording(tmp_path / "damaged.parquet"), read_recording(tmp_path / "r.parquet"))
+    with pytest.raises(InputError, match="metadata 'magbench'"):
+        parameters_of(tmp_path / "damaged.parquet")
+    with pytest.raises(InputError, match="metadata 'magbench'"):
+        read_run(tmp_path / "damaged.parquet")
+
+
+@pytest.mark.parametrize(
+    ("name", "cells", "words"),
+    [
+        ("mag_y_nT", None, "no column mag_y_nT"),
+        ("mag_y_nT", ["?"] * 400, "mag_y_nT: holds '\\?'"),
+        ("mag_y_nT", [datetime.date(2026, 1, 1)] * 400, "mag_y_nT: holds date32"),
+        ("gyro_x_rad_s", [b"x"] * 400, "gyro_x_rad_s: holds binary"),
+        ("att_qz", [math.inf] * 400, "att_qz: 400 of 400 values are missing or infinite"),
+        ("mag_x_nT", [1e300] * 400, "mag_x_nT: 400 of 400 values are missing or infinite"),
+        ("time_s", [0.0] * 400, "time_s: row 2 repeats the time 0.0, as do 398 more"),
+        ("time_s", [1e-12 * i for i in range(400)], "time_s: row 2 comes 1e-12 s after the last"),
+    ],
+)
+def test_our_own_file_passes_the_checks_of_every_log(
+    tmp_path: Path, run: Any, name: str, cells: list[Any] | None, words: str
+) -> None:
+    run.write(tmp_path / "r.parquet")
+    table = pq.read_table(tmp_path / "r.parquet")
+    metadata = table.schema.metadata
+    table = table.drop_columns([name])
+    table = table if cells is None else table.append_column(name, pa.array(cells))
+    pq.write_table(table.replace_schema_metadata(metadata), tmp_path / "changed.parquet")
+    for read in (read_recording, read_run):
+        with pytest.raises(InputError, match=words):
+            read(tmp_path / "changed.parquet")
+
+
+def test_decimals_are_numbers(tmp_path: Path, run: Any) -> None:
+    run.write(tmp_path / "r.parquet")
+    table = pq.read_table(tmp_path / "r.parquet")
+    metadata, cells = table.schema.metadata, [decimal.Decimal("1.25") * i for i in range(400)]
+    table = table.drop_columns(["temperature_degC"]).append_column("temperature_degC", pa.array(cells))
+    pq.write_table(table.replace_schema_metadata(metadata), tmp_path / "changed.parquet")
+    recording, _ = read_run(tmp_path / "changed.parquet")
+    np.testing.assert_array_equal(recording.temperature_degC, 1.25 * np.arange(400))
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("true_qx", "no column true_qx"), ("effect_hard_iron_y_nT", "hard_iron_y")]
+)
+def test_truth_that_is_not_whole(tmp_path: Path, run: Any, name: str, words: str) -> None:
+    run.write(tmp_path / "r.parquet")
+    table = pq.read_table(tmp_path / "r.parquet")
+    pq.write_table(table.drop_columns([name]), tmp_path / "changed.parquet")
+    with pytest.raises(InputError, match=f"holds no truth, or not all of it.*{words}"):
+        read_run(tmp_path / "changed.parquet")

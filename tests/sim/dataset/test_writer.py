@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import json
 import os
 import resource
@@ -22,8 +23,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from scenarios.errors import InputError
-from sim.dataset import RunWriter, columns, schema, writer
-from sim.dataset.files import canonical_json, sha256_of, system_errors_about, write_text
+from sim.dataset import RunWriter, columns, files, schema, writer
+from sim.dataset.files import beside, canonical_json, locked_directory, sha256_of, system_errors_about, write_text
 
 SMALL_GROUP = 128
 
@@ -249,3 +250,38 @@ def test_canonical_json_of_numpy_values_in_any_order() -> None:
         canonical_json({"a": float("nan")})
     with pytest.raises(TypeError, match="set"):
         canonical_json({"a": {1}})
+
+
+@pytest.mark.parametrize("what", ["directory", "file"])
+def test_what_another_process_writes_is_refused(tmp_path: Path, what: str) -> None:
+    """Two handles of one process exclude each other as two processes do."""
+    hold = locked_directory if what == "directory" else beside
+    with hold(tmp_path / "x") as part:
+        if part is not None:
+            part.write_text("first")
+        with pytest.raises(InputError, match=r"x: another magbench is writing"), hold(tmp_path / "x"):
+            pass
+    assert what == "directory" or (tmp_path / "x").read_text() == "first"
+    assert not (tmp_path / "x.part").exists()
+
+
+def test_directory_that_goes_between_making_and_locking_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The one before leaves it empty and removes it, twice before we have opened it, twice before we hold its lock."""
+    out, left = tmp_path / "out", {"open": 2, "flock": 2}
+
+    def removing(name: str, call: Any) -> Any:
+        def wrapped(*arguments: Any) -> Any:
+            if out.exists() and left[name]:
+                left[name] -= 1
+                out.rmdir()
+            return call(*arguments)
+
+        return wrapped
+
+    monkeypatch.setattr(files.os, "open", removing("open", os.open))
+    monkeypatch.setattr(files.fcntl, "flock", removing("flock", fcntl.flock))
+    with locked_directory(out):
+        monkeypatch.undo()
+        assert left == {"open": 0, "flock": 0}
+        (out / "mine").write_text("kept")
+    assert (out / "mine").read_text() == "kept"
