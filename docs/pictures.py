@@ -21,6 +21,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 import rerun_cli
+import shown
 import tables
 import verdicts
 from matplotlib.figure import Figure as MplFigure
@@ -29,28 +30,14 @@ from rerun.experimental import ViewerClient
 
 from sim.dataset import read_run
 from sim.scenario import load_checked
-from validation.inspection.inspection import inspect_file
 from validation.outputs.run import run_scenario
-from validation.views.plots.effects import draw_effect_sizes, draw_effects
-from validation.views.plots.field import draw_norm, draw_residuals, draw_sphere
-from validation.views.plots.inspection import draw_coverage
-from validation.views.plots.motion import draw_path, draw_vehicle
-from validation.views.plots.style import STYLE, Draw
+from validation.views.plots.style import STYLE
 
 PICTURES = Path(__file__).parent / "pictures"
 WIDTH_PX, COLOURS, MOST_BYTES = 1400, 256, 200_000
 PORT, MOST_WAIT_S, BAR_PX = 9897, 120.0, 36
 EYE = np.array([-0.45, -0.6, 0.55])
 """From the middle of the path to the eye, in lengths of the path's diagonal."""
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A figure of a scenario's report."""
-
-    file: str
-    scenario: str
-    draw: Draw
 
 
 @dataclass(frozen=True)
@@ -63,17 +50,6 @@ class View:
     phases: tuple[str, ...] = ()
 
 
-FIGURES = (
-    Figure("path-spiral.png", "auv-spiral-excited", draw_path),
-    Figure("path-comb.png", "quad-comb", draw_path),
-    Figure("sphere.png", "tumble", draw_sphere),
-    Figure("residuals.png", "auv-dive", draw_residuals),
-    Figure("strength.png", "quad-comb", draw_norm),
-    Figure("sizes.png", "quad-comb", draw_effect_sizes),
-    Figure("effects.png", "auv-dive", draw_effects),
-    Figure("vehicle.png", "quad-calibration", draw_vehicle),
-)
-COVERAGE = ("coverage.png", "quad-calibration")
 VIEWS = (
     View("viewer-auv-dive.png", "auv-dive", 9_500.0, ("spiral", "comb")),
     View("viewer-quad-comb.png", "quad-comb", 170.0),
@@ -81,19 +57,20 @@ VIEWS = (
 
 
 def main() -> None:
-    """The verdicts' pictures; every run once, its figures, its views; then the tables."""
+    """The verdicts' pictures; every run once, its figures, its views; the tables; and what all of these show."""
     for verdict, found in verdicts.diagnosed().items():
         save(f"verdict-{verdict}.png", drawn(partial(verdicts.PICTURES[verdict], found)))
     with tempfile.TemporaryDirectory() as folder:
-        for name in dict.fromkeys(picture.scenario for picture in (*FIGURES, *VIEWS)):
+        for name in dict.fromkeys(picture.scenario for picture in (*shown.FIGURES, *VIEWS)):
             place = Path(folder) / name
             outcome = run_scenario(load_checked(name), place)
-            for figure in FIGURES:
+            for figure in shown.FIGURES:
                 if figure.scenario == name:
                     save(figure.file, drawn(partial(figure.draw, outcome)))
-        save(COVERAGE[0], drawn(partial(draw_coverage, inspect_file(Path(folder) / COVERAGE[1]).looks[0])))
+        save(shown.COVERAGE.file, drawn(partial(shown.COVERAGE.draw, Path(folder) / shown.COVERAGE.scenario)))
         look(Path(folder), VIEWS)
     tables.write_all()
+    shown.keep(verdicts.kept())
 
 
 def drawn(draw: Callable[[], MplFigure]) -> bytes:

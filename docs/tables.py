@@ -39,6 +39,9 @@ from validation.diagnosis.result import Verdict
 from validation.signals.conventions import euler_deg
 
 DOCS = Path(__file__).parent
+README = DOCS.parent / "README.md"
+COUNTS = {"effects": len(EFFECTS), "(?:calibrators|methods)": len(CALIBRATORS)}
+"""What README counts."""
 MARKS = re.compile(r"(<!-- table: ([\w-]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 STAGES = ("field", "vehicle", "sensor", "electronics")
 TRACKED = (
@@ -59,10 +62,31 @@ def fill(page: str, *, measured: bool = True) -> str:
     return MARKS.sub(made, page)
 
 
+def counted(page: str) -> str:
+    """The text of a page with its numbers of effects and calibrators made anew."""
+    for words, count in COUNTS.items():
+        page = re.sub(rf"\b\d+(?= {words}\b)", str(count), page)
+    return page
+
+
 def write_all() -> None:
-    """Fill every page of docs."""
+    """Fill every page of docs, and the counts of README."""
     for page in sorted(DOCS.glob("*.md")):
         page.write_text(fill(page.read_text(encoding="utf-8")), encoding="utf-8")
+    README.write_text(counted(README.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def stale(page: str, made: str) -> list[str]:
+    """Lines of a page that the page as made today does not hold; a list of names in a line may have grown."""
+    lines = made.splitlines()
+    known, grown = set(lines), [re.split(r", | ", line) for line in lines if line not in page]
+    return [line for line in page.splitlines() if line not in known and not any(_within(line, one) for one in grown)]
+
+
+def _within(line: str, parts: list[str]) -> bool:
+    """Whether the parts of a line come in this order among others."""
+    rest = iter(parts)
+    return all(part in rest for part in re.split(r", | ", line))
 
 
 # effects
@@ -243,7 +267,7 @@ def verdict(name: str) -> Callable[[], str]:
     def said() -> str:
         import verdicts  # beside this file; it runs the simulator
 
-        return str(verdicts.shown(name))
+        return str(verdicts.said(name))
 
     return said
 

@@ -14,7 +14,9 @@ import textwrap
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
+from typing import Any
 
+import shown
 from matplotlib.figure import Figure
 
 from magbench.cli import main
@@ -70,7 +72,16 @@ def _commands(section: str, name: str) -> Iterator[list[str]]:
             yield shlex.split(found[1])
 
 
-def shown(verdict: str) -> str:
+def kept() -> dict[str, dict[str, Any]]:
+    """What each verdict's text and picture show, for `generated.json`."""
+    return {
+        verdict: {"says": [found.verdict, shown.without_numbers(found.sentence)]}
+        | shown.shown(PICTURES[verdict], found)
+        for verdict, found in diagnosed().items()
+    }
+
+
+def said(verdict: str) -> str:
     """What the command says first, and a short change of the model, as a block of the page.
 
     Raises ValueError where the section's commands give another verdict.
