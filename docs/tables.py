@@ -218,9 +218,9 @@ def _meaning(info: FieldInfo) -> str:
 # tracking
 
 
-def tracking() -> str:
+def tracking(names: Iterable[str] = TRACKED) -> str:
     """How far each vehicle is from its reference, after the run-in of each phase (`settle_s`)."""
-    rows = (row for name in TRACKED for row in _tracked(load(name)))
+    rows = (row for name in names for row in _tracked(load(name)))
     return _table(("scenario", "phase", "position, rms", "largest", "attitude, rms", "pitch", "roll"), rows)
 
 

@@ -155,6 +155,13 @@ def test_tables_are_what_the_code_says(page: Path) -> None:
     assert not tables.stale(text, tables.fill(text, measured=False)), "run `make docs`"
 
 
+def test_the_vehicles_track_as_the_page_says() -> None:
+    """The scenarios that take least; `make docs` drives all."""
+    text = (ROOT / "docs" / "vehicles.md").read_text(encoding="utf-8")
+    rows = tables.tracking(("quad-calibration", "turntable-twelve-stops", "auv-comb")).splitlines()
+    assert not [row for row in rows if row not in text], "run `make docs`"
+
+
 def test_a_row_that_changed_is_stale_and_one_that_was_added_is_not() -> None:
     page = "| a | one |\n| b | two |\nnames: a, b\n"
     assert not tables.stale(page, "| a | one |\n| new | three |\n| b | two |\nnames: a, new, b\n")
