@@ -95,22 +95,22 @@ def _on_grid(time_s: Array, residual: Array) -> tuple[Array, NDArray[np.bool_], 
     return values, present, interval_s
 
 
-def tones(time_s: Array, residual: Array, *, lowest_hz: float = 0.0) -> list[Tone]:
-    """Lines above `lowest_hz` in the spectrum of a residual (n, k), strongest first.
+def tones(time_s: Array, residual: Array, *, false_alarm: float = FALSE_ALARM) -> list[Tone]:
+    """Lines in the spectrum of a residual (n, k), strongest first.
 
     The axes' periodograms, each over its local background, are summed: exponential variables under noise of any colour
-    that is smooth over NEIGHBOURHOOD bins. A line's expected number by chance is below FALSE_ALARM.
+    that is smooth over NEIGHBOURHOOD bins. A line's expected number by chance is below `false_alarm`.
     """
     found = spectrum(time_s, residual)
     if found is None:
         return []
-    usable = np.all(found.background > 0, axis=1) & (found.frequency_hz > lowest_hz)
+    usable = np.all(found.background > 0, axis=1)
     usable[:4] = usable[-3:] = False
     axes = residual.shape[1]
     height = np.zeros(len(usable))
     height[usable] = (found.density[usable] / found.background[usable]).sum(axis=1)
     chance = np.count_nonzero(usable) * gamma.sf(height, axes)
-    peaks = np.flatnonzero(usable & (chance < FALSE_ALARM) & _highest(height))
+    peaks = np.flatnonzero(usable & (chance < false_alarm) & _highest(height))
     peaks = peaks[np.argsort(height[peaks])[::-1][:MOST_TONES]]
     return [_tone(time_s, residual, found, height, int(peak), float(chance[peak])) for peak in peaks]
 

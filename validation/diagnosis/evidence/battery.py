@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,10 +9,12 @@ from scipy.stats import chi2
 
 from sim.state import Array
 from validation.diagnosis.evidence.blocks import Cut
+from validation.signals.tones import tones
 
 LENGTHS_S = (1.0, 5.0, 20.0)
 FALSE_ALARM = 1e-3
 TONE_ALARM = 1e-4
+MOST_TONES = 5
 
 
 @dataclass(frozen=True)
@@ -55,25 +56,12 @@ def battery(residual: Array, usable: Array, interval_s: float, fitted: int, memo
         excess[length_s] = float(scaled.mean())
         if chi2.sf(scaled.sum(), max(scaled.size - fitted, 1)) < FALSE_ALARM / len(LENGTHS_S):
             why.append(f"means over {length_s:g} s vary {excess[length_s]:.1f} times as much as white noise's")
-    tones = _tones(residual / np.sqrt(variance), interval_s)
-    if tones:
-        why.append("tones at " + ", ".join(f"{f:.4g} Hz" for f in tones))
+    time_s = np.asarray(np.arange(len(residual)) * interval_s)
+    lines = tones(time_s, residual, false_alarm=TONE_ALARM)[:MOST_TONES]
+    if lines:
+        why.append("tones at " + ", ".join(f"{line.frequency_hz:.4g} Hz" for line in lines))
     share = usable.sum() / len(usable)
     kurtosis = float(np.mean((residual**4).mean(axis=0) / (residual**2).mean(axis=0) ** 2 * share) - 3)
     if kurtosis > 8 * np.sqrt(24 / residual.size) + 0.1:
         why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")
-    return Battery(excess, tones, kurtosis, tuple(why))
-
-
-def _tones(residual: Array, interval_s: float) -> tuple[float, ...]:
-    """Lines of the summed spectrum above what white noise of the neighbourhood's level reaches, at most five."""
-    n, q = residual.shape
-    power = (np.abs(np.fft.rfft(residual, axis=0)[1:]) ** 2).sum(axis=1) / n
-    f = np.fft.rfftfreq(n, interval_s)[1:]
-    width = max(20, len(power) // 200)
-    edges = np.linspace(0, len(power), max(2, len(power) // width + 1)).astype(int)
-    half = chi2.median(2 * q) / 2
-    level = np.concatenate([np.full(b - a, np.median(power[a:b]) / half) for a, b in itertools.pairwise(edges)])
-    odds = chi2.logsf(2 * power / np.maximum(level, 1e-12), 2 * q)
-    found = np.flatnonzero(odds < np.log(TONE_ALARM / len(power)))
-    return tuple(float(v) for v in f[found[np.argsort(odds[found])][:5]])
+    return Battery(excess, tuple(line.frequency_hz for line in lines), kurtosis, tuple(why))
