@@ -21,6 +21,8 @@ LONG = 1.5
 CONSTANT = 1e-6
 JITTER_NOTE, JITTER_WARNING = 0.05, 0.3
 MOST_LISTED = 20
+FEW_LENGTHS, RESOLUTION_DIGITS = 3, 9
+"""Different intervals that an even clock in rounded stamps has; decimals of a second that a stamp can have."""
 STALE_SHARE = 0.02
 FARTHER = 3.0
 """Rows repeat because the column is slower when next rows are equal this many times as often as rows further apart."""
@@ -83,8 +85,7 @@ def _jitter(time_s: Array) -> Finding:
     if share < CONSTANT:
         return Finding(SECTION, "jitter", jitter_s, "s", "The interval is constant.")
     text = f"The interval varies by {100 * share:.2g} % rms, from {duration(kept.min())} to {duration(kept.max())}"
-    lattice = find_lattice(time_s)
-    rounding_s = lattice.step if lattice and lattice.step < usual / 2 and not lattice.floating else 0.0
+    rounding_s = _rounding_s(time_s, kept)
     if rounding_s > 0 and jitter_s < rounding_s:
         text += f": no more than the time stamps' rounding to {duration(rounding_s)}"
         return Finding(SECTION, "jitter", jitter_s, "s", text + ".")
@@ -92,6 +93,20 @@ def _jitter(time_s: Array) -> Finding:
     if level == "warning":
         text += ": sampling is irregular, spectra and filters that count samples do not hold"
     return Finding(SECTION, "jitter", jitter_s, "s", text + ".", level)
+
+
+def _rounding_s(time_s: Array, intervals: Array) -> float:
+    """What the time stamps are rounded to, 0 where that does not show.
+
+    An even clock in coarse stamps has a few different intervals alone, apart by the rounding.
+    """
+    lengths = np.unique(np.round(intervals, RESOLUTION_DIGITS))
+    if 1 < len(lengths) <= FEW_LENGTHS:
+        step_s = float(np.diff(lengths).min())
+    else:
+        lattice = find_lattice(time_s)
+        step_s = lattice.step if lattice and not lattice.floating else 0.0
+    return step_s if step_s < float(np.median(intervals)) / 2 else 0.0
 
 
 def _gaps(time_s: Array) -> Finding:

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
+
+from validation.inspection.finding import Finding
+from validation.inspection.log import Log, Series, series_of
+from validation.inspection.look import Look, look_at
 
 Array = NDArray[np.float64]
 RATE_HZ = 50.0
@@ -29,3 +36,74 @@ def still(samples: int) -> tuple[Array, Array]:
 def rounded(values: Array, step: float) -> Array:
     """Values on a converter's steps; as they are for a step of zero."""
     return step * np.round(values / step) if step else values
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion whose body rate and attitude follow from the same angles by formulas of their own.
+
+    yaw, pitch, roll are sums of sines; R_wb = Rz(yaw) Ry(pitch) Rx(roll), row by row; the rate follows from their
+    analytic derivatives, the quaternion from their halves.
+    """
+
+    time_s: Array
+    q: Array
+    rate_rad_s: Array
+    R_wb: Array
+
+    def body(self, world: Array) -> Array:
+        """A world vector (3,) in the body frame (n, 3)."""
+        return np.einsum("nij,i->nj", self.R_wb, world)
+
+
+FIELD_ENU_NT = np.array([3000.0, 20_000.0, -43_000.0])
+GRAVITY_M_S2 = 9.81
+
+
+def moved(samples: int = 3000, reach_rad: float = 1.2, rate_hz: float = RATE_HZ) -> Motion:
+    """A motion through many attitudes, pitch and roll within `reach_rad`."""
+    t = np.arange(samples) / rate_hz
+    yaw, yaw_rate = 0.5 * t + 0.6 * np.sin(0.7 * t), 0.5 + 0.42 * np.cos(0.7 * t)
+    pitch, pitch_rate = reach_rad * np.sin(0.9 * t), 0.9 * reach_rad * np.cos(0.9 * t)
+    roll, roll_rate = reach_rad * np.sin(1.3 * t + 1), 1.3 * reach_rad * np.cos(1.3 * t + 1)
+    (cy, cp, cr), (sy, sp, sr) = (np.cos([yaw, pitch, roll]), np.sin([yaw, pitch, roll]))
+    rows = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    rate = [roll_rate - yaw_rate * sp, pitch_rate * cr + yaw_rate * cp * sr, yaw_rate * cp * cr - pitch_rate * sr]
+    (a, b, c), (d, e, f) = (np.cos(np.array([yaw, pitch, roll]) / 2), np.sin(np.array([yaw, pitch, roll]) / 2))
+    q = [a * b * c + d * e * f, a * b * f - d * e * c, a * e * c + d * b * f, d * b * c - a * e * f]
+    return Motion(t, np.stack(q, axis=1), np.stack(rate, axis=1), np.moveaxis(np.array(rows), 2, 0))
+
+
+def noise(samples: int, std: float, seed: int = 0) -> Array:
+    """White noise (n, 3)."""
+    return np.random.default_rng(seed).normal(0, std, (samples, 3))
+
+
+def log_of(time_s: Array, mag_nT: Array, **columns: Array) -> Log:
+    """A log of these columns (n,); vectors (n, 3) as gyro, accel, and q (n, 4)."""
+    names = {"gyro": [f"gyro_{a}_rad_s" for a in "xyz"], "accel": [f"accel_{a}_m_s2" for a in "xyz"],
+             "q": [f"att_q{a}" for a in "wxyz"]}  # fmt: skip
+    found = {"time_s": time_s, **dict(zip([f"mag_{a}_nT" for a in "xyz"], mag_nT.T, strict=True))}
+    for name, values in columns.items():
+        found |= dict(zip(names[name], values.T, strict=True)) if name in names else {name: values}
+    return Log(Path("log.csv"), found, {}, "")
+
+
+def series(time_s: Array, mag_nT: Array, **columns: Array) -> Series:
+    """The sound rows of such a log."""
+    return series_of(log_of(time_s, mag_nT, **columns), None)
+
+
+def look(time_s: Array, mag_nT: Array, **columns: Array) -> Look:
+    """What is derived from such a log."""
+    return look_at(series(time_s, mag_nT, **columns), None)
+
+
+def one(findings: list[Finding], name: str) -> Finding:
+    """The finding of this name."""
+    (found,) = [finding for finding in findings if finding.name == name]
+    return found

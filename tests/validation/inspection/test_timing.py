@@ -1,0 +1,119 @@
+"""Time stamps and rates with jitter, gaps and slower columns of known size."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.validation.inspection.recordings import RATE_HZ, Array, log_of, noise, one, still
+from validation.inspection.finding import Finding
+from validation.inspection.timing import find_gaps, interpolation_rows, stale, timing_findings
+
+SAMPLES = 3000
+TIME_S = np.arange(SAMPLES) / RATE_HZ
+
+
+def findings(time_s: Array, **columns: Array) -> list[Finding]:
+    return timing_findings(log_of(time_s, noise(len(time_s), 5.0) + 20_000.0, **columns))
+
+
+@pytest.mark.parametrize(("share", "level"), [(0.01, "ok"), (0.1, "note"), (0.3, "warning")])
+def test_jitter_of_known_size(share: float, level: str) -> None:
+    """Independent errors of sigma on each stamp make intervals that deviate by sqrt(2) sigma."""
+    sigma_s = share / RATE_HZ
+    bounded = np.clip(np.random.default_rng(0).normal(0, sigma_s, SAMPLES), -2 * sigma_s, 2 * sigma_s)
+    found = one(findings(np.sort(TIME_S + bounded)), "jitter")
+    assert found.value == pytest.approx(np.sqrt(2) * bounded.std(), rel=0.15)
+    assert found.level == level
+    assert ("irregular" in found.text) == (level == "warning")
+
+
+def test_an_exact_clock_has_no_jitter() -> None:
+    found = one(findings(TIME_S), "jitter")
+    assert found.text == "The interval is constant."
+    assert one(findings(TIME_S), "interval").value == pytest.approx(1 / RATE_HZ)
+
+
+def test_rounded_stamps_are_told_from_jitter() -> None:
+    """Stamps of 37 Hz in whole milliseconds: 27 and 28 ms in turn."""
+    found = one(findings(np.round(np.arange(SAMPLES) / 37, 3)), "jitter")
+    assert "rounding to 1 ms" in found.text
+    assert found.level == "ok"
+
+
+def test_samples_that_are_missing_are_no_rounding() -> None:
+    """One sample in ten left out: intervals of 20 and of 40 ms."""
+    found = one(findings(np.delete(TIME_S, slice(5, None, 10))), "jitter")
+    assert "rounding" not in found.text
+    assert found.level == "warning"
+
+
+def test_gaps_are_where_samples_were_left_out() -> None:
+    keep = np.r_[0:500, 600:2000, 2025:SAMPLES]
+    gaps = find_gaps(TIME_S[keep])
+    assert [gap.after_s for gap in gaps] == pytest.approx([TIME_S[499], TIME_S[1999]])
+    assert [gap.length_s for gap in gaps] == pytest.approx([101 / RATE_HZ, 26 / RATE_HZ])
+    found = one(findings(TIME_S[keep]), "gaps")
+    assert found.level == "warning"
+    assert found.text == "2 gaps, 2.54 s together; the longest, 2.02 s, begins at 9.98 s."
+    assert one(findings(TIME_S), "gaps").value == []
+
+
+def test_a_clock_that_steps_back() -> None:
+    stamps = np.r_[TIME_S[:2000], TIME_S[1900:2900]]
+    found = one(findings(stamps), "order")
+    assert found.value == {"missing": 0, "repeated": 0, "decreasing": 1}
+    assert "the first in row 2001" in found.text
+    assert "cut the file" in found.text
+    assert found.level == "warning"
+
+
+def test_missing_and_repeated_stamps_are_counted() -> None:
+    stamps = TIME_S.copy()
+    stamps[[10, 20]] = np.nan
+    stamps[100] = stamps[99]
+    assert one(findings(stamps), "order").value == {"missing": 2, "repeated": 1, "decreasing": 0}
+
+
+def test_few_samples_are_said_to_be_few() -> None:
+    assert one(findings(TIME_S[:50]), "samples").level == "note"
+    assert one(findings(TIME_S), "samples").text == "3,000 samples over 60 s."
+    assert one(findings(np.zeros(0)), "samples").value == 0
+
+
+def test_a_held_column_has_its_own_rate() -> None:
+    """5 Hz among rows of 50 Hz."""
+    held = np.repeat(np.random.default_rng(1).normal(20, 1, SAMPLES // 10), 10)
+    found = one(findings(TIME_S, temperature_degC=held), "rate_temperature_degC")
+    assert found.value == pytest.approx(5.0, rel=0.01)
+    assert "held, 5" in found.text
+
+
+def test_an_interpolated_column_has_the_rate_of_its_kinks() -> None:
+    gyro = noise(SAMPLES // 20 + 1, 1.0, seed=2)
+    whole = np.column_stack([np.interp(np.arange(SAMPLES) / 20, np.arange(len(gyro)), column) for column in gyro.T])
+    assert interpolation_rows(whole) == pytest.approx(20, rel=0.05)
+    assert one(findings(TIME_S, gyro=whole), "rate_gyro").value == pytest.approx(RATE_HZ / 20, rel=0.05)
+    assert interpolation_rows(noise(SAMPLES, 1.0)) is None
+    assert interpolation_rows(np.zeros((SAMPLES, 3))) is None
+
+
+def test_sparse_constant_and_empty_columns() -> None:
+    sparse = np.full(SAMPLES, np.nan)
+    sparse[::10] = np.random.default_rng(3).normal(0, 1, SAMPLES // 10)
+    switched = np.where(TIME_S > 30, 1.0, 0.0)
+    found = findings(TIME_S, a=sparse, b=np.full(SAMPLES, 7.0), c=np.full(SAMPLES, np.nan), d=switched)
+    assert one(found, "rate_a").value == pytest.approx(5.0, rel=0.01)
+    assert one(found, "rate_b").text == "B: one constant value."
+    assert one(found, "rate_c").level == "warning"
+    assert "1 change," in one(found, "rate_d").text
+    assert one(found, "full_rate").value == ["magnetometer"]
+
+
+def test_a_coarse_converter_at_rest_is_not_a_slower_sensor() -> None:
+    """Rows repeat by chance when the noise is below the step, whether next to each other or far apart."""
+    coarse = 100 * np.round((still(SAMPLES)[1] + noise(SAMPLES, 20.0)) / 100)
+    assert not stale(coarse)
+    assert stale(np.repeat(noise(SAMPLES // 4, 20.0), 4, axis=0))
+    assert not stale(noise(SAMPLES, 20.0))
+    assert not stale(np.zeros((10, 3)))
