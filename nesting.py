@@ -9,8 +9,8 @@ This file is copied into an editable installation and imports little, since ever
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
 
+TYPE_CHECKING = False  # as typing's, whose import would cost every start of Python
 if TYPE_CHECKING:
     import ast
     from pathlib import Path
@@ -53,18 +53,16 @@ def _heads(node: ast.AST) -> tuple[bytes, bytes]:
     """How an import of PARTS begins, and how it begins in the nested package; empty for every other node."""
     import ast
 
-    if isinstance(node, ast.ImportFrom) and not node.level and _part(node.module or ""):
-        return b"from ", f"from {WHOLE}.".encode()
-    if isinstance(node, ast.Import) and any(_part(alias.name) for alias in node.names):
-        alias = node.names[0]
-        if len(node.names) == 1 and "." not in alias.name:
+    if isinstance(node, ast.ImportFrom):
+        return (b"from ", f"from {WHOLE}.".encode()) if _part(node.module or "") else (b"", b"")
+    if not isinstance(node, ast.Import) or not any(_part(alias.name) for alias in node.names):
+        return b"", b""
+    match node.names:
+        case [ast.alias(name=str(name))] if "." not in name:
             return b"import ", f"from {WHOLE} import ".encode()
-        if len(node.names) == 1 and alias.asname:
+        case [ast.alias(asname=str())]:
             return b"import ", f"import {WHOLE}.".encode()
-        raise ValueError(
-            f"line {node.lineno}: write `from {alias.name} import ...`, or give the module a name with `as`"
-        )
-    return b"", b""
+    raise ValueError(f"line {node.lineno}: write `from ... import ...` or `import ... as ...`, one a line")
 
 
 def _part(module: str) -> bool:
@@ -109,10 +107,18 @@ class KeepCurrent:
     def find_spec(self, name: str, path: object = None, target: object = None) -> None:
         """Nothing: the finders that follow find the module."""
         if name == WHOLE:
+            sys.meta_path.remove(self)
+            self.nest()
+
+    def nest(self) -> None:
+        """Make the copy anew, unless the checkout itself comes first, as in its own tests."""
+        import os
+
+        copy = os.path.join(self.root, EDITABLE)
+        if next((place for place in sys.path if os.path.isdir(os.path.join(place, WHOLE))), None) == copy:
             from pathlib import Path
 
-            sys.meta_path.remove(self)
-            nest(Path(self.root), Path(self.root) / EDITABLE)
+            nest(Path(self.root), Path(copy))
 
 
 def keep_current(root: str) -> None:

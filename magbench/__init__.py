@@ -10,9 +10,10 @@ Public names, imported on first use:
 from __future__ import annotations
 
 import importlib
-from pathlib import Path
+import os
 from typing import Any
 
+__version__ = "0.1.0"
 _PUBLIC = {
     "Calibration": "magbench.calib.result",
     "Outcome": "magbench.validation.scoring.outcome",
@@ -40,7 +41,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-if not (Path(__file__).parent / "sim").is_dir():  # not installed: a checkout
+if not os.path.isdir(os.path.join(os.path.dirname(__file__), "sim")):  # not installed: a checkout
     from magbench.checkout import join
 
     join()

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from concurrent.futures.process import BrokenProcessPool
+from typing import Annotated
 
 import typer
 
-from magbench.cli import refuse
+import magbench
 from magbench.commands import apply, calibrate, diagnose, inspect, listing, reproduce, run, schema, show, simulate
+from magbench.refusal import refuse
 from scenarios.errors import InputError
 
 EPILOG = (
@@ -19,9 +20,7 @@ EPILOG = (
 )
 app = typer.Typer(
     name="magbench",
-    help="Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth.",
     epilog=EPILOG,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
@@ -37,6 +36,21 @@ app.command("list")(listing.listing)
 app.command("schema")(schema.schema)
 
 
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"magbench {magbench.__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def magbench_(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version.", callback=_say_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth."""
+
+
 def call(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit status. Wrong use and bad input end as one line on standard error.
 
@@ -46,19 +60,33 @@ def call(arguments: Sequence[str] | None = None) -> int:
     if sys.stdout is None:  # closed by the shell: >&-
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     try:
-        status = app(args=arguments, prog_name="magbench", standalone_mode=False)
+        try:
+            status = app(args=arguments, prog_name="magbench", standalone_mode=False)
+        except SystemExit:  # of completion, done; and what typer and rich make of a closed pipe
+            status = 0
         sys.stdout.flush()
-    except (InputError, typer.TyperException) as error:
-        return refuse(error.format_message() if isinstance(error, typer.TyperException) else str(error))
-    except UnicodeEncodeError as error:
-        if error.encoding != "utf-8":
-            raise
-        return refuse(f"{error.object!r} is not UTF-8 (rename the file, and use UTF-8 for names)")
-    except (BrokenPipeError, SystemExit):  # a closed pipe; typer and rich turn it into an exit
+    except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except (BrokenProcessPool, MemoryError):
-        return refuse("the system ended a process, perhaps for want of memory (try fewer --jobs, or a shorter run)")
-    except OSError as error:
-        return refuse(f"{error.filename or 'system'}: {error.strerror or error} (free space, or choose another place)")
+    except Exception as error:
+        return refuse(_in_words(error))
     return status if isinstance(status, int) else 0
+
+
+def _in_words(error: Exception) -> str:
+    """What is wrong and what to do about it; an error that is nobody's but the program's is raised again."""
+    from concurrent.futures.process import BrokenProcessPool
+
+    match error:
+        case typer.TyperException():
+            return error.format_message()
+        case InputError():
+            return str(error)
+        case UnicodeEncodeError(encoding="utf-8"):
+            return f"{error.object!r} is not UTF-8 (rename the file, and use UTF-8 for names)"
+        case BrokenProcessPool() | MemoryError():
+            return "the system ended a process, perhaps for want of memory (try fewer --jobs, or a shorter run)"
+        case OSError():
+            what = f"{error.filename or 'system'}: {error.strerror or error}"
+            return f"{what} (free space, or choose another place)"
+    raise error

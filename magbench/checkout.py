@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
-from pathlib import Path
 from types import ModuleType
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
-class Beside(MetaPathFinder, Loader):
-    """Finds magbench.sim.field as sim.field, before another copy of it is made from the same file."""
+class Beside:
+    """Finds magbench.sim.field as sim.field, before another copy of it is made from the same file.
+
+    A finder and a loader without their base classes, whose import would take as long as the rest of the start.
+    """
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """A spec for the packages beside and their modules, None for all else."""
         own = fullname.removeprefix("magbench.")
-        if own == fullname or not (ROOT / own.split(".")[0] / "__init__.py").is_file() or find_spec(own) is None:
+        if (
+            own == fullname
+            or not os.path.isfile(os.path.join(ROOT, own.split(".")[0], "__init__.py"))
+            or find_spec(own) is None
+        ):
             return None
-        return ModuleSpec(fullname, self)
+        return ModuleSpec(fullname, self)  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """The module itself; the import system writes `spec` into it, so its own is kept for `exec_module`."""

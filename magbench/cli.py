@@ -9,6 +9,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
 
+from magbench.refusal import refuse
+
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """What Ctrl-C, `kill`, batch systems and containers, and a closed terminal send."""
 
@@ -28,13 +30,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _interrupted(ended.args[0])
     except KeyboardInterrupt:
         return _interrupted(signal.SIGINT)
-
-
-def refuse(message: str, status: int = 2) -> int:
-    """One line of printable characters on standard error; returns the exit status."""
-    line = "".join(c if c.isprintable() else "?" for c in " ".join(message.split()))
-    print("magbench: " + line, file=sys.stderr, flush=True)
-    return status
 
 
 def _interrupted(number: int) -> int:

@@ -1,4 +1,4 @@
-"""Options and arguments that several commands share, each with its help text."""
+"""Options and arguments that several commands share, each with its help text, its check and its completion."""
 
 from __future__ import annotations
 
@@ -8,12 +8,35 @@ from typing import Annotated
 
 import typer
 
+from magbench.arguments import complete_scenario, known_scenario, present
+
 ScenarioName = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="A name of `magbench list scenarios`, or a TOML file.")
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="A name of `magbench list scenarios`, or a TOML file.",
+        callback=known_scenario,
+        autocompletion=complete_scenario,
+    ),
+]
+Data = Annotated[
+    Path,
+    typer.Argument(metavar="DATA", help="A dataset directory, a run, or a Parquet or CSV log.", callback=present),
 ]
 Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Override a value, e.g. --set effects.white_noise.std_nT=[5,5,5]"),
+]
+Maps = Annotated[
+    list[str] | None, typer.Option("--map", help="Rename and convert a column, e.g. --map mag_x_nT=bx,unit=uT")
+]
+Run = Annotated[int, typer.Option(min=0, help="Which run of a dataset directory.")]
+FieldStrength = Annotated[
+    float | None,
+    typer.Option("--field-strength-nT", help="Field strength; a simulated run knows its own."),
+]
+FieldVector = Annotated[
+    str | None, typer.Option("--field-enu-nT", metavar="E,N,U", help="Field vector, east, north, up.")
 ]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/SCENARIO]")]
 Seed = Annotated[

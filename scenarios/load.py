@@ -12,14 +12,14 @@ from pydantic import BaseModel, ValidationError
 
 from scenarios.errors import InputError
 from scenarios.files import read_text
+from scenarios.names import CATALOGUE, find, scenario_names
 from scenarios.overrides import Override, parse, put
 from scenarios.paths.excited import Excited
-from scenarios.problems import closest, first_problem, problem_at
+from scenarios.problems import first_problem, problem_at
 from scenarios.spec import Model, ModelSpec, Scenario
 from scenarios.toml import as_dict, digest, to_toml
 from scenarios.vary import apply_vary, check_vary
 
-CATALOGUE = Path(__file__).parent / "catalogue"
 Spec = TypeVar("Spec", bound=BaseModel)
 
 
@@ -52,20 +52,8 @@ def load_model(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Model
 
 def catalogue() -> dict[str, str]:
     """Name and summary of every scenario in the catalogue."""
-    tables = {path.stem: _read(path) for path in sorted(CATALOGUE.glob("*.toml"))}
+    tables = {name: _read(CATALOGUE / f"{name}.toml") for name in scenario_names()}
     return {name: str(table["summary"]) for name, table in tables.items()}
-
-
-def find(name_or_path: str | Path) -> Path:
-    """The file of a catalogue name or path; raises InputError that lists the names."""
-    named = CATALOGUE / f"{name_or_path}.toml"
-    if "/" not in str(name_or_path) and named.is_file():
-        return named
-    if Path(name_or_path).exists():
-        return Path(name_or_path)
-    names = [path.stem for path in CATALOGUE.glob("*.toml")]
-    do = "give a TOML file or a name of the catalogue; " + closest(str(name_or_path), names, most=len(names))
-    raise InputError("no such file, and no scenario of this name", where=str(name_or_path), do=do)
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -130,12 +118,10 @@ def _check_effects(spec: Scenario | ModelSpec, where: str, changes: Sequence[Ove
 
 
 __all__ = [
-    "CATALOGUE",
     "apply_vary",
     "as_dict",
     "catalogue",
     "digest",
-    "find",
     "load",
     "load_model",
     "to_toml",

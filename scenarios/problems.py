@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from scenarios.errors import InputError
+from scenarios.names import closest
 from scenarios.paths import PHASES
 from scenarios.spec import SensorSpec, Vary, VehicleSpec
 
@@ -22,16 +22,6 @@ VEHICLES: dict[str, type[BaseModel]] = {
 def dotted(path: Iterable[str | int]) -> str:
     """phases.1.radius_m; a key that holds a dot is quoted."""
     return ".".join(f'"{part}"' if "." in str(part) else str(part) for part in path)
-
-
-def closest(word: str, valid: Iterable[str], most: int = 8) -> str:
-    """The valid words nearest to one that is not, as advice."""
-    words = sorted(valid)
-    near = get_close_matches(word, words, n=3, cutoff=0.5)
-    if near:
-        return "did you mean " + " or ".join(near) + "?"
-    more = ", ..." if len(words) > most else ""
-    return "valid: " + ", ".join(words[:most]) + more if words else "there is none to name"
 
 
 def first_problem(error: ValidationError, model: type[BaseModel]) -> tuple[Path, str, str]:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from scenarios.problems import closest, first_problem, problem_at
+from scenarios.names import closest
+from scenarios.problems import first_problem, problem_at
 from scenarios.spec import Scenario, Vary
 from scenarios.toml import as_dict
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from scenarios.load import find, load
+from scenarios.load import load
+from scenarios.names import find
 from scenarios.spec import Scenario, SensorSpec
 from sim import effects as effect_table
 from sim.effects.base import Effect

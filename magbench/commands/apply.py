@@ -7,18 +7,17 @@ from typing import Annotated
 
 import typer
 
-from magbench.options import Json
+from magbench.arguments import present
+from magbench.options import Data, Json, Maps, Run
 
 
 def apply(
-    calibration: Annotated[Path, typer.Argument(metavar="CALIBRATION", help="A calibration.json.")],
-    data: Annotated[Path, typer.Argument(metavar="DATA", help="A dataset directory, a run, or a Parquet or CSV log.")],
+    calibration: Annotated[Path, typer.Argument(metavar="CALIBRATION", help="A calibration.json.", callback=present)],
+    data: Data,
     out: Annotated[Path, typer.Option("--out", "-o", help="The corrected recording, .parquet or .csv.")],
     with_: Annotated[str | None, typer.Option("--with", help="Which of several calibrations.")] = None,
-    run: Annotated[int, typer.Option(min=0, help="Which run of a dataset directory.")] = 0,
-    map_: Annotated[
-        list[str] | None, typer.Option("--map", help="Rename and convert a column, e.g. --map mag_x_nT=bx,unit=uT")
-    ] = None,
+    run: Run = 0,
+    map_: Maps = None,
     json: Json = False,
 ) -> None:
     """Correct a recording with a calibration made before; the magnetometer's columns are replaced.

@@ -7,30 +7,35 @@ from typing import Annotated
 
 import typer
 
-from magbench.options import Json
+from magbench.arguments import complete_scenario, known_scenario, present
+from magbench.options import Data, FieldStrength, FieldVector, Json, Maps, Run
 
 EXPLAINED = ("none", "named", "class", "composite")
+Model = Annotated[
+    str | None,
+    typer.Option(
+        help="A scenario or model file.  [default: hard iron, soft iron, white noise, fitted]",
+        callback=known_scenario,
+        autocompletion=complete_scenario,
+    ),
+]
+Confirm = Annotated[
+    Path | None, typer.Option(help="A second recording: the finding must hold there too.", callback=present)
+]
+Actuators = Annotated[
+    list[str] | None, typer.Option("--actuator", metavar="COLUMN", help="Treat a channel like a motor current.")
+]
 
 
 def diagnose(
-    measured: Annotated[Path, typer.Argument(metavar="MEASURED", help="A Parquet or CSV log, a run, or a dataset.")],
-    model: Annotated[
-        str | None, typer.Option(help="A scenario or model file.  [default: hard iron, soft iron, white noise, fitted]")
-    ] = None,
-    confirm: Annotated[Path | None, typer.Option(help="A second recording: the finding must hold there too.")] = None,
-    field_enu_nT: Annotated[
-        str | None, typer.Option("--field-enu-nT", metavar="E,N,U", help="Field vector, east, north, up.")
-    ] = None,
-    field_strength_nT: Annotated[
-        float | None, typer.Option("--field-strength-nT", help="Field strength, where no vector is known.")
-    ] = None,
-    map_: Annotated[
-        list[str] | None, typer.Option("--map", help="Rename and convert a column, e.g. --map mag_x_nT=bx,unit=uT")
-    ] = None,
-    actuator: Annotated[
-        list[str] | None, typer.Option("--actuator", metavar="COLUMN", help="Treat a channel like a motor current.")
-    ] = None,
-    run: Annotated[int, typer.Option(min=0, help="Which run of a dataset directory.")] = 0,
+    measured: Data,
+    model: Model = None,
+    confirm: Confirm = None,
+    field_enu_nT: FieldVector = None,
+    field_strength_nT: FieldStrength = None,
+    map_: Maps = None,
+    actuator: Actuators = None,
+    run: Run = 0,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/diagnosis]")] = None,
     json: Json = False,
 ) -> None:
@@ -50,9 +55,16 @@ def diagnose(
     with locked_directory(place):
         remove_leftovers(place)
         found = diagnose_file(
-            measured, model, confirm=confirm, enu=field_enu_nT, strength_nT=field_strength_nT, maps=map_ or (),
-            actuators=actuator or (), run=run, say=lambda what: say(f"diagnosis: {what}"),
-        )  # fmt: skip
+            measured,
+            model,
+            confirm=confirm,
+            enu=field_enu_nT,
+            strength_nT=field_strength_nT,
+            maps=map_ or (),
+            actuators=actuator or (),
+            run=run,
+            say=lambda what: say(f"diagnosis: {what}"),
+        )
         say("diagnosis: report and recording")
         write_diagnosis(found, place, f"Diagnosis of {measured.name}")
     if json:

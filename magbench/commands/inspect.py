@@ -7,15 +7,13 @@ from typing import Annotated
 
 import typer
 
-from magbench.options import Json
+from magbench.options import Data, Json, Maps, Run
 
 
 def inspect(
-    data: Annotated[Path, typer.Argument(metavar="FILE", help="A dataset directory, a run, or a Parquet or CSV log.")],
-    map_: Annotated[
-        list[str] | None, typer.Option("--map", help="Rename and convert a column, e.g. --map mag_x_nT=bx,unit=uT")
-    ] = None,
-    run: Annotated[int, typer.Option(min=0, help="Which run of a dataset directory.")] = 0,
+    data: Data,
+    map_: Maps = None,
+    run: Run = 0,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Directory for report.html and inspect.json.")] = None,
     json: Json = False,
 ) -> None:

@@ -7,11 +7,20 @@ from typing import Annotated
 
 import typer
 
+from magbench.arguments import ALL_PAPERS, complete_paper, known_paper
 from magbench.options import CORES, Jobs, Json
 
 
 def reproduce(
-    key: Annotated[str, typer.Argument(metavar="KEY", help="A paper, such as li2017, or all.")] = "all",
+    key: Annotated[
+        str,
+        typer.Argument(
+            metavar="KEY",
+            help="A paper, such as li2017, or all.",
+            callback=known_paper,
+            autocompletion=complete_paper,
+        ),
+    ] = ALL_PAPERS,
     out: Annotated[Path, typer.Option("--out", "-o", help="Output directory.")] = Path("out/reproduce"),
     seeds: Annotated[int, typer.Option(min=2, help="Independent repetitions behind every spread.")] = 50,
     jobs: Jobs = CORES,

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from magbench.options import Json
+from scenarios.errors import InputError
 
 
 def show(
@@ -19,15 +20,14 @@ def show(
 
     Example: magbench show out/auv-dive
     """
-    from magbench.console import emit
-    from magbench.viewer import view
-    from scenarios.errors import InputError
-
     file = path / "recording.rrd" if path.is_dir() else path
     if not file.is_file():
         raise InputError("there is no recording", where=str(file), do="`magbench run SCENARIO` writes one")
     if file.suffix != ".rrd":
         raise InputError("is not a rerun recording (.rrd)", where=str(file), do="`magbench run SCENARIO` writes one")
+    from magbench.console import emit
+    from magbench.viewer import view
+
     view(file, web=web)
     if json:
         emit({"file": str(file)})

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from scenarios.errors import InputError
-from scenarios.load import CATALOGUE, apply_vary, as_dict, catalogue, load, to_toml
+from scenarios.load import apply_vary, as_dict, catalogue, load, to_toml
+from scenarios.names import CATALOGUE, scenario_names
 from scenarios.paths import Start
 from scenarios.paths.excited import Excited
 from scenarios.schema import json_schema
 from scenarios.spec import Scenario
 
-NAMES = sorted(path.stem for path in CATALOGUE.glob("*.toml"))
+NAMES = scenario_names()
 PROMISED = {
     *("auv-dive", "auv-spiral", "auv-spiral-excited", "auv-comb", "quad-spiral", "quad-comb", "quad-calibration"),
     *("turntable-twelve-stops", "turntable-three-turns", "tumble", "gradiometer-turntable"),

@@ -1,0 +1,87 @@
+"""Arguments checked and completed before anything heavy is imported: what they name is known by the names of files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import scenarios
+from scenarios.errors import InputError
+from scenarios.names import closest, find, scenario_names
+
+ROOT = Path(scenarios.__file__).parent.parent
+ALL_PAPERS = "all"
+
+
+def calibrator_names() -> list[str]:
+    """Every calibrator: a file of its name in calib/methods."""
+    return sorted(path.stem for path in (ROOT / "calib" / "methods").glob("[a-z]*.py"))
+
+
+def paper_keys() -> list[str]:
+    """Every paper that is reproduced: a folder of its key in validation/reproduce."""
+    return sorted(path.parent.name for path in (ROOT / "validation" / "reproduce").glob("*/paper.py"))
+
+
+def known_scenario(name: str | None) -> str | None:
+    """A name of the catalogue or a file; raises InputError."""
+    if name is not None:
+        find(name)
+    return name
+
+
+def present(path: Path | None) -> Path | None:
+    """A file or directory that is there; raises InputError. Whether it can be read is for the reader to say."""
+    try:
+        if path is not None:
+            path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        raise InputError("no such file or directory", where=str(path), do="check the path") from None
+    except (OSError, ValueError):
+        pass
+    return path
+
+
+def known_calibrators(text: str) -> str:
+    """Names with commas between them; raises InputError."""
+    names, known = split(text), calibrator_names()
+    if not names:
+        raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")
+    for name in names:
+        if name not in known:
+            do = closest(name, known, most=len(known))
+            raise InputError(f"no calibrator is called {name!r}", where="--with", do=do)
+    return text
+
+
+def known_paper(key: str) -> str:
+    """A paper's key in any case, or `all`; raises InputError."""
+    known = [*paper_keys(), ALL_PAPERS]
+    if key.lower() not in known:
+        raise InputError(f"no paper {key!r}", where="KEY", do=f"choose among {', '.join(known)}")
+    return key
+
+
+def split(text: str) -> list[str]:
+    """The names in a list with commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def complete_scenario(incomplete: str) -> list[str]:
+    """What the shell offers for SCENARIO; it completes files itself."""
+    return _beginning(incomplete, scenario_names())
+
+
+def complete_calibrators(incomplete: str) -> list[str]:
+    """What the shell offers for the last of a list with commas."""
+    before, comma, last = incomplete.rpartition(",")
+    return [before + comma + name for name in _beginning(last, calibrator_names())]
+
+
+def complete_paper(incomplete: str) -> list[str]:
+    """What the shell offers for a paper's key."""
+    return _beginning(incomplete, [*paper_keys(), ALL_PAPERS])
+
+
+def _beginning(start: str, names: Sequence[str]) -> list[str]:
+    return [name for name in names if name.startswith(start)]

@@ -1,0 +1,39 @@
+"""Scenarios by name: where the catalogue's files are, and what a misspelt name may have meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from scenarios.errors import InputError
+
+CATALOGUE = Path(__file__).parent / "catalogue"
+
+
+def scenario_names() -> list[str]:
+    """Every name of the catalogue."""
+    return sorted(path.stem for path in CATALOGUE.glob("*.toml"))
+
+
+def find(name_or_path: str | Path) -> Path:
+    """The file of a catalogue name or path; raises InputError that lists the names."""
+    named = CATALOGUE / f"{name_or_path}.toml"
+    if "/" not in str(name_or_path) and named.is_file():
+        return named
+    if Path(name_or_path).exists():
+        return Path(name_or_path)
+    names = scenario_names()
+    do = "give a TOML file or a name of the catalogue; " + closest(str(name_or_path), names, most=len(names))
+    raise InputError("no such file, and no scenario of this name", where=str(name_or_path), do=do)
+
+
+def closest(word: str, valid: Iterable[str], most: int = 8) -> str:
+    """The valid words nearest to one that is not, as advice."""
+    from difflib import get_close_matches
+
+    words = sorted(valid)
+    near = get_close_matches(word, words, n=3, cutoff=0.5)
+    if near:
+        return "did you mean " + " or ".join(near) + "?"
+    more = ", ..." if len(words) > most else ""
+    return "valid: " + ", ".join(words[:most]) + more if words else "there is none to name"
