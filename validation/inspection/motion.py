@@ -62,7 +62,7 @@ def _extent(look: Look) -> Finding:
     sizes = np.sqrt(np.clip(variance[::-1], 0.0, None))
     text = f"Along its three main directions the field varies by {figures(sizes)} nT rms"
     noise = float(np.nanmax(look.white_nT, initial=0.0))
-    if sizes[0] == 0:
+    if not np.ptp(look.series.mag_nT, axis=0).any():
         return Finding(SECTION, "extent", sizes.tolist(), "nT", "The field does not vary.", "note", look.sensor)
     if sizes[0] < STILL * look.strength_nT:
         text += ": the sensor was at rest, or nearly so"
