@@ -35,7 +35,7 @@ from sim.effects.base import Effect
 from sim.effects.values import Parameter
 from sim.motion import Motion, drive
 from sim.streams import stream
-from validation.diagnosis.result import Verdict
+from validation.diagnosis.verdict import Verdict
 from validation.signals.conventions import euler_deg
 
 DOCS = Path(__file__).parent
@@ -291,7 +291,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "navigation": keys(NavigationSpec),
     "sensors": keys(SensorSpec),
     "tracking": tracking,
-    **{f"verdict-{name}": verdict(name) for name in get_args(Verdict)},
+    **{f"verdict-{name}": verdict(name) for name in Verdict},
 }
 """Every table by the name that a page asks for."""
 MEASURED = ("tracking", *(name for name in TABLES if name.startswith("verdict-")))

@@ -17,6 +17,7 @@ from sim import effects as effect_table
 from sim.chain import Chain
 from sim.dataset import Recording
 from sim.state import Array, State
+from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.result import Diagnosis, parameters
 from validation.diagnosis.workflow import diagnose
 
@@ -70,13 +71,13 @@ def trials(first_seed: int, seeds: int) -> Iterator[Trial]:
                 yield Trial("two", motion, pair[:: 1 - 2 * (seed % 2)], (3.0, 1.0), seed)
 
 
-def run(trial: Trial) -> dict[str, Any]:
+def run(trial: Trial, policy: Policy = STANDARD) -> dict[str, Any]:
     """Make the recording, diagnose it, and tell what came out beside what was hidden."""
     recording, truth, field = made(trial)
     without = frozenset(trial.hidden if trial.kind == "left-out" else ())
     model = ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field.tolist()}})
     begun = time.perf_counter()
-    found = diagnose(recording, model, without=without)
+    found = diagnose(recording, model, without=without, policy=policy)
     return {
         **asdict(trial), "key": trial.key, "verdict": found.verdict, "seconds": time.perf_counter() - begun,
         "names": [(one.name, list(one.alternatives), one.how) for one in found.named],

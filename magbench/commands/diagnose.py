@@ -10,7 +10,6 @@ import typer
 from magbench.arguments import complete_scenario, known_scenario, present
 from magbench.options import Data, FieldStrength, FieldVector, Json, Maps, Run
 
-EXPLAINED = ("none", "named", "class", "composite")
 Model = Annotated[
     str | None,
     typer.Option(
@@ -72,5 +71,5 @@ def diagnose(
     else:
         show_diagnosis(found)
     say(f"{place}: {', '.join(FILES)}")
-    if found.verdict not in EXPLAINED:
+    if not found.verdict.explained:
         raise typer.Exit(1)

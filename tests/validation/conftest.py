@@ -18,7 +18,7 @@ from sim.dataset import Recording
 from sim.dataset.assemble import recording_of
 from sim.simulate import Plan, blocks, plan
 from sim.state import State
-from validation.diagnosis.evidence.problem import pose
+from validation.diagnosis.problem.pose import pose
 
 BASE: dict[str, Any] = {
     "soft_iron": {"matrix": [[0.05, 0.01, -0.02], [0.01, -0.03, 0.015], [0.0, 0.01, 0.02]]},

@@ -13,6 +13,7 @@ from scenarios.load import load_model
 from scenarios.spec import ModelSpec
 from sim.dataset import Recording, read_recording
 from validation.calibrating.fitting import reference_of
+from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.workflow import diagnose
@@ -28,6 +29,7 @@ def diagnose_file(
     maps: Sequence[str] = (),
     actuators: Sequence[str] = (),
     run: int = 0,
+    policy: Policy = STANDARD,
     say: Callable[[str], object] = lambda what: None,
 ) -> Diagnosis:
     """Diagnose a file against a model file or scenario; without one against fitted iron and white noise.
@@ -41,7 +43,10 @@ def diagnose_file(
         vector = None if reference.field_enu_nT is None else np.array(reference.field_enu_nT)
         strength = reference.strength_nT
     recording = with_actuators(read_recording(measured, run=run, maps=maps), actuators, measured)
-    found = diagnose(recording, spec, field_enu_nT=vector, strength_nT=strength, fitted_base=model is None, say=say)
+    fitted = model is None
+    found = diagnose(
+        recording, spec, field_enu_nT=vector, strength_nT=strength, fitted_base=fitted, policy=policy, say=say
+    )
     if confirm is None:
         return found
     say("the second recording")

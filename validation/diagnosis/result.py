@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
@@ -11,28 +12,54 @@ from scenarios.spec import Scenario
 from sim.effects.base import Effect
 from sim.state import Array
 from validation.diagnosis.evidence.battery import Battery
-from validation.diagnosis.evidence.problem import Problem
+from validation.diagnosis.evidence.localise import Share
+from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.verdict import Verdict
 
-LEAST_EXCESS = 0.02
-"""Excess of power over the noise's that its own chance allows; a share of less cannot be told."""
-Verdict = Literal["none", "named", "class", "composite", "partial", "generic", "unknown", "not_observable"]
+NORMAL_95 = 1.96
+"""Standard deviations of a 95 % interval."""
+
+
+class How(StrEnum):
+    """What a name rests on; `words` says it in general."""
+
+    words: str
+
+    def __new__(cls, key: str, words: str) -> How:
+        """A key with its words."""
+        how = str.__new__(cls, key)
+        how._value_, how.words = key, words
+        return how
+
+    HELD_OUT = "held-out", "gain on held-out data"
+    DIRECT = "direct", "seen in the values themselves"
+    IRON = "base", "iron or sensor constants differ from the model's"
+    SPECTRUM = "spectrum", "the spectrum of what is left"
+
+
+class Reach(StrEnum):
+    """Whether a second recording bears a name out."""
+
+    SINGLE_RUN = "single-run"
+    TRANSFERRED = "transferred"
 
 
 @dataclass(frozen=True)
 class Named:
     """One effect that is missing in the model: fitted, with 95 % intervals, and those that it may be mistaken for.
 
-    how: "held-out" evidence, "direct" (seen in the values themselves), "base" (iron or sensor constants that differ
-    from the model's), "spectrum" (noise). D: nats on held-out data; strength: rms after the base refit, in noise.
+    nats: evidence on held-out data; strength: rms after the base refit, in noise; spread: standard deviations of each
+    parameter's components.
     """
 
     effect: Effect
     alternatives: tuple[str, ...]
-    how: str
-    D: float | None
+    how: How
+    nats: float | None
     strength: float
     spread: dict[str, Array] = field(default_factory=dict)
-    evidence: str = "single-run"
+    evidence: Reach = Reach.SINGLE_RUN
 
     @property
     def name(self) -> str:
@@ -41,43 +68,58 @@ class Named:
 
 
 @dataclass(frozen=True)
-class Gap:
-    """Rms of measured minus simulated on held-out segments, hard and soft iron refitted on the others."""
+class GapSize:
+    """Rms of measured minus simulated on held-out segments, hard and soft iron refitted on the others.
+
+    explained: ``(g0^2 - g1^2) / (g0^2 - 1)``, at most 1, g in units of the noise; None where there is no gap.
+    """
 
     before_nT: float
     before_sigma: float
     after_nT: float
     after_sigma: float
+    explained: float | None
 
-    @property
-    def explained(self) -> float | None:
-        """(g0^2 - g1^2) / (g0^2 - 1), at most 1, g in units of the noise; None where there is no gap to explain."""
-        excess = self.before_sigma**2 - 1
-        return min(1.0, (self.before_sigma**2 - self.after_sigma**2) / excess) if excess > LEAST_EXCESS else None
+    @classmethod
+    def of(cls, before: Array, after: Array, sigma_nT: Array, policy: Policy) -> GapSize:
+        """The size of what is left before and after (n, q), in units of the noise (q,)."""
+        before_sigma, after_sigma = _rms(before), _rms(after)
+        excess = before_sigma**2 - 1
+        some = excess > policy.least_held_excess
+        explained = min(1.0, (before_sigma**2 - after_sigma**2) / excess) if some else None
+        return cls(_rms(before * sigma_nT), before_sigma, _rms(after * sigma_nT), after_sigma, explained)
 
 
 @dataclass(frozen=True)
 class Diagnosis:
     """All that is reported of one recording against one model.
 
-    where: channel, frame ("body", "earth") and held-out share of the gap's power that it explains; ranking: name and
-    evidence of every candidate in the first round; before_nT, after_nT (n, q): what is left.
+    where: channels that the gap goes with; absorbed: effects that look like iron on this motion; untested: effects
+    whose causes the recording does not hold; doubts: why names were taken back; ranking: name, evidence and strength
+    of every candidate in the first round; before_nT, after_nT (n, q): what is left.
     """
 
     verdict: Verdict
     sentence: str
     named: tuple[Named, ...]
-    where: tuple[tuple[str, str, float], ...]
-    gap: Gap
-    not_observable: tuple[str, ...]
-    advice: tuple[str, ...]
+    where: tuple[Share, ...]
+    gap: GapSize
+    absorbed: tuple[str, ...]
+    untested: tuple[str, ...]
+    doubts: tuple[str, ...]
     ranking: tuple[tuple[str, float, float], ...]
     before: Battery
     after: Battery
     model: Scenario
-    problem: Problem
+    problem: LinearProblem
     before_nT: Array
     after_nT: Array
+    advice: tuple[str, ...] = ()
+
+    @property
+    def not_observable(self) -> tuple[str, ...]:
+        """Effects that this recording cannot show."""
+        return (*self.absorbed, *self.untested)
 
     def as_dict(self) -> dict[str, Any]:
         """The JSON of `magbench diagnose`."""
@@ -99,18 +141,6 @@ class Diagnosis:
         }
 
 
-def _effect(one: Named) -> dict[str, Any]:
-    return {
-        "name": one.name,
-        "alternatives": list(one.alternatives),
-        "parameters": parameters(one),
-        "evidence": one.evidence,
-        "how": one.how,
-        "evidence_nats": one.D,
-        "strength_sigma": one.strength,
-    }
-
-
 def parameters(one: Named) -> dict[str, dict[str, Any]]:
     """Value with 95 % interval and unit of every parameter in use; no interval where the data do not give one."""
     out: dict[str, dict[str, Any]] = {}
@@ -119,16 +149,9 @@ def parameters(one: Named) -> dict[str, dict[str, Any]]:
         if isinstance(value, str):
             out[p.name] = {"value": value, "low": None, "high": None, "unit": ""}
             continue
-        spread = one.spread.get(p.name)
-        if spread is not None and not np.isfinite(spread).all():
-            spread = None  # the data leave a combination of its components open
         middle = np.asarray(value, dtype=float)
-        out[p.name] = {
-            "value": middle.tolist(),
-            "low": None if spread is None else (middle - 1.96 * spread).tolist(),
-            "high": None if spread is None else (middle + 1.96 * spread).tolist(),
-            "unit": p.unit,
-        }
+        low, high = _interval(middle, one.spread.get(p.name))
+        out[p.name] = {"value": middle.tolist(), "low": low, "high": high, "unit": p.unit}
     return out
 
 
@@ -137,3 +160,26 @@ def short(value: Any) -> str:
     if isinstance(value, list):
         return "(" + ", ".join(short(v) for v in value) + ")"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _interval(middle: Array, spread: Array | None) -> tuple[Any, Any]:
+    """Ends of the 95 % interval; none where the data leave a combination of components open."""
+    if spread is None or not np.isfinite(spread).all():
+        return None, None
+    return (middle - NORMAL_95 * spread).tolist(), (middle + NORMAL_95 * spread).tolist()
+
+
+def _effect(one: Named) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "alternatives": list(one.alternatives),
+        "parameters": parameters(one),
+        "evidence": one.evidence,
+        "how": one.how,
+        "evidence_nats": one.nats,
+        "strength_sigma": one.strength,
+    }
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean()))

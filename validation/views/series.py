@@ -9,7 +9,7 @@ import numpy as np
 from sim import effects as effect_table
 from sim.chain import apply_deterministic
 from sim.state import Array
-from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.result import Diagnosis, How
 
 MOST_PLACES, PLACE_S = 4000, 1.0
 """Of the gap along the path: points at most, and the shortest time that one is the mean of."""
@@ -50,13 +50,13 @@ def sides(found: Diagnosis) -> Sides:
         measured = np.linalg.norm(problem.state.field_nT, axis=1)[:, None] + problem.target * problem.sigma_nT
         return Sides(measured, measured - found.before_nT, measured - found.after_nT)
     made = effect_table.build(found.model.effects, found.model.effect_order, "model")
-    smooth = [e for e in made if e.name not in ("quantisation", "saturation")]
+    smooth = [effect for effect in made if not effect.clues.converter]
     return Sides(problem.recording.mag_nT, problem.predicted_nT, apply_deterministic(smooth, problem.state)[0])
 
 
 def as_they_stand(found: Diagnosis) -> bool:
     """Whether the finding shows in measured minus simulated as the models stand: iron fitted anew would take it up."""
-    return found.problem.mode == "vector" and any(one.how == "base" for one in found.named)
+    return found.problem.mode == "vector" and any(one.how is How.IRON for one in found.named)
 
 
 def gap_to_show(found: Diagnosis) -> tuple[Array, Array]:

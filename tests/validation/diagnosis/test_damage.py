@@ -13,14 +13,16 @@ from scenarios.spec import ModelSpec
 from sim import effects as effect_table
 from sim.processes import GaussMarkov
 from sim.rotation import multiply_q, q_from_rotation_vector
-from validation.diagnosis.decision import select
-from validation.diagnosis.evidence import compare
+from validation.diagnosis.decision import selection
+from validation.diagnosis.evidence import compare, ground
 from validation.diagnosis.evidence.battery import Battery
-from validation.diagnosis.evidence.blocks import Cut
-from validation.diagnosis.evidence.compare import THRESHOLD, Ground, judge
-from validation.diagnosis.evidence.problem import Problem, pose
+from validation.diagnosis.evidence.compare import judge, judged_at
+from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import proposed
-from validation.diagnosis.library.search import SEARCHES
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.blocks import held_out
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.workflow import diagnose
 
 HIDDEN: dict[str, Any] = {
@@ -47,12 +49,12 @@ def _misses(flight: Callable[..., Any], model: Callable[..., ModelSpec]) -> list
     if abs(cost - COLUMNS_COST) > 0.35:
         out.append(f"a column costs {cost:.2f} nats of white noise")
     most = _most_evidence(_problem(_turned(flight({})), model()))
-    if most > 10 * THRESHOLD:
+    if most > 10 * STANDARD.apart:
         out.append(f"{most:.0f} nats for an effect where only the attitude wanders")
     return out
 
 
-def _problem(recording: Any, model: ModelSpec) -> Problem:
+def _problem(recording: Any, model: ModelSpec) -> LinearProblem:
     assert model.field is not None
     assert model.field.enu_nT is not None
     field = np.array(model.field.enu_nT)
@@ -60,23 +62,23 @@ def _problem(recording: Any, model: ModelSpec) -> Problem:
     return pose(recording, field, float(np.linalg.norm(field)), effects)
 
 
-def _fixed(problem: Problem) -> list[compare.Evidence]:
+def _fixed(problem: LinearProblem) -> list[compare.Evidence]:
     """Evidence of the candidates that have no search, at one setting each."""
-    ground = Ground.of(problem)
-    members = [several[0] for name, several in proposed(problem).items() if name not in SEARCHES]
-    judged = [compare._judged(ground, [one]) for one in members]
+    basis = Ground.of(problem)
+    members = [several[0] for several in proposed(problem).values() if not several[0].effect.sought()]
+    judged = [judged_at(basis, [one]) for one in members]
     return [e for e in judged if e is not None]
 
 
-def _cost_of_a_column(problem: Problem) -> float:
+def _cost_of_a_column(problem: LinearProblem) -> float:
     evidence = _fixed(problem)
     return -sum(e.gain for e in evidence) / sum(e.width for e in evidence)
 
 
-def _most_evidence(problem: Problem) -> float:
-    ground = Ground.of(problem)
-    judged = [judge(ground, several) for name, several in proposed(problem).items() if name not in SEARCHES]
-    return max(e.D for e in judged if e is not None)
+def _most_evidence(problem: LinearProblem) -> float:
+    basis = Ground.of(problem)
+    judged = [judge(basis, several) for several in proposed(problem).values() if not several[0].effect.sought()]
+    return max(e.nats for e in judged if e is not None)
 
 
 def _turned(recording: Any) -> Any:
@@ -90,12 +92,11 @@ def test_the_small_bench_passes(flight, model) -> None:  # type: ignore[no-untyp
 
 
 def _swap(patch: pytest.MonkeyPatch) -> None:
-    held = Cut.held
-    patch.setattr(Cut, "held", lambda cut, split: ~held(cut, split))
+    patch.setattr(ground, "held_out", lambda m, policy: (~held for held in held_out(m, policy)))
 
 
 def _no_deflation(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(compare, "inflation", lambda sums, fit: 1.0)
+    patch.setattr(compare, "inflation", lambda *given: 1.0)
 
 
 def _anything_is_clean(patch: pytest.MonkeyPatch) -> None:
@@ -103,8 +104,8 @@ def _anything_is_clean(patch: pytest.MonkeyPatch) -> None:
 
 
 def _alphabetical(patch: pytest.MonkeyPatch) -> None:
-    ranked = select._ranked
-    patch.setattr(select, "_ranked", lambda *given: tuple(sorted(ranked(*given), key=lambda e: e.name)))
+    ranked = selection.ranked
+    patch.setattr(selection, "ranked", lambda *given: tuple(sorted(ranked(*given), key=lambda e: e.name)))
 
 
 @pytest.mark.parametrize("damage", [_swap, _no_deflation, _anything_is_clean, _alphabetical])

@@ -24,6 +24,7 @@ from scenarios.errors import InputError
 from scenarios.load import load_model
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import diagnose
 from validation.outputs.diagnosis import FILES, write_diagnosis
 from validation.views.pages.diagnosis import page_html
@@ -199,7 +200,7 @@ def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
 
 def test_a_class_is_told_plainly(found: Diagnosis, capsys: pytest.CaptureFixture[str]) -> None:
     named = (replace(found.named[0], alternatives=("latency", "bandwidth")),)
-    several = replace(found, named=named, verdict="class")
+    several = replace(found, named=named, verdict=Verdict.CLASS)
     text = page_html(several, "Diagnosis").partition("<img")[0]
     assert "do not tell <b>motor_current</b> from <b>latency</b>, <b>bandwidth</b>" in text
     show_diagnosis(several)

@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2
 
-from sim.effects import EFFECTS
 from sim.state import Array
-from validation.diagnosis.evidence.blocks import HELD, SPLITS, Cut, Fit, Sums, fit, inflation, squares, sums
-from validation.diagnosis.evidence.problem import Problem
+from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
-from validation.diagnosis.library.search import refined, searched
-
-ALPHA = 0.01
-SEARCHED = 50
-"""Settings beyond which they come from a search over the whole record, not from a list profiled in training."""
-THRESHOLD = math.log(1 / ALPHA)
-"""Most evidence D by which look-alikes may fall short of the best."""
-ACCEPT = math.log(len(EFFECTS) / ALPHA)
-"""Least evidence that is accepted: the same, for the best of a whole library."""
+from validation.diagnosis.library.search import between_neighbours, found_by_search
+from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.blocks import Fit, Sums, fit, inflation, squares
 
 
 @dataclass(frozen=True)
@@ -49,7 +41,7 @@ class Evidence:
         return self.candidate.name
 
     @property
-    def D(self) -> float:
+    def nats(self) -> float:
         """Evidence in nats, deflated by what is still coloured."""
         return self.gain / self.V
 
@@ -58,121 +50,98 @@ class Evidence:
         """The candidate's own coefficients."""
         return self.fit.c[self.fit.c.size - self.width :]
 
-    def behind(self, best: Evidence) -> bool:
+    @property
+    def raw_gain(self) -> float:
+        """Nats that the effect explains where the base is not fitted anew."""
+        samples = float(self.sums.count.sum()) * self.sums.y1.shape[1]
+        return float(samples * (self.strength / max(self.survival, 1e-9)) ** 2 / 2)
+
+    def behind(self, best: Evidence, policy: Policy) -> bool:
         """Whether the data tell this candidate from a better one."""
-        return (best.gain - self.gain) / best.V > THRESHOLD
+        return (best.gain - self.gain) / best.V > policy.apart
 
 
 @dataclass(frozen=True)
-class Ground:
-    """A problem cut into blocks, with the columns (n, q, k) of the effects already in and their sums."""
+class _Tried:
+    """One setting of a candidate: sums of [already in, its columns], and the fit on all blocks."""
 
-    problem: Problem
-    cut: Cut
-    inside: Array
+    setting: Candidate
     sums: Sums
+    whole: Fit
 
-    @classmethod
-    def of(cls, problem: Problem, inside: Array | None = None) -> Ground:
-        """The ground with the effects already in, none at first."""
-        n, q = problem.target.shape
-        columns = np.zeros((n, q, 0)) if inside is None else inside
-        cut = Cut.of(n, problem.state.interval_s)
-        return cls(problem, cut, columns, sums(cut, problem.base, columns, problem.target, problem.usable))
 
-    def residual(self, f: Fit | None = None) -> Array:
-        """What the base and the effects already in leave (n, q), in units of the noise."""
-        f = self.whole() if f is None else f
-        left = self.problem.target - self.problem.base @ f.beta - np.einsum("nqk,k->nq", self.inside, f.c)
-        return np.asarray(left * self.problem.usable[:, None])
-
-    def whole(self) -> Fit:
-        """The fit on all blocks."""
-        return fit(self.sums, np.ones(self.cut.m, bool))
+def ranked(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
+    """The evidence of every candidate that can have its fit, the strongest first."""
+    judged = (judge(ground, several) for several in members.values())
+    return tuple(sorted((e for e in judged if e is not None), key=lambda e: -e.gain))
 
 
 def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
     """The evidence of a candidate: its listed or searched settings, and the best of them refined."""
-    problem = ground.problem
-    found = _judged(ground, searched(problem, ground.residual(), problem.base, list(members)))
-    if found is None or found.D <= THRESHOLD:
+    found = judged_at(ground, found_by_search(ground.problem, ground.residual(), list(members)))
+    if found is None or found.nats <= ground.problem.policy.apart:
         return found
-    finer = refined(found.candidate, lambda candidate: _misfit(ground, candidate))
-    better = _judged(ground, [finer]) if finer else None
+    finer = between_neighbours(found.candidate, lambda candidate: _misfit(ground, candidate))
+    better = judged_at(ground, [finer]) if finer else None
     return better if better is not None and better.gain > found.gain else found
 
 
-def judged_columns(ground: Ground, columns: Array) -> float:
-    """Evidence D of columns (n, q, k) that belong to no effect: nats on held-out segments over the inflation."""
-    joint = _joined(ground, columns)
-    gains = [
-        (squares(ground.sums, fit(ground.sums, ~held), held) - squares(joint, fit(joint, ~held), held)) / 2
-        for held in map(ground.cut.held, range(SPLITS))
-    ]
-    return sum(gains) / HELD / inflation(joint, fit(joint, np.ones(ground.cut.m, bool)))
+def judged_at(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
+    """The evidence of settings profiled on the training segments of each split, less the price of their number.
+
+    None where no setting has columns, or the best fit is none that the effect can have.
+    """
+    tried = list(_tried(ground, settings))
+    if not tried:
+        return None
+    best = min(tried, key=lambda one: squares(one.sums, one.whole, ground.everything))
+    policy, width = ground.problem.policy, best.sums.width - ground.inside.shape[2]
+    V = inflation(best.sums, best.whole, policy)
+    price = V * search_price(best.setting.tried * len(settings), width, policy)
+    gain = ground.mean_gain(_gains(ground, tried)) - price
+    strength, survival = _strength(ground, best, width)
+    found = Evidence(best.setting, gain, V, strength, survival, best.sums, best.whole, width)
+    return found if best.setting.possible(found.coefficients) else None
+
+
+def search_price(tried: int, k: int, policy: Policy) -> float:
+    """Nats that the best of many searched settings with k columns gains by chance; 0 where nothing was searched.
+
+    ``x / 2`` with ``P(chi2_k > x) = 1 / (odds tried)``.
+    """
+    if tried <= policy.listed_settings:
+        return 0.0
+    return float(chi2.isf(1.0 / (policy.search_price_odds * tried), k)) / 2
+
+
+def _tried(ground: Ground, settings: Sequence[Candidate]) -> Iterable[_Tried]:
+    """Settings whose columns are finite and not zero."""
+    for setting in settings:
+        columns = setting.columns(ground.problem)
+        if np.isfinite(columns).all() and np.abs(columns).max() > 0:
+            joint = ground.joined(columns)
+            yield _Tried(setting, joint, fit(joint, ground.everything))
+
+
+def _gains(ground: Ground, tried: Sequence[_Tried]) -> list[float]:
+    """Nats on what each split holds out, of the setting that fits its training segments best."""
+    gains = []
+    for held in ground.splits:
+        before = squares(ground.sums, fit(ground.sums, ~held), held)
+        trained = [(one.sums, fit(one.sums, ~held)) for one in tried]
+        joint, best = min(trained, key=lambda one: squares(one[0], one[1], ~held))
+        gains.append((before - squares(joint, best, held)) / 2)
+    return gains
 
 
 def _misfit(ground: Ground, candidate: Candidate) -> float:
-    everything = np.ones(ground.cut.m, bool)
-    s = _joined(ground, candidate.columns(ground.problem))
-    return squares(s, fit(s, everything), everything)
+    s = ground.joined(candidate.columns(ground.problem))
+    return squares(s, fit(s, ground.everything), ground.everything)
 
 
-def _judged(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
-    """Settings profiled on the training segments of each split; ln of the number tried is taken off."""
-    joint = {i: s for i, member in enumerate(settings) if (s := _tried(ground, member)) is not None}
-    usable = list(joint)
-    if not usable:
-        return None
-    gains = []
-    for split in range(SPLITS):
-        held = ground.cut.held(split)
-        before = squares(ground.sums, fit(ground.sums, ~held), held)
-        trained = {i: fit(s, ~held) for i, s in joint.items()}
-        best = min(usable, key=lambda i: squares(joint[i], trained[i], ~held))
-        gains.append((before - squares(joint[best], trained[best], held)) / 2)
-    everything = np.ones(ground.cut.m, bool)
-    fits = {i: fit(s, everything) for i, s in joint.items()}
-    best = min(usable, key=lambda i: squares(joint[i], fits[i], everything))
-    chosen, factor = settings[best], inflation(joint[best], fits[best])
-    width = joint[best].width - ground.inside.shape[2]
-    gain = sum(gains) / HELD - factor * _price(chosen.tried * len(settings), width)
-    strength, survival = _strength(ground, joint[best], fits[best], width)
-    found = Evidence(chosen, gain, factor, strength, survival, joint[best], fits[best], width)
-    return found if _possible(found) else None
-
-
-def _tried(ground: Ground, member: Candidate) -> Sums | None:
-    """Sums with a candidate's columns, which are not kept; None where they are zero or not finite."""
-    columns = member.columns(ground.problem)
-    finite = np.isfinite(columns).all() and np.abs(columns).max() > 0
-    return _joined(ground, columns) if finite else None
-
-
-def _price(tried: int, k: int) -> float:
-    """Nats that the best of many searched settings with k columns gains by chance; 0 where nothing was searched."""
-    return float(chi2.isf(1.0 / (2 * tried), k)) / 2 if tried > SEARCHED else 0.0
-
-
-def _possible(found: Evidence) -> bool:
-    """Whether the effect can have such a fit: no parameter beyond its bounds, none of one sign with the other."""
-    effect, c = found.candidate.effect, found.coefficients
-    if effect.linear and not found.candidate.phased:
-        bounds = {p.name: (p.low, p.high) for p in effect.parameters()}
-        return all(
-            bounds[name][0] <= v <= bounds[name][1] for v, (name, _) in zip(c, effect.linear_units(), strict=True)
-        )
-    return bool(effect.linear or effect.tangents or c[0] > 0)
-
-
-def _joined(ground: Ground, columns: Array) -> Sums:
-    both = np.concatenate([ground.inside, columns], axis=2) if ground.inside.size else columns
-    return sums(ground.cut, ground.problem.base, both, ground.problem.target, ground.problem.usable)
-
-
-def _strength(ground: Ground, s: Sums, f: Fit, k: int) -> tuple[float, float]:
+def _strength(ground: Ground, one: _Tried, k: int) -> tuple[float, float]:
     """Rms of the candidate's part after the base, and that over its raw rms."""
-    c = f.c[-k:]
+    s, c = one.sums, one.whole.c[-k:]
     raw = float(c @ s.EE.sum(axis=0)[-k:, -k:] @ c)
     BB, BE = s.BB.sum(axis=0), s.BE.sum(axis=0)[:, :, -k:] @ c
     taken = float(np.einsum("pq,pr,rq->", BE, np.linalg.pinv(BB, rcond=1e-13, hermitian=True), BE))

@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.errors import InputError
-from sim.effects import BY_NAME
 from sim.effects.base import Effect
-from sim.effects.noise import WhiteNoise
+from sim.effects.electronics import Quantisation, Saturation
+from sim.effects.faults import Dropouts, Spikes
 from sim.state import Array
-from validation.diagnosis.evidence.problem import Problem, sample_noise
+from validation.diagnosis.problem.linear import LinearProblem
 from validation.signals.faults import pile_up, repeats, spikes
-from validation.signals.lattice import find_lattice
+from validation.signals.lattice import Lattice, find_lattice
 
-LEAST_STEP = 0.05
-"""Least significant bit in units of the noise, below which rounding is of no account."""
-LOUDER = 1.1
-LEAST_SPIKES = 3
-FAR = 5.0
-NEAR = 2
-"""Samples beside a held or clipped one whose jumps are no spikes."""
 Mask = NDArray[np.bool_]
+Lattices = tuple[Lattice | None, ...]
 
 
 @dataclass(frozen=True)
@@ -36,120 +28,100 @@ class Direct:
     samples: Mask
 
 
-def direct_evidence(problem: Problem, without: frozenset[str] = frozenset()) -> list[Direct]:
-    """Rounding, full scale, repeated and single wrong values."""
-    mag = problem.recording.mag_nT
-    known = {effect.name: effect for effect in problem.effects}
-    lattices = tuple(find_lattice(axis) for axis in mag.T)
-    found = [_rounding(problem, known, lattices), _full_scale(problem, known, lattices), _held(problem, known)]
+def direct_evidence(problem: LinearProblem, without: frozenset[str] = frozenset()) -> list[Direct]:
+    """Rounding, full scale, repeated and single wrong values; effects in `without` are left out."""
+    lattices = tuple(find_lattice(axis) for axis in problem.recording.mag_nT.T)
+    clipped = _clipped(problem, lattices)
+    found = [_rounded(problem, lattices), clipped, _held(problem)]
     gone = np.logical_or.reduce([_repeated(problem), *(one.samples for one in found if one is not None)])
-    if found[1] is None:  # a clipped stretch has no noise of its own to measure a spike by
-        found.append(_single(problem, known, lattices, _near(gone)))
+    if clipped is None:  # a clipped stretch has no noise of its own to measure a spike by
+        found.append(_wrong_values(problem, lattices, _beside(problem, gone)))
     return [one for one in found if one is not None and one.effect.name not in without]
 
 
-def _rounding(problem: Problem, known: dict[str, Effect], lattices: tuple[Any, ...]) -> Direct | None:
+def _rounded(problem: LinearProblem, lattices: Lattices) -> Direct | None:
+    """Values that lie on a lattice of another step than the model's."""
     steps = [one.step for one in lattices if one is not None and not one.floating]
     if len(steps) < len(lattices):
         return None
-    step = float(np.median(steps))
-    given = float(getattr(known.get("quantisation"), "step_nT", 0.0))
-    if step < LEAST_STEP * problem.sigma_nT.min() or abs(step - given) < 0.01 * step:
+    policy, step = problem.policy, float(np.median(steps))
+    given = [0.0, *(one.step_nT for one in problem.effects if isinstance(one, Quantisation))][-1]
+    if step < policy.least_step_sigma * problem.sigma_nT.min() or abs(step - given) < policy.same_step * step:
         return None
-    return _made("quantisation", _no_samples(problem), step_nT=step)
+    return _possible(Quantisation, np.zeros(len(problem.recording)), step_nT=step)
 
 
-def _full_scale(problem: Problem, known: dict[str, Effect], lattices: tuple[Any, ...]) -> Direct | None:
-    piles = pile_up(problem.recording.mag_nT, lattices)
+def _clipped(problem: LinearProblem, lattices: Lattices) -> Direct | None:
+    """Values that pile up at another full scale than the model's."""
+    mag = problem.recording.mag_nT
+    piles = pile_up(mag, lattices)
     if not piles:
         return None
     level = float(np.median([abs(one.level) for one in piles]))
-    given = float(getattr(known.get("saturation"), "full_scale_nT", 0.0))
-    clipped: Mask = np.asarray((np.abs(problem.recording.mag_nT) >= level * (1 - 1e-9)).any(axis=1), dtype=np.bool_)
-    if abs(level - given) < 1e-3 * level:
+    given = [0.0, *(one.full_scale_nT for one in problem.effects if isinstance(one, Saturation))][-1]
+    if abs(level - given) < problem.policy.same_full_scale * level:
         return None
-    return _made("saturation", clipped, full_scale_nT=level)
+    return _possible(Saturation, (np.abs(mag) >= level * (1 - 1e-9)).any(axis=1).astype(bool), full_scale_nT=level)
 
 
-def _held(problem: Problem, known: dict[str, Effect]) -> Direct | None:
+def _held(problem: LinearProblem) -> Direct | None:
+    """Rows that repeat the row before, where the model has no dropouts."""
     found = repeats(problem.recording.mag_nT)
-    if not found.frozen or found.hold > 1 or "dropouts" in known:
+    if not found.frozen or found.hold > 1 or any(isinstance(one, Dropouts) for one in problem.effects):
         return None
     samples = _repeated(problem)
     work_s = np.count_nonzero(~samples) * problem.state.interval_s
     # A gap hides its first sample in the one before it; lengths are exponential, so half a sample is added.
     lengths = (np.array([rows for _, rows in found.frozen]) - 0.5) * problem.state.interval_s
-    return _made("dropouts", samples, rate_hz=len(lengths) / work_s, mean_duration_s=float(lengths.mean()))
+    return _possible(Dropouts, samples, rate_hz=len(lengths) / work_s, mean_duration_s=float(lengths.mean()))
 
 
-def _single(problem: Problem, known: dict[str, Effect], lattices: tuple[Any, ...], beside: Mask) -> Direct | None:
+def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> Direct | None:
+    """Single values far off, where the model has no spikes; none beside what is held, clipped or a spiked current."""
+    mag, policy = problem.recording.mag_nT, problem.policy
     steps = np.array([0.0 if one is None else one.step for one in lattices])
-    left = problem.recording.mag_nT - problem.clean_nT
-    where = spikes(problem.recording.mag_nT, steps) & ~(beside | _near(_spiked_currents(problem)))[:, None]
-    count = int(np.count_nonzero(where))
-    if count < LEAST_SPIKES or "spikes" in known:
+    currents = np.asarray(spikes(problem.state.current_A).any(axis=1), dtype=np.bool_)
+    where = spikes(mag, steps) & ~(beside | _beside(problem, currents))[:, None]
+    if np.count_nonzero(where) < policy.least_spikes or any(isinstance(one, Spikes) for one in problem.effects):
         return None
-    size = np.abs(left - np.median(left, axis=0))[where]
-    duration_s = len(left) * problem.state.interval_s
-    # Small ones drown in the noise; of an exponential law what is above the least seen has the same mean.
-    least = float(size.min())
-    mean = max(float(size.mean()) - least, 1e-9)
+    left = mag - problem.clean_nT
+    rate_hz, mean_nT = _spike_law(np.abs(left - np.median(left, axis=0))[where], len(left) * problem.state.interval_s)
     single = where.any(axis=1)
-    far = (np.abs(left) > FAR * problem.sigma_nT).any(axis=1) & (single | _quiet(left, problem)) & ~beside
-    rate_hz = count / duration_s * np.exp(least / mean)
-    return _made("spikes", np.asarray(single | far, dtype=np.bool_), rate_hz=rate_hz, amplitude_nT=mean)
+    far = (np.abs(left) > policy.far_sigma * problem.sigma_nT).any(axis=1) & (single | _quiet(problem, left)) & ~beside
+    return _possible(Spikes, single | far, rate_hz=rate_hz, amplitude_nT=mean_nT)
 
 
-def _repeated(problem: Problem) -> Mask:
+def _spike_law(size_nT: Array, duration_s: float) -> tuple[float, float]:
+    """Rate in Hz and mean size in nT of spikes (m,) of exponential size, of which small ones drown in the noise.
+
+    What is above the least seen has the same mean, and ``exp(least / mean)`` times as many are there as are seen.
+    """
+    least = float(size_nT.min())
+    mean = max(float(size_nT.mean()) - least, 1e-9)
+    return len(size_nT) / duration_s * float(np.exp(least / mean)), mean
+
+
+def _quiet(problem: LinearProblem, left: Array) -> bool:
+    """Whether the base leaves so little that a far sample must be a wrong one."""
+    limit = problem.policy.quiet_sigma * problem.sigma_nT
+    return problem.mode == "vector" and bool((np.median(np.abs(left), axis=0) < limit).all())
+
+
+def _repeated(problem: LinearProblem) -> Mask:
     """Rows (n,) that repeat the row before."""
     mag = problem.recording.mag_nT
     return np.asarray(np.concatenate([[False], (mag[1:] == mag[:-1]).all(axis=1)]), dtype=np.bool_)
 
 
-def _spiked_currents(problem: Problem) -> Mask:
-    """Samples (n,) where a motor's current jumps for a moment, as its field then does."""
-    return np.asarray(spikes(problem.state.current_A).any(axis=1), dtype=np.bool_)
-
-
-def _near(samples: Mask) -> Mask:
+def _beside(problem: LinearProblem, samples: Mask) -> Mask:
     """Samples (n,) and those beside them."""
-    return np.asarray(np.convolve(samples, np.ones(2 * NEAR + 1), mode="same") > 0, dtype=np.bool_)
+    width = 2 * problem.policy.spike_margin + 1
+    return np.asarray(np.convolve(samples, np.ones(width), mode="same") > 0, dtype=np.bool_)
 
 
-def _quiet(left: Array, problem: Problem) -> bool:
-    """Whether the base leaves so little that a far sample must be a wrong one."""
-    return problem.mode == "vector" and bool((np.median(np.abs(left), axis=0) < 1.5 * problem.sigma_nT).all())
-
-
-def louder(problem: Problem, residual: Array, new: Sequence[Effect], without: frozenset[str]) -> Effect | None:
-    """The white noise missing in the model, from what is left (n, q) once everything else is in.
-
-    The rounding that the values show is taken off; a difference of a tenth counts.
-    """
-    known = [effect for effect in (*problem.effects, *new) if effect.name == "quantisation"]
-    given = [effect for effect in problem.effects if effect.name == "white_noise"]
-    if not given or problem.mode == "strength" or "white_noise" in without:
-        return None
-    model = np.array([effect.std_nT for effect in given])  # type: ignore[attr-defined]
-    rounding = sum(effect.step_nT**2 / 12 for effect in known)  # type: ignore[attr-defined]
-    expected = (model**2).sum(axis=0) + rounding
-    seen = (sample_noise(residual) * problem.sigma_nT) ** 2
-    if (seen <= LOUDER**2 * np.maximum(expected, 1e-12)).all():
-        return None
-    return WhiteNoise(vec3(np.sqrt(np.maximum(seen - expected, 0.0))))
-
-
-def vec3(values: Array) -> tuple[float, float, float]:
-    """Three numbers as a parameter's value."""
-    return (float(values[0]), float(values[1]), float(values[2]))
-
-
-def _no_samples(problem: Problem) -> Mask:
-    return np.zeros(len(problem.recording), np.bool_)
-
-
-def _made(name: str, samples: Mask, **values: Any) -> Direct | None:
+def _possible(effect: type[Effect], samples: Array | Mask, **values: float) -> Direct | None:
+    """The evidence, where the effect takes such values."""
     try:
-        return Direct(BY_NAME[name](**values), samples)
+        return Direct(effect(**values), np.asarray(samples, dtype=np.bool_))
     except InputError:
         return None

@@ -3,72 +3,86 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from sim.rotation import matrix_from_q
 from sim.state import Array
-from validation.diagnosis.evidence.problem import Problem
+from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.blocks import Cut
+from validation.diagnosis.problem.linear import LinearProblem
 
-BINS = 24
-SEGMENTS = 40
-LEAST = 0.003
-MOST = 8
+TIME = "time_s"
+"""The channel that every slow disturbance goes with."""
 
 
-def localise(problem: Problem, residual: Array) -> tuple[tuple[str, str, float], ...]:
+class Share(NamedTuple):
+    """A channel, the frame ("body", "earth", "strength"), and the share of the gap's slow power that goes with it."""
+
+    channel: str
+    frame: str
+    share: float
+
+
+def localise(problem: LinearProblem, residual: Array) -> tuple[Share, ...]:
     """Channels in order of the share of the residual's slow power (n, q) that their bins explain on held-out data."""
-    n = len(residual)
-    length = max(1, min(round(0.5 / problem.state.interval_s), n // 400))
-    m = n // length
-    mean = residual[: m * length].reshape(m, length, -1).mean(axis=1)
+    n, policy = len(residual), problem.policy
+    length = max(1, min(round(policy.channel_mean_s / problem.state.interval_s), n // policy.least_channel_means))
+    cut = Cut(length, n // length)
+    mean = cut.means(residual)
     frames = {"body" if problem.mode == "vector" else "strength": mean}
     if problem.mode == "vector":
-        R = problem.state.R_wb[: m * length : length]
+        R = problem.state.R_wb[: cut.m * length : length]
         frames["earth"] = np.einsum("nij,nj->ni", R, mean)
     found = [
-        (name, frame, _held_out(values[: m * length].reshape(m, length).mean(axis=1), left))
+        Share(name, frame, explained_share(cut.means(values), left, policy))
         for name, values in channels(problem)
         for frame, left in frames.items()
     ]
-    best: dict[str, tuple[str, str, float]] = {}
-    for one in sorted(found, key=lambda f: -f[2]):
-        best.setdefault(one[0], one)
-    return tuple(one for one in best.values() if one[2] > LEAST)[:MOST]
+    best: dict[str, Share] = {}
+    for one in sorted(found, key=lambda f: -f.share):
+        best.setdefault(one.channel, one)
+    return tuple(one for one in best.values() if one.share > policy.least_channel_share)[: policy.most_channels]
 
 
-def channels(problem: Problem) -> Iterator[tuple[str, Array]]:
+def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
     """Every channel (n,) that may drive a disturbance, by name."""
     recording, state = problem.recording, problem.state
-    yield "time_s", state.time_s
-    for i, axis in enumerate("xyz"):
-        yield f"field_{axis}", state.field_nT[:, i]
+    yield TIME, state.time_s
+    yield from _columns("field_{}", "xyz", state.field_nT)
     if "rate" in problem.has:
-        for i, axis in enumerate("xyz"):
-            yield f"rate_{axis}", state.rate_rad_s[:, i]
+        yield from _columns("rate_{}", "xyz", state.rate_rad_s)
     if recording.att_q is not None:
-        R = matrix_from_q(np.ascontiguousarray(recording.att_q))
-        yield "heading", np.arctan2(R[:, 1, 0], R[:, 0, 0])
-        yield "pitch", np.arcsin(np.clip(-R[:, 2, 0], -1, 1))
-        yield "roll", np.arctan2(R[:, 2, 1], R[:, 2, 2])
+        yield from _angles(matrix_from_q(np.ascontiguousarray(recording.att_q)))
     if recording.pos_enu_m is not None:
-        for i, axis in enumerate(("east", "north", "up")):
-            yield f"pos_{axis}_m", recording.pos_enu_m[:, i]
+        yield from _columns("pos_{}_m", ("east", "north", "up"), recording.pos_enu_m)
     if recording.temperature_degC is not None:
         yield "temperature_degC", recording.temperature_degC
     if recording.current_A is not None:
-        for i, column in enumerate(recording.current_A.T):
-            yield f"current_{i + 1}_A", column
+        motors = range(1, recording.current_A.shape[1] + 1)
+        yield from _columns("current_{}_A", map(str, motors), recording.current_A)
     yield from recording.channels.items()
 
 
-def _held_out(channel: Array, left: Array) -> float:
+def _columns(name: str, parts: Iterator[str] | tuple[str, ...] | str, values: Array) -> Iterator[tuple[str, Array]]:
+    for part, column in zip(parts, values.T, strict=True):
+        yield name.format(part), column
+
+
+def _angles(R_wb: Array) -> Iterator[tuple[str, Array]]:
+    yield "heading", np.arctan2(R_wb[:, 1, 0], R_wb[:, 0, 0])
+    yield "pitch", np.arcsin(np.clip(-R_wb[:, 2, 0], -1, 1))
+    yield "roll", np.arctan2(R_wb[:, 2, 1], R_wb[:, 2, 2])
+
+
+def explained_share(channel: Array, left: Array, policy: Policy) -> float:
     """Share of the squares of left (m, q) that bin means of a channel (m,), learnt on other segments, explain."""
-    edges = np.unique(np.quantile(channel, np.linspace(0, 1, BINS + 1)[1:-1]))
+    edges = np.unique(np.quantile(channel, np.linspace(0, 1, policy.channel_bins + 1)[1:-1]))
     if not np.isfinite(channel).all() or len(edges) < 2:
         return 0.0
     place = np.searchsorted(edges, channel)
-    fold = np.arange(len(channel)) * SEGMENTS // len(channel) % 2
+    fold = np.arange(len(channel)) * policy.channel_segments // len(channel) % 2
     after = 0.0
     for held in (0, 1):
         train = fold != held

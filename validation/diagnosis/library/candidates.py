@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,14 +12,11 @@ import numpy as np
 from scenarios.errors import InputError
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
-from sim.state import Array, State
-from validation.diagnosis.evidence.problem import Problem
+from sim.state import Array
+from validation.diagnosis.problem.linear import LinearProblem
 
-ABSORBED = ("soft_iron", "hard_iron", "misalignment", "non_orthogonality", "scale", "sensor_offset")
-"""What the base takes up; a change of these is read from the base itself."""
-PHASE = "phase_deg"
-LEAST_PATH_M = 2.0
-"""Shortest path on which a field may differ from place to place; a fixed sensor's navigation wanders by about one."""
+UNSEEN_BY_STRENGTH = frozenset({"attitude", "position"})
+"""What an effect may need that the strength of the field alone does not show."""
 
 
 @dataclass(frozen=True)
@@ -39,23 +36,36 @@ class Candidate:
         return self.effect.name
 
     @property
+    def phase(self) -> str | None:
+        """The effect's phase, if it has one: a sine and a cosine then span it."""
+        return self.effect.with_role("phase")
+
+    @property
     def settings(self) -> tuple[dict[str, Any], ...]:
         """The values of the nonlinear parameters behind each group of columns: one, or two phases a quarter apart."""
         given = dict(self.nonlinear)
         if self.effect.tangents:
             return tuple({**given, name: value} for name, values in self.effect.tangents.items() for value in values)
-        if self.phased:
-            return ({**given, PHASE: 0.0}, {**given, PHASE: 90.0})
+        if self.phase:
+            return ({**given, self.phase: 0.0}, {**given, self.phase: 90.0})
         return (given,)
 
-    @property
-    def phased(self) -> bool:
-        """Whether the effect has a phase: a sine and a cosine then span it."""
-        return any(p.name == PHASE for p in self.effect.parameters())
+    def at(self, values: dict[str, Any], tried: int = 0) -> Candidate:
+        """The same effect at other values of some nonlinear parameters, found among so many (0: as many as before)."""
+        return replace(self, nonlinear=tuple((dict(self.nonlinear) | values).items()), tried=tried or self.tried)
 
-    def contribution_nT(self, problem: Problem) -> Array:
-        """Columns (n, 3, k) in nT at the effect's place in the chain."""
-        state, signal = problem.state, self._signal(problem)
+    def columns(self, problem: LinearProblem) -> Array:
+        """Columns E (n, q, k) of the problem."""
+        return problem.whitened(self.contribution_nT(problem), self.effect.stage)
+
+    def contribution_nT(self, problem: LinearProblem) -> Array:
+        """Columns (n, 3, k) in nT at the effect's place in the chain.
+
+        The signal that the effect meets there is the field, or for the sensor and its electronics what the base
+        predicts.
+        """
+        state = problem.state
+        signal = state.field_nT if self.effect.stage in ("field", "vehicle") else problem.clean_nT
         if self.effect.linear:
             return np.concatenate([self.effect.basis(state, signal, **one) for one in self.settings], axis=2)
         rng = np.random.default_rng(0)
@@ -69,53 +79,80 @@ class Candidate:
             return self.effect(**given, **{name: tuple(c @ np.array(values))})
         if not self.effect.linear:
             return self.effect(**given)
-        if self.phased:
-            u, s, v = np.linalg.svd(c.reshape(2, -1).T, full_matrices=False)
-            phase = float(np.degrees(np.arctan2(v[0, 1], v[0, 0])))
+        if self.phase:
+            amplitude, phase_deg = amplitude_and_phase(c)
             try:
-                return self.effect.combine(u[:, 0] * s[0], **given, **{PHASE: phase})
+                return self.effect.combine(amplitude, **given, **{self.phase: phase_deg})
             except InputError:  # a short stretch of a long wave: amplitude and phase are one
                 c = c[: len(c) // 2]
-        return self.effect.combine(self._bounded(c), **given)
+        low, high = np.array(self.bounds).T
+        return self.effect.combine(np.clip(c, low, high), **given)
 
-    def _bounded(self, c: Array) -> Array:
-        """Coefficients (k,) within the bounds of their parameters."""
-        bounds = {p.name: (p.low, p.high) for p in self.effect.parameters()}
-        return np.array([np.clip(v, *bounds[name]) for v, (name, _) in zip(c, self.effect.linear_units(), strict=True)])
+    @property
+    def bounds(self) -> list[tuple[float, float]]:
+        """Least and greatest value of each linear coefficient without a phase."""
+        of = {p.name: (p.low, p.high) for p in self.effect.parameters()}
+        return [of[name] for name, _ in self.effect.linear_units()]
 
-    def columns(self, problem: Problem) -> Array:
-        """Columns E (n, q, k) of the problem."""
-        return problem.whitened(self.contribution_nT(problem), self.effect.stage)
-
-    def _signal(self, problem: Problem) -> Array:
-        """The signal that the effect meets: the field, or for the sensor and its electronics what the base predicts."""
-        return problem.state.field_nT if self.effect.stage in ("field", "vehicle") else problem.clean_nT
+    def possible(self, c: Array) -> bool:
+        """Whether the effect can have coefficients (k,): none beyond its bounds, none of one sign with the other."""
+        if self.effect.linear and not self.phase:
+            return all(low <= v <= high for v, (low, high) in zip(c, self.bounds, strict=True))
+        return bool(self.effect.linear or self.effect.tangents or c[0] > 0)
 
 
-def proposed(problem: Problem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:
-    """Every effect that the recording has the channels for, at the values that its class says to try."""
+def amplitude_and_phase(c: Array) -> tuple[Array, float]:
+    """Amplitude (k/2,) and phase in degrees of coefficients (k,) of sine and cosine: one phase for all, least squares.
+
+    The best ``c = [a cos p, a sin p]`` is the first singular pair of the coefficients as a matrix (k/2, 2).
+    """
+    u, s, v = np.linalg.svd(c.reshape(2, -1).T, full_matrices=False)
+    return u[:, 0] * s[0], float(np.degrees(np.arctan2(v[0, 1], v[0, 0])))
+
+
+def proposed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:
+    """Every effect that the recording has the channels for, at the values that its class says to try.
+
+    without : names of effects left out.
+    """
     return {
-        effect.name: [Candidate(effect, tuple(values.items()), 1) for values in _settings(effect, problem.state)]
+        effect.name: [Candidate(effect, tuple(values.items())) for values in _settings(effect, problem)]
         for effect in EFFECTS
-        if effect.name not in without
-        and effect.name not in ABSORBED
-        and not effect.stochastic
-        and (effect.linear or effect.search or effect.tangents)
-        and set(effect.needs) <= problem.has
-        and not (problem.mode == "strength" and {"attitude", "position"} & set(effect.needs))
-        and not ("position" in effect.needs and _stands(problem))
+        if effect.name not in without and _is_linear(effect) and _is_measured(effect, problem)
     }
 
 
-def _stands(problem: Problem) -> bool:
-    """Whether the path is too short for a field that differs from place to place."""
-    return bool(np.ptp(problem.state.pos_enu_m, axis=0).max() < LEAST_PATH_M)
+def changes_of_iron() -> dict[str, list[Candidate]]:
+    """The effects that the base takes up whole: a change of these is read from the base itself."""
+    return {effect.name: [Candidate(effect)] for effect in EFFECTS if effect.clues.absorbed}
 
 
-def _settings(effect: type[Effect], state: State) -> Iterator[dict[str, Any]]:
+def missing_channels(effect: type[Effect], problem: LinearProblem) -> tuple[str, ...]:
+    """What an effect needs that the problem does not hold."""
+    held = problem.has - UNSEEN_BY_STRENGTH if problem.mode == "strength" else problem.has
+    return tuple(sorted(set(effect.needs) - held))
+
+
+def _is_linear(effect: type[Effect]) -> bool:
+    """Whether an effect becomes columns beside the base."""
+    return (
+        not effect.clues.absorbed and not effect.stochastic and bool(effect.linear or effect.search or effect.tangents)
+    )
+
+
+def _is_measured(effect: type[Effect], problem: LinearProblem) -> bool:
+    """Whether the recording holds the effect's causes; a path may be too short for a field of places."""
+    if missing_channels(effect, problem):
+        return False
+    extent_m = np.ptp(problem.state.pos_enu_m, axis=0).max()
+    return "position" not in effect.needs or bool(extent_m >= problem.policy.least_path_m)
+
+
+def _settings(effect: type[Effect], problem: LinearProblem) -> Iterator[dict[str, Any]]:
     grid: dict[str, tuple[Any, ...]] = dict(effect.search)
-    if any(p.name == "motor" for p in effect.parameters()):
-        motors = state.current_A.shape[1]
-        grid["motor"] = tuple(range(motors + 1)) if motors > 1 else (0,)
+    motor = effect.with_role("motor")
+    if motor:
+        motors = problem.state.current_A.shape[1]
+        grid[motor] = tuple(range(motors + 1)) if motors > 1 else (0,)
     for values in itertools.product(*grid.values()):
         yield dict(zip(grid, values, strict=True))

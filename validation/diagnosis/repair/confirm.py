@@ -8,15 +8,14 @@ import numpy as np
 
 from scenarios.spec import Model
 from sim.dataset import Recording
+from sim.effects.base import Effect
 from sim.state import Array
-from validation.diagnosis.evidence.blocks import Cut, Fit, block_sums, colour, sums
-from validation.diagnosis.evidence.compare import THRESHOLD
-from validation.diagnosis.evidence.problem import posed
-from validation.diagnosis.repair.patch import predict, unexplained
-from validation.diagnosis.result import Diagnosis, Named
-
-ONE_RUN = ("offset_jump",)
-"""Events of one run, which another run cannot show."""
+from validation.diagnosis.decision.wording import advice_for
+from validation.diagnosis.problem.blocks import Cut, Fit, block_sums, colour, sums
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.pose import posed
+from validation.diagnosis.repair.chain import left_with_iron_refitted, predict
+from validation.diagnosis.result import Diagnosis, How, Named, Reach
 
 
 def confirmed(
@@ -26,34 +25,35 @@ def confirmed(
 
     Gain of each effect with its coefficients as they are, beside the others, in nats over the inflation by colour; the
     base is fitted to the second recording. In vector mode only: without attitude the evidence stays "single-run".
+    An event of one run is none that another could show.
     """
-    problem = posed(second, model, field_enu_nT, strength_nT)
+    problem = posed(second, model, field_enu_nT, strength_nT, policy=found.problem.policy)
     if problem.mode != "vector":
         return found
-    use = np.ones(len(second), bool)
-    fixed = [one.effect for one in found.named if one.how == "held-out"]
-    full = unexplained(problem, predict(problem, fixed), use)
-    V = _colour(full, problem.state.interval_s)
+    fixed = [one.effect for one in found.named if one.how is How.HELD_OUT]
 
     def upgraded(one: Named) -> Named:
-        if one.how != "held-out" or one.name in ONE_RUN:
+        if one.how is not How.HELD_OUT or one.effect.clues.one_run:
             return one
         others = [effect for effect in fixed if effect is not one.effect]
-        without = unexplained(problem, predict(problem, others), use)
-        gain = float((without**2).sum() - (full**2).sum()) / 2 / V
-        return replace(one, evidence="transferred") if gain > THRESHOLD else one
+        borne_out = evidence_there(problem, fixed, others) > problem.policy.apart
+        return replace(one, evidence=Reach.TRANSFERRED) if borne_out else one
 
-    named = tuple(upgraded(one) for one in found.named)
-    advice = found.advice
-    if any(one.evidence == "transferred" for one in named):
-        advice = tuple(line for line in advice if "--confirm" not in line)
-    return replace(found, named=named, advice=advice)
+    known = replace(found, named=tuple(upgraded(one) for one in found.named))
+    return replace(known, advice=advice_for(known))
 
 
-def _colour(left: Array, interval_s: float) -> float:
+def evidence_there(problem: LinearProblem, all_effects: list[Effect], others: list[Effect]) -> float:
+    """Nats over the inflation by which effects as they are explain a recording better than only some of them."""
+    use = np.ones(len(problem.recording), bool)
+    full, without = (left_with_iron_refitted(problem, predict(problem, some), use) for some in (all_effects, others))
+    return float((without**2).sum() - (full**2).sum()) / 2 / _inflation(problem, full)
+
+
+def _inflation(problem: LinearProblem, left: Array) -> float:
     """Inflation by colour of a residual (n, q) that nothing more is fitted to."""
-    cut = Cut.of(len(left), interval_s)
+    cut = Cut.of(len(left), problem.state.interval_s, problem.policy)
     none = np.zeros((len(left), left.shape[1], 0))
     s = sums(cut, np.zeros((len(left), 1)), none, left, np.ones(len(left)))
-    rest = Fit(np.zeros((1, left.shape[1])), np.zeros(0), np.zeros((0, 0)))
-    return max(1.0, colour(block_sums(s, rest), s.count))
+    nothing = Fit(np.zeros((1, left.shape[1])), np.zeros(0), np.zeros((0, 0)))
+    return max(1.0, colour(block_sums(s, nothing), s.count, problem.policy))

@@ -13,9 +13,8 @@ from sim.effects.base import Effect
 from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.state import Array, State
-from validation.diagnosis.evidence.direct import vec3
-from validation.diagnosis.evidence.problem import Problem
-from validation.diagnosis.repair.patch import joined
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.repair.chain import joined
 from validation.diagnosis.result import Named
 
 TABLE: dict[str, Any] = {"vehicle": {"kind": "turntable"}, "phases": [{"kind": "tumble", "duration_s": 380.0}]}
@@ -29,19 +28,20 @@ CIRCLES: dict[str, Any] = {
 """The motions that a model without one gets: over the whole sphere; with motors where an effect needs their current."""
 
 
-def patched(model: Model, named: Sequence[Named], problem: Problem, fitted_base: bool) -> Scenario:
-    """The given model with the named effects; where its base was not known, with the fitted hard and soft iron too.
+def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Scenario:
+    """The given model with the named effects; where its iron was not known, with the fitted hard and soft iron too.
 
     A scenario keeps its vehicle and motion; its `vary` goes, for this is now one instrument.
     """
     new = [one.effect for one in named]
-    if fitted_base:
+    if not problem.iron_known:
         matrix = problem.turn - np.eye(3)
         middle = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
         new = [SoftIron(matrix.tolist()), HardIron(middle.tolist()), *new]
     given = list(problem.effects)
-    if not any(e.name == "white_noise" for e in given):
-        new.append(WhiteNoise(vec3(np.resize(problem.sigma_nT, 3))))
+    if not any(isinstance(effect, WhiteNoise) for effect in given):
+        x, y, z = (float(std) for std in np.resize(problem.sigma_nT, 3))
+        new.append(WhiteNoise((x, y, z)))
     whole = _merged(joined(given, new), problem.state)
     tables, order = effect_table.as_tables(whole)
     changed = {"effects": tables, "effect_order": order}

@@ -8,17 +8,20 @@ from typing import Any
 import numpy as np
 
 from scenarios.toml import to_toml
-from validation.diagnosis.evidence.compare import THRESHOLD
+from sim.effects import EFFECTS
 from validation.diagnosis.repair.changes import model_diff
-from validation.diagnosis.result import Diagnosis, Named
+from validation.diagnosis.result import Diagnosis, How, Named, Reach
+from validation.diagnosis.verdict import Verdict
 from validation.text import digits
 from validation.views.pages.template import rendered
 from validation.views.plots import diagnosis as plots
 from validation.views.plots.style import Figure, encoded
 from validation.views.series import as_they_stand, gap_to_show, places, rms_nT, travels
-from validation.views.words.diagnosis import MEANING, SEEN, gap_rows, parameter_rows
+from validation.views.words.diagnosis import gap_rows, parameter_rows
 
 Draw = Callable[[Diagnosis], Figure]
+FITTED = (How.HELD_OUT, How.IRON)
+"""Names whose evidence is counted in nats of a fit."""
 GAP = (
     "The gap over time",
     "Body axes, or the field's strength. After (blue) should be noise about zero.",
@@ -49,13 +52,13 @@ def _page(found: Diagnosis, title: str) -> dict[str, Any]:
     return {
         "title": title,
         "verdict": found.verdict,
-        "meaning": MEANING[found.verdict],
+        "meaning": found.verdict.meaning,
         "sentence": found.sentence,
         "tiles": _tiles(found),
         "effects": [_row(one) for one in found.named],
         "classes": [(one.name, one.alternatives) for one in found.named if one.alternatives],
         "gaps": gap_rows(found),
-        "left": "; ".join(found.after.why),
+        "left": "; ".join((*found.after.why, *found.doubts)),
         "advice": found.advice,
         "not_observable": found.not_observable,
         "where": found.where,
@@ -67,7 +70,9 @@ def _page(found: Diagnosis, title: str) -> dict[str, Any]:
 
 def _tiles(found: Diagnosis) -> list[tuple[str, str]]:
     """The answer in four tiles: (value, label)."""
-    missing = ", ".join(one.name for one in found.named) or ("nothing" if found.verdict == "none" else "not named")
+    missing = ", ".join(one.name for one in found.named) or (
+        "nothing" if found.verdict is Verdict.NONE else "not named"
+    )
     return [(missing, "missing in the model"), _sure(found), _otherwise(found), _share(found)]
 
 
@@ -76,8 +81,8 @@ def _otherwise(found: Diagnosis) -> tuple[str, str]:
     if not found.named:
         return (", ".join(name for name, _, _ in found.where[:3]) or "–", "the gap goes with")
     others = [name for one in found.named for name in one.alternatives]
-    if found.verdict == "not_observable":
-        others += [name for name in found.not_observable if "(" not in name]  # those in brackets lack a channel
+    if found.verdict is Verdict.NOT_OBSERVABLE:
+        others += found.absorbed
     return (", ".join(dict.fromkeys(others)) or "no other that was tested", "could also be")
 
 
@@ -91,7 +96,7 @@ def _share(found: Diagnosis) -> tuple[str, str]:
         )
     if found.named and all(one.effect.stochastic for one in found.named):
         return ("its amount", "noise cannot be foretold sample by sample: the gap stays, the new model has its size")
-    if found.named and all(one.how == "direct" for one in found.named):
+    if found.named and all(one.how is How.DIRECT for one in found.named):
         return ("–", "such values are left out of the comparison; the new model makes them")
     if gap.explained is None:
         return ("–", "no gap beyond the noise once iron is fitted anew")
@@ -103,12 +108,13 @@ def _sure(found: Diagnosis) -> tuple[str, str]:
     """The evidence of the effect that is least sure."""
     if not found.named:
         return ("–", "no name to be sure of")
-    one = min(found.named, key=lambda one: np.inf if one.D is None else one.D)
+    one = min(found.named, key=lambda one: np.inf if one.nats is None else one.nats)
     whose = f" for {one.name}, the least sure" if len(found.named) > 1 else ""
-    again = "a second recording agrees" if one.evidence == "transferred" else "one recording; confirm with a second"
-    if one.D is None or one.how not in ("held-out", "base"):
-        return (SEEN[one.how], f"is the evidence{whose}; {again}")
-    return (f"{digits(one.D)} nats", f"of evidence on held-out data{whose}; {THRESHOLD:.1f} are needed; {again}")
+    again = "a second recording agrees" if one.evidence is Reach.TRANSFERRED else "one recording; confirm with a second"
+    if one.nats is None or one.how not in FITTED:
+        return (one.how.words, f"is the evidence{whose}; {again}")
+    accepted = found.problem.policy.accepted(len(EFFECTS))
+    return (f"{digits(one.nats)} nats", f"of evidence on held-out data{whose}; {accepted:.1f} are needed; {again}")
 
 
 def _row(one: Named) -> dict[str, Any]:
@@ -116,6 +122,6 @@ def _row(one: Named) -> dict[str, Any]:
         f"{name} = {value} {unit}" if low is None else f"{name} = {value} [{low} to {high}] {unit}"
         for name, value, low, high, unit in parameter_rows(one)
     ]
-    strength = f"{one.strength:.2g} sigma, {one.D:.3g} nats" if one.how in ("held-out", "base") and one.D else ""
-    return {"name": one.name, "alternatives": one.alternatives, "lines": lines, "how": SEEN[one.how],
+    strength = f"{one.strength:.2g} sigma, {one.nats:.3g} nats" if one.how in FITTED and one.nats else ""
+    return {"name": one.name, "alternatives": one.alternatives, "lines": lines, "how": one.how.words,
             "evidence": ", ".join(filter(None, (strength, one.evidence)))}  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from sim.effects import EFFECTS
 from validation.diagnosis.evidence.localise import channels
 from validation.diagnosis.result import Diagnosis
 from validation.scoring.outcome import Array
@@ -22,7 +23,6 @@ FINE, COARSE, MOST_POINTS = 1500, 200, 4000
 LEAST_HEIGHT_M, LEAST_SHARE = 0.5, 0.02
 """A path's height is drawn from this extent on, and from this share of the horizontal one."""
 BINS = 24
-NEEDED = float(np.log(100))
 
 
 def draw_gap(found: Diagnosis) -> Figure:
@@ -129,7 +129,7 @@ def draw_ranking(found: Diagnosis) -> Figure:
     bars = axis.barh([name for name, _, _ in rows], [d for _, d, _ in rows], color=colours)
     axis.bar_label(bars, [f"{strength:.2g} sigma" for _, _, strength in rows], padding=3, fontsize=8, color=SOFT)
     axis.set_xscale("symlog", linthresh=5)
-    axis.axvline(NEEDED, color=SOFT, linestyle="--")
+    axis.axvline(found.problem.policy.accepted(len(EFFECTS)), color=SOFT, linestyle="--")
     axis.margins(x=0.12)
     axis.set_xlabel("evidence on held-out data (nats); accepted beyond the dashed line")
     return figure

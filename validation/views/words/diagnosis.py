@@ -6,31 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from validation.diagnosis.result import Diagnosis, Named, Verdict, parameters, short
+from validation.diagnosis.result import Diagnosis, Named, parameters, short
 from validation.text import digits
 from validation.views.series import rms_nT, sides
-
-MEANING: dict[Verdict, str] = {
-    "none": "no gap beyond the noise",
-    "named": "one cause, and what is left is clean",
-    "class": "one cause, of several that the data do not tell apart",
-    "composite": "several causes, and what is left is clean",
-    "partial": "causes that explain half and more, but something is left",
-    "generic": "a slow disturbance whose cause the data do not tell",
-    "unknown": "no effect of the library explains the gap",
-    "not_observable": "on this motion other effects look the same",
-}
-SEEN = {
-    "held-out": "gain on held-out data",
-    "direct": "seen in the values themselves",
-    "base": "iron or sensor constants differ from the model's",
-    "spectrum": "the spectrum of what is left",
-}
 
 
 def headline(found: Diagnosis) -> str:
     """Verdict, sentence and what to do next."""
-    lines = [f"verdict: {found.verdict} ({MEANING[found.verdict]})", found.sentence]
+    lines = [f"verdict: {found.verdict} ({found.verdict.meaning})", found.sentence]
     if found.advice:
         lines += ["", "what to do next", *(f"{i}. {line}" for i, line in enumerate(found.advice, start=1))]
     return "\n".join(lines)

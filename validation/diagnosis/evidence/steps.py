@@ -11,11 +11,11 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from sim.state import Array
+from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.blocks import Cut
 
-STEP_S, LEAST_STEPS, MOST_STEPS = 5.0, 40, 400
-ODD, SWINGS, POOR = 5.0, 8, 1e-3
-"""Most standard deviations of innovations added up; lags that are tested; least probability of their correlation."""
-SIZES = (-14.0, 14.0)
+LOG_SIZES = (-14.0, 14.0)
+"""Logarithms between which the size of a slow noise is looked for, over the size of the white noise's power."""
 Density = Callable[[Array], Array]
 
 
@@ -27,10 +27,11 @@ class Steps:
     block_s: float
 
     @classmethod
-    def of(cls, residual: Array, interval_s: float) -> Steps:
-        """The steps of a residual (n, q): blocks of 5 s, shorter or longer where there would be too few or many."""
-        length = _length(len(residual), interval_s)
-        return cls(_steps(residual, length), length * interval_s)
+    def of(cls, residual: Array, interval_s: float, policy: Policy) -> Steps:
+        """The steps of a residual (n, q): blocks of `step_s`, shorter or longer where there were too few or many."""
+        n = len(residual)
+        length = max(1, min(round(policy.step_s / interval_s), n // policy.least_steps), n // policy.most_steps)
+        return cls(np.diff(Cut(length, n // length).means(residual), axis=0), length * interval_s)
 
     def correlation(self, density: Density) -> Array:
         """``r_k = int S(f) sinc^2(f T) 4 sin^2(pi f T) cos(2 pi f k T) df`` (n,) of the steps under a spectrum S."""
@@ -47,15 +48,6 @@ class Steps:
         return sum(p[0] for p in parts), np.array([p[1] for p in parts]), np.stack([p[2] for p in parts], axis=1)
 
 
-def _length(n: int, interval_s: float) -> int:
-    return max(1, min(round(STEP_S / interval_s), n // LEAST_STEPS), n // MOST_STEPS)
-
-
-def _steps(values: Array, length: int) -> Array:
-    n = len(values)
-    return np.diff(values[: n // length * length].reshape(n // length, length, -1).mean(axis=1), axis=0)
-
-
 def _axis(steps: Array, white: Array, slow: Array) -> tuple[float, float, Array]:
     """Log-likelihood, size and innovations of one axis."""
     if not slow.any():
@@ -63,7 +55,7 @@ def _axis(steps: Array, white: Array, slow: Array) -> tuple[float, float, Array]
         return score, 0.0, z
     scale = white[0] / slow[0]
     best = minimize_scalar(
-        lambda x: -_likelihood(steps, white + np.exp(x) * scale * slow)[0], bounds=SIZES, method="bounded",
+        lambda x: -_likelihood(steps, white + np.exp(x) * scale * slow)[0], bounds=LOG_SIZES, method="bounded",
         options={"xatol": 0.05, "maxiter": 25},
     )  # fmt: skip
     size = float(np.exp(best.x) * scale)
@@ -77,11 +69,11 @@ def _likelihood(steps: Array, row: Array) -> tuple[float, Array]:
     return float(-np.log(np.diag(factor)).sum() - (z**2).sum() / 2), z
 
 
-def drawn_at_random(innovations: Array) -> bool:
+def drawn_at_random(innovations: Array, policy: Policy) -> bool:
     """Whether innovations (n, q) have no lone jump, no steady course and no slow swing that stands out."""
     z = innovations / innovations.std(axis=0)
     n, q = z.shape
     beyond = np.concatenate([np.zeros((1, q)), np.cumsum(z, axis=0)])
     courses = [np.abs(beyond[w:] - beyond[:-w]).max() / np.sqrt(w) for w in 2 ** np.arange(int(np.log2(n)) + 1)]
-    swings = np.array([(z[lag:] * z[:-lag]).sum() ** 2 / (n - lag) / q for lag in range(1, SWINGS + 1)])
-    return bool(max(courses) < ODD and chi2.sf(swings.sum(), SWINGS) > POOR)
+    swings = np.array([(z[lag:] * z[:-lag]).sum() ** 2 / (n - lag) / q for lag in range(1, policy.swing_lags + 1)])
+    return bool(max(courses) < policy.course_sigma and chi2.sf(swings.sum(), policy.swing_lags) > policy.swing_alarm)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.effects import EFFECTS
-from validation.diagnosis.evidence.battery import battery
-from validation.diagnosis.evidence.blocks import Cut, block_sums, fit, squares, sums
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.blocks import Cut, block_sums, fit, held_out, squares, sums
 
 
 def test_fit_and_squares_equal_dense_least_squares() -> None:
@@ -16,7 +15,7 @@ def test_fit_and_squares_equal_dense_least_squares() -> None:
     base, columns, target = rng.normal(size=(n, 4)), rng.normal(size=(n, q, k)), rng.normal(size=(n, q))
     cut = Cut(10, 120)
     s = sums(cut, base, columns, target, np.ones(n))
-    train = ~cut.held(1)
+    train = ~list(held_out(cut.m, STANDARD))[1]
     f = fit(s, train)
     rows = np.repeat(train, cut.length)
     dense = np.concatenate(
@@ -31,21 +30,5 @@ def test_fit_and_squares_equal_dense_least_squares() -> None:
 
 
 def test_held_out_and_training_blocks_are_apart_and_go_round() -> None:
-    cut = Cut(10, 200)
-    held = np.array([cut.held(split) for split in range(5)])
-    assert (held.sum(axis=0) == 2).all()
-
-
-def test_white_noise_is_clean_and_a_slow_wave_is_not() -> None:
-    rng = np.random.default_rng(1)
-    failures = sum(not battery(rng.normal(size=(20_000, 3)), np.ones(20_000), 0.02, 12).clean for _ in range(40))
-    assert failures <= 1
-    wave = 0.1 * np.sin(2 * np.pi * 0.02 * 0.02 * np.arange(20_000))[:, None]
-    assert not battery(rng.normal(size=(20_000, 3)) + wave, np.ones(20_000), 0.02, 12).clean
-
-
-@pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
-def test_what_an_effect_offers_to_search_are_values_it_takes(effect) -> None:  # type: ignore[no-untyped-def]
-    for name, values in (effect.search | effect.tangents).items():
-        for value in values:
-            assert getattr(effect(**{name: value}), name) == value
+    held = np.array(list(held_out(200, STANDARD)))
+    assert (held.sum(axis=0) == STANDARD.held_segments).all()

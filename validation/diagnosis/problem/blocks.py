@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.state import Array
-
-BLOCK_S = 5.0
-BLOCKS_A_SEGMENT = 4
-TOGETHER, LEAST_MEANS = (1, 4, 16), 8
-SPLITS, HELD = 5, 2
-"""Segments of 20 s go round: of every five, three train and two are held out, in five splits."""
+from validation.diagnosis.policy import Policy
 
 
 @dataclass(frozen=True)
@@ -49,19 +45,25 @@ class Cut:
     m: int
 
     @classmethod
-    def of(cls, n: int, interval_s: float) -> Cut:
-        """Blocks of 5 s, shorter where the record has not a hundred of them."""
-        length = max(2, min(round(BLOCK_S / interval_s), n // 100))
+    def of(cls, n: int, interval_s: float, policy: Policy) -> Cut:
+        """Blocks of `block_s`, shorter where the record has not `least_blocks` of them."""
+        length = max(2, min(round(policy.block_s / interval_s), n // policy.least_blocks))
         return cls(length, n // length)
 
     def blocks(self, values: Array) -> Array:
         """(n, ...) as (m, length, ...)."""
         return values[: self.m * self.length].reshape(self.m, self.length, *values.shape[1:])
 
-    def held(self, split: int) -> NDArray[np.bool_]:
-        """Which blocks (m,) a split holds out."""
-        turn = (np.arange(self.m) // BLOCKS_A_SEGMENT - split) % SPLITS
-        return np.asarray(turn < HELD)
+    def means(self, values: Array) -> Array:
+        """Means (m, ...) of values (n, ...) over the blocks."""
+        return np.asarray(self.blocks(values).mean(axis=1))
+
+
+def held_out(m: int, policy: Policy) -> Iterator[NDArray[np.bool_]]:
+    """Which of m blocks (m,) each split holds out: segments of some blocks go round, the others are trained on."""
+    segment = np.arange(m) // policy.segment_blocks
+    for split in range(policy.splits):
+        yield np.asarray((segment - split) % policy.splits < policy.held_segments)
 
 
 def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) -> Sums:
@@ -121,20 +123,20 @@ def block_sums(s: Sums, f: Fit) -> Array:
     return np.asarray(s.y1 - s.B1 @ f.beta - s.E1 @ f.c)
 
 
-def colour(total: Array, count: Array) -> float:
+def colour(total: Array, count: Array, policy: Policy) -> float:
     """W: variance of block means over that of white noise of variance one, averaged over outputs; 1 if white."""
-    full = count > 0.5 * count.max()
+    full = count > policy.filled_block * count.max()
     return float((total[full] ** 2 / count[full, None]).mean()) if full.any() else 1.0
 
 
-def inflation(s: Sums, f: Fit) -> float:
+def inflation(s: Sums, f: Fit, policy: Policy) -> float:
     """V = max(1, W over 5 s, 20 s and 80 s): by how much the residual's colour inflates a log-likelihood ratio."""
     total, count = block_sums(s, f), s.count
     worst = 1.0
-    for several in TOGETHER:
+    for several in policy.colour_blocks:
         whole = len(total) // several * several
-        if whole < LEAST_MEANS * several:
+        if whole < policy.least_colour_means * several:
             break
         sums_of = total[:whole].reshape(-1, several, total.shape[1]).sum(axis=1)
-        worst = max(worst, colour(sums_of, count[:whole].reshape(-1, several).sum(axis=1)))
+        worst = max(worst, colour(sums_of, count[:whole].reshape(-1, several).sum(axis=1), policy))
     return worst

@@ -1,0 +1,84 @@
+"""What of the iron differs from the model, and which effects look like iron on this motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sim.state import Array
+from validation.diagnosis.decision.selection import Accepted, Selection, accepted
+from validation.diagnosis.evidence.compare import ranked
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import Candidate, changes_of_iron, proposed
+from validation.diagnosis.problem.blocks import Cut
+from validation.diagnosis.problem.linear import LinearProblem
+
+
+def iron_changes(selection: Selection) -> tuple[Accepted, ...]:
+    """What of the base differs from the model as it was given: iron, offset, scale, axes, turn; vector mode only.
+
+    Its alternatives are also the effects that look like that change on this motion.
+    """
+    problem = selection.end.problem
+    if problem.mode != "vector":
+        return ()
+    ground, members, others = _unfitted(selection), changes_of_iron(), _listed(problem, selection.without)
+    found: list[Accepted] = []
+    while len(found) < problem.policy.most_effects:
+        ranking = ranked(ground, members)
+        chosen = accepted(ranking, problem.policy)
+        if chosen is None or _is_of_no_account(chosen, found, selection):
+            break
+        rivals = ranked(ground, others)
+        alike = tuple(e.name for e in rivals if not e.behind(ranking[0], problem.policy))
+        found.append(replace(chosen, alternatives=(*chosen.alternatives, *alike)))
+        ground = ground.beside(chosen.columns(ground.problem))
+    return tuple(found)
+
+
+def absorbed_effects(problem: LinearProblem) -> tuple[str, ...]:
+    """Effects that have the channels but that the base takes up nearly whole on this motion; vector mode only."""
+    if problem.mode != "vector":
+        return ()
+    limit = problem.policy.absorbed_survival
+    return tuple(name for name, members in _listed(problem).items() if survival(problem, members[0]) < limit)
+
+
+def survival(problem: LinearProblem, member: Candidate) -> float:
+    """``rho = |(I - P_base) E| / |E|`` of a candidate's columns, as means over a second: rates are noisy."""
+    columns = member.columns(problem)
+    length = max(1, round(problem.policy.survival_mean_s / problem.state.interval_s))
+    cut = Cut(length, len(columns) // length)
+    E, B = cut.means(columns), cut.means(problem.base)
+    Q = np.linalg.qr(B / np.linalg.norm(B, axis=0))[0]
+    left = E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))
+    size = float(np.linalg.norm(E))
+    return float(np.linalg.norm(left)) / size if size > 0 else 0.0
+
+
+def _unfitted(selection: Selection) -> Ground:
+    """Measured minus the model as given, with no base that is fitted, beside the effects that were found."""
+    problem = selection.end.problem
+    target: Array = (problem.recording.mag_nT - problem.predicted_nT) / problem.sigma_nT * problem.usable[:, None]
+    bare = replace(problem, base=np.zeros((len(target), 1)), target=target)
+    return Ground.of(bare, selection.end.inside)
+
+
+def _listed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:
+    """Candidates that need no search."""
+    return {name: several for name, several in proposed(problem, without).items() if not several[0].effect.sought()}
+
+
+def _is_of_no_account(chosen: Accepted, found: list[Accepted], selection: Selection) -> bool:
+    """Whether a change is but the form of what was found, or no larger than the stated attitude error makes it."""
+    problem = selection.end.problem
+    larger = [one.evidence.raw_gain for one in selection.found] + [one.evidence.gain for one in found[:1]]
+    form = problem.policy.form_share**2 * max(larger, default=0.0)
+    return chosen.evidence.gain < form or chosen.evidence.strength < _turned_by(problem)
+
+
+def _turned_by(problem: LinearProblem) -> float:
+    """Rms that the stated attitude error makes, in units of the noise; a smaller change of the base cannot be told."""
+    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
+    return problem.attitude_std_rad * strength_nT / float(np.sqrt((problem.sigma_nT**2).mean()))

@@ -1,0 +1,107 @@
+"""From what was found to one verdict: rules in their order, then doubts of the names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from sim.effects import BY_NAME
+from sim.state import Array
+from validation.diagnosis.evidence.localise import TIME, Share, localise
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.result import GapSize, How, Named
+from validation.diagnosis.verdict import Verdict
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a verdict is read from: names, whether what is left is clean, and the gap.
+
+    where: channels that the gap goes with; left (n, q): what the names leave, in units of the noise.
+    """
+
+    problem: LinearProblem
+    named: tuple[Named, ...]
+    clean: bool
+    gap: GapSize
+    where: tuple[Share, ...]
+    left: Array
+
+    @property
+    def noisy(self) -> bool:
+        """Whether noise is among the names."""
+        return any(one.how is How.SPECTRUM for one in self.named)
+
+    @property
+    def found(self) -> tuple[Named, ...]:
+        """The names that rest on held-out data."""
+        return tuple(one for one in self.named if one.how is How.HELD_OUT)
+
+
+Rule = Callable[[Case], bool]
+NameDoubt = Callable[[Case], str | None]
+
+
+def verdict_of(case: Case) -> Verdict:
+    """The verdict of the first rule that holds."""
+    return next(verdict for verdict, holds in RULES if holds(case))
+
+
+def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
+    """Why the names only resemble the cause; empty where nothing speaks against them, or nothing can be told."""
+    mixed = verdict is Verdict.PARTIAL or (verdict is Verdict.COMPOSITE and case.noisy)
+    if not mixed or case.gap.explained is None:
+        return ()
+    return tuple(reason for doubt in NAME_DOUBTS if (reason := doubt(case)) is not None)
+
+
+def pieced_together(case: Case) -> str | None:
+    """Several effects that leave something, and that explain less than most of the gap."""
+    explained = case.gap.explained
+    if case.clean or len(case.found) < 2 or explained is None or explained >= case.problem.policy.patchwork:
+        return None
+    return f"{len(case.found)} effects together explain only {100 * explained:.0f} % of the gap"
+
+
+def channel_is_left(case: Case) -> str | None:
+    """What is left still goes with the channels that the gap goes with; beside a noise, with others than time."""
+    policy, explained = case.problem.policy, case.gap.explained
+    if not case.where or explained is None or explained > 1 - policy.form_left**2:
+        return None
+    left = {one.channel: one.share for one in localise(case.problem, case.left)}
+    leading = [one for one in case.where if one.share > policy.leading_share * case.where[0].share]
+    kept = [one.channel for one in leading if left.get(one.channel, 0.0) > policy.channel_left * one.share]
+    if case.noisy:
+        kept = [channel for channel in kept if channel != TIME]
+    return f"what is left still goes with {', '.join(kept)}" if kept else None
+
+
+NAME_DOUBTS: tuple[NameDoubt, ...] = (pieced_together, channel_is_left)
+
+
+def _nothing(case: Case) -> bool:
+    return not case.named
+
+
+def _explains_half(case: Case) -> bool:
+    return case.gap.explained is None or case.gap.explained >= case.problem.policy.half
+
+
+def _only_iron_with_rivals(case: Case) -> bool:
+    """Changes of the iron alone, for one of which an effect could stand that is no iron."""
+    rivals = (other for one in case.named for other in one.alternatives)
+    return all(one.how is How.IRON for one in case.named) and any(not BY_NAME[name].clues.absorbed for name in rivals)
+
+
+RULES: tuple[tuple[Verdict, Rule], ...] = (
+    (Verdict.NONE, lambda case: _nothing(case) and case.clean),
+    (Verdict.UNKNOWN, _nothing),
+    (Verdict.PARTIAL, lambda case: not case.clean and _explains_half(case)),
+    (Verdict.UNKNOWN, lambda case: not case.clean),
+    (Verdict.NOT_OBSERVABLE, _only_iron_with_rivals),
+    (Verdict.COMPOSITE, lambda case: len(case.named) > 1),
+    (Verdict.NAMED, lambda case: not case.named[0].alternatives),
+    (Verdict.GENERIC, lambda case: case.noisy),
+    (Verdict.CLASS, lambda case: True),
+)
+"""A name only where what is left is clean."""

@@ -1,0 +1,109 @@
+"""A diagnosis in one sentence, and what to do next: fly, log or check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from sim.effects import BY_NAME
+from validation.diagnosis.evidence.slow_noise import turns_the_field
+from validation.diagnosis.result import Diagnosis, How, Named, Reach, short
+from validation.diagnosis.verdict import Verdict
+
+LISTED_CHANNELS, TRIED_CHANNELS = 3, 2
+"""Channels that a sentence lists, and that are offered as actuators."""
+
+
+def sentence_for(found: Diagnosis) -> str:
+    """The finding in one sentence for a field engineer."""
+    explained = found.gap.explained
+    seen = explained is not None and any(one.how is How.HELD_OUT for one in found.named)
+    channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
+    return found.verdict.sentence(
+        causes="; ".join(_words(one) for one in found.named),
+        share=f", explaining {100 * (explained or 0.0):.0f} % of the gap on held-out data" if seen else "",
+        left="; ".join(found.after.why),
+        goes_with=f"; it goes with {channels}" if channels else "",
+    )
+
+
+def advice_for(found: Diagnosis) -> tuple[str, ...]:
+    """What to do next: every line of `ADVICE` that applies."""
+    return tuple(line for advise in ADVICE for line in advise(found))
+
+
+def try_an_actuator(found: Diagnosis) -> Iterator[str]:
+    """A recorded channel that the gap goes with may be what drives it."""
+    goes_with = [one.channel for one in found.where[:TRIED_CHANNELS] if one.channel in found.problem.recording.channels]
+    if goes_with and not found.verdict.explained:
+        options = " ".join(f"--actuator {name}" for name in goes_with)
+        yield f"The gap goes with {' and '.join(goes_with)}: try {options}."
+
+
+def fly_another_motion(found: Diagnosis) -> Iterator[str]:
+    """Effects that the base takes up need another motion."""
+    if found.absorbed:
+        yield (
+            f"On this motion {', '.join(found.absorbed)} can hardly be told from hard and soft iron, which they bias; "
+            "fly turns at different rates and with changing roll and pitch (a spiral both ways, then a comb)."
+        )
+
+
+def tell_look_alikes_apart(found: Diagnosis) -> Iterator[str]:
+    """Each kind of look-alikes has its own test."""
+    for one in found.named:
+        if one.alternatives:
+            ways = dict.fromkeys(filter(None, (BY_NAME[name].clues.apart for name in (one.name, *one.alternatives))))
+            yield f"{one.name} may also be {', '.join(one.alternatives)}. To tell: {'; '.join(ways)}."
+
+
+def suspect_navigation(found: Diagnosis) -> Iterator[str]:
+    """An error of the attitude turns the field, and leaves nothing along it."""
+    unexplained = found.verdict in (Verdict.UNKNOWN, Verdict.PARTIAL)
+    if unexplained and turns_the_field(found.problem, found.before_nT / found.problem.sigma_nT):
+        yield "What is left has no part along the field: suspect navigation's attitude or time stamps."
+
+
+def log_attitude(found: Diagnosis) -> Iterator[str]:
+    """Without attitude little is observable."""
+    if found.problem.mode == "strength":
+        yield "Without attitude only the field's strength was compared; log attitude to see more."
+
+
+def confirm(found: Diagnosis) -> Iterator[str]:
+    """One recording shares its slow noise with its held-out segments."""
+    if found.named and all(one.evidence is Reach.SINGLE_RUN for one in found.named):
+        yield "Confirm on a second recording with --confirm: held-out segments of one run share its slow noise."
+
+
+def log_more_channels(found: Diagnosis) -> Iterator[str]:
+    """What cannot be tested."""
+    if found.untested:
+        yield "Not tested for want of channels: " + ", ".join(found.untested) + "."
+
+
+Advise = Callable[[Diagnosis], Iterator[str]]
+ADVICE: tuple[Advise, ...] = (
+    try_an_actuator,
+    fly_another_motion,
+    tell_look_alikes_apart,
+    suspect_navigation,
+    log_attitude,
+    confirm,
+    log_more_channels,
+)
+
+
+def _words(one: Named) -> str:
+    either = f" (or {', '.join(one.alternatives)})" if one.alternatives else ""
+    size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
+    parameter = next(p for p in one.effect.parameters() if p.name == _main(one))
+    value = short(np.asarray(getattr(one.effect, parameter.name), dtype=float).tolist())
+    return f"{one.name}{either}: {parameter.name} {value} {parameter.unit}".rstrip() + size
+
+
+def _main(one: Named) -> str:
+    """The parameter that says how large an effect is."""
+    names: Sequence[str] = one.effect.linear or [p.name for p in one.effect.parameters() if not p.options]
+    return names[0]

@@ -1,0 +1,73 @@
+"""The ground on which candidates are judged: a problem in blocks, with the effects already in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.state import Array
+from validation.diagnosis.problem.blocks import Cut, Sums, fit, held_out, inflation, squares, sums
+from validation.diagnosis.problem.linear import LinearProblem
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A problem cut into blocks, with the columns (n, q, k) of the effects already in and their sums."""
+
+    problem: LinearProblem
+    cut: Cut
+    inside: Array
+    sums: Sums
+
+    @classmethod
+    def of(cls, problem: LinearProblem, inside: Array | None = None) -> Ground:
+        """The ground with the effects already in, none at first."""
+        n, q = problem.target.shape
+        columns = np.zeros((n, q, 0)) if inside is None else inside
+        cut = Cut.of(n, problem.state.interval_s, problem.policy)
+        return cls(problem, cut, columns, sums(cut, problem.base, columns, problem.target, problem.usable))
+
+    @property
+    def everything(self) -> NDArray[np.bool_]:
+        """All blocks (m,)."""
+        return np.ones(self.cut.m, bool)
+
+    @property
+    def splits(self) -> list[NDArray[np.bool_]]:
+        """The blocks (m,) that each split holds out."""
+        return list(held_out(self.cut.m, self.problem.policy))
+
+    def residual(self) -> Array:
+        """What the base and the effects already in leave (n, q), in units of the noise."""
+        f = fit(self.sums, self.everything)
+        left = self.problem.target - self.problem.base @ f.beta - np.einsum("nqk,k->nq", self.inside, f.c)
+        return np.asarray(left * self.problem.usable[:, None])
+
+    def beside(self, columns: Array) -> Ground:
+        """The ground with further columns (n, q, k) in."""
+        return Ground.of(self.problem, np.concatenate([self.inside, columns], axis=2))
+
+    def joined(self, columns: Array) -> Sums:
+        """Sums of the effects already in and further columns (n, q, k), which are not kept."""
+        both = np.concatenate([self.inside, columns], axis=2) if self.inside.size else columns
+        return sums(self.cut, self.problem.base, both, self.problem.target, self.problem.usable)
+
+    def held_samples(self, split: int = 0) -> NDArray[np.bool_]:
+        """The samples (n,) that a split holds out."""
+        held = np.repeat(self.splits[split], self.cut.length)
+        return np.concatenate([held, np.zeros(len(self.problem.recording) - len(held), bool)])
+
+    def mean_gain(self, gains: list[float]) -> float:
+        """Nats of the whole record from the gains on each split: every sample is held out `held_segments` times."""
+        return sum(gains) / self.problem.policy.held_segments
+
+    def evidence_of(self, columns: Array) -> float:
+        """Evidence D of columns (n, q, k) that belong to no effect: nats on held-out segments over the inflation."""
+        joint = self.joined(columns)
+        gains = [
+            (squares(self.sums, fit(self.sums, ~held), held) - squares(joint, fit(joint, ~held), held)) / 2
+            for held in self.splits
+        ]
+        return self.mean_gain(gains) / inflation(joint, fit(joint, self.everything), self.problem.policy)

@@ -1,0 +1,103 @@
+"""Slow random disturbances in what is left: flicker and random walk, told apart by the spectrum's slope."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.effects.base import Effect
+from sim.state import Array
+from validation.diagnosis.evidence.localise import TIME, localise
+from validation.diagnosis.evidence.spectrum import Bands, SlowSpectrum
+from validation.diagnosis.evidence.steps import Density, Steps, drawn_at_random
+from validation.diagnosis.problem.blocks import Cut
+from validation.diagnosis.problem.linear import LinearProblem
+
+
+@dataclass(frozen=True)
+class SlowNoise:
+    """Slow noise: the effect at its fitted size, those as good, evidence in nats.
+
+    score: log-likelihood of the steps between its block means; fits: the spectrum and the steps agree; identified: it
+    stands out at so many frequencies that its nature is told from that of any slow disturbance.
+    """
+
+    effect: Effect
+    alternatives: tuple[str, ...]
+    gain: float
+    score: float
+    fits: bool
+    identified: bool
+
+
+def wander(problem: LinearProblem, residual: Array) -> SlowNoise | None:
+    """Slow noise in a residual (n, q), unless that goes with a channel more than with time."""
+    shares = {one.channel: one.share for one in localise(problem, residual)}
+    if max(shares.values(), default=0.0) > shares.get(TIME, 0.0) + problem.policy.beside_time:
+        return None
+    return slow_noise(problem, residual)
+
+
+def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
+    """Flicker noise or an offset's random walk in a residual (n, q) in units of the noise; None if neither is there.
+
+    Whittle likelihood of the periodogram averaged in bands: ``S(f) = w + d^2 / f`` or ``w + q^2 / (2 pi^2 f^2)``,
+    one-sided, in units of the noise squared over Hz. An error of the attitude has no part along the field, a noise of
+    the sensor has: where it is missing, None.
+    """
+    policy, interval_s = problem.policy, problem.state.interval_s
+    if turns_the_field(problem, residual):
+        return None
+    first = SlowSpectrum.of(residual, interval_s, policy)
+    residual = _refitted(residual, problem.base, interval_s, first.density)
+    spectrum = SlowSpectrum.of(residual, interval_s, policy)
+    steps = Steps.of(residual, interval_s, policy)
+    score, sizes, innovations = steps.fit(spectrum.level, spectrum.shape)
+    gain = score - steps.fit(spectrum.level, None)[0]
+    if gain <= policy.apart:
+        return None
+    level = spectrum.effect.with_role("level")
+    assert level is not None
+    std = np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT, 3)
+    return SlowNoise(
+        spectrum.effect(**{level: tuple(std.tolist())}),
+        spectrum.others,
+        gain,
+        score,
+        fits=spectrum.agrees(policy) and drawn_at_random(innovations, policy),
+        identified=spectrum.lines_above_white(policy) >= policy.least_told_lines,
+    )
+
+
+def white_score(problem: LinearProblem, residual: Array) -> float:
+    """Log-likelihood of a residual's steps (n, q) if it is white, of whatever size; beside `SlowNoise.score`."""
+    interval_s = problem.state.interval_s
+    bands = Bands.of(residual, interval_s, problem.policy)
+    level = bands.fit(2 * interval_s, np.zeros(len(bands.f)))[1]
+    return Steps.of(residual, interval_s, problem.policy).fit(level, None)[0]
+
+
+def turns_the_field(problem: LinearProblem, residual: Array) -> bool:
+    """Whether the slow part of a residual (n, q) has nothing along the field, as an error of the attitude has."""
+    return problem.mode == "vector" and along_field(problem, residual) < problem.policy.least_along_field
+
+
+def along_field(problem: LinearProblem, residual: Array) -> float:
+    """Share of the slow residual's power that lies along the field."""
+    length = max(1, round(problem.policy.slow_mean_s / problem.state.interval_s))
+    cut = Cut(length, len(residual) // length)
+    turned = problem.state.field_nT @ problem.turn.T
+    direction = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    nT, u = cut.means(residual * problem.sigma_nT), cut.means(direction)
+    return float(((nT * u).sum(axis=1) ** 2).sum() / max((nT**2).sum(), 1e-300))
+
+
+def _refitted(residual: Array, base: Array, interval_s: float, density: Density) -> Array:
+    """A residual (n, q) with the base (n, p) fitted anew, each frequency weighing what the noise's spectrum says."""
+    n = len(residual)
+    window = np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2
+    f = np.maximum(np.fft.rfftfreq(n, interval_s), 1 / (n * interval_s))
+    B, r = (np.fft.rfft(window * values, axis=0) / np.sqrt(density(f))[:, None] for values in (base, residual))
+    change = np.linalg.lstsq((B.conj().T @ B).real, (B.conj().T @ r).real, rcond=1e-12)[0]
+    return np.asarray(residual - base @ change)

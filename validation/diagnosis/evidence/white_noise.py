@@ -1,0 +1,29 @@
+"""More white noise than the model has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sim.effects.base import Effect
+from sim.effects.electronics import Quantisation
+from sim.effects.noise import WhiteNoise
+from sim.state import Array
+from validation.diagnosis.problem.linear import LinearProblem, sample_noise
+
+
+def more_noise(problem: LinearProblem, residual: Array, new: Sequence[Effect]) -> Effect | None:
+    """The white noise missing in the model, from what is left (n, q) once the new effects are in too.
+
+    The rounding that the values show is taken off; the policy says what ratio counts.
+    """
+    given = [effect for effect in problem.effects if isinstance(effect, WhiteNoise)]
+    if not given or problem.mode == "strength":
+        return None
+    rounding = sum(one.step_nT**2 / 12 for one in (*problem.effects, *new) if isinstance(one, Quantisation))
+    expected = (np.array([effect.std_nT for effect in given]) ** 2).sum(axis=0) + rounding
+    seen = (sample_noise(residual) * problem.sigma_nT) ** 2
+    if (seen <= problem.policy.more_noise**2 * np.maximum(expected, 1e-12)).all():
+        return None
+    return WhiteNoise(np.sqrt(np.maximum(seen - expected, 0.0)).tolist())

@@ -1,0 +1,1 @@
+"""A recording beside a model, as a linear problem cut into blocks."""

@@ -1,0 +1,73 @@
+"""The measured recording beside what the model says along the same motion, as one linear problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.numerics.noise import SECOND, clipped_mean, white_noise_std
+from sim.dataset import Recording
+from sim.effects.base import Effect
+from sim.state import Array, State
+from validation.diagnosis.policy import STANDARD, Policy
+
+Mode = Literal["vector", "strength"]
+LEAST_NOISE = 1e-6
+"""What a residual that vanishes is measured by, nT."""
+
+
+@dataclass(frozen=True)
+class LinearProblem:
+    """A recording and a model, as ``y = B beta + E c + noise`` of q outputs a sample.
+
+    mode "vector": q = 3, y the measured axes less a first fit of B = [predicted field, 1] on each axis: hard and soft
+    iron fitted anew, which also takes up a fixed turn of the sensor. mode "strength": q = 1, y = |h| - F of the
+    calibrated field h, B the nine changes of offset and symmetric matrix. y (n, q) is divided by the noise of a
+    sample, `sigma_nT` (q,); `base` B (n, p); `usable` (n,) is 0 where a sample is no measurement (repeated, clipped, a
+    spike), else 1.
+    `turn` (3, 3): from the undisturbed to the measured field; `clean_nT` (n, 3): what the fitted base predicts;
+    `predicted_nT` (n, 3): what the model as given predicts. `has`: what was measured, see `Effect.needs`.
+    `attitude_std_rad`: the error of navigation's attitude that the model states, 0 if none. `iron_known`: whether the
+    model's iron is the instrument's, so that a difference from it is a finding. `policy`: what is held for evidence.
+    """
+
+    recording: Recording
+    state: State
+    effects: tuple[Effect, ...]
+    mode: Mode
+    base: Array
+    target: Array
+    sigma_nT: Array
+    usable: Array
+    turn: Array
+    clean_nT: Array
+    predicted_nT: Array
+    has: frozenset[str]
+    attitude_std_rad: float = 0.0
+    iron_known: bool = True
+    policy: Policy = STANDARD
+
+    def whitened(self, contribution_nT: Array, stage: str) -> Array:
+        """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""
+        early = stage in ("field", "vehicle")
+        if self.mode == "vector":
+            columns = self.turn @ contribution_nT if early else contribution_nT.copy()
+            columns *= (self.usable[:, None] / self.sigma_nT)[:, :, None]
+            return columns
+        direction = self.state.field_nT / np.linalg.norm(self.state.field_nT, axis=1, keepdims=True)
+        inward = direction if early else direction @ np.linalg.inv(self.turn)
+        scalar = np.einsum("ni,nik->nk", inward, contribution_nT)[:, None, :]
+        return np.asarray(scalar / self.sigma_nT * self.usable[:, None, None])
+
+    def without(self, samples: NDArray[np.bool_]) -> LinearProblem:
+        """The same problem with some samples (n,) left out."""
+        keep = self.usable * ~samples
+        return replace(self, base=self.base * keep[:, None], target=self.target * keep[:, None], usable=keep)
+
+
+def sample_noise(residual: Array) -> Array:
+    """White noise (q,) of a residual (n, q) in which no motion is left; that of rounding at the least."""
+    return np.maximum(white_noise_std(residual, orders=SECOND, pooled=clipped_mean), LEAST_NOISE)

@@ -1,0 +1,56 @@
+"""The motion of a recording: what was measured of it, and the rate that is least noisy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from calib.numerics.rates import body_rate
+from sim.dataset import Recording
+from sim.state import Array
+from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.linear import sample_noise
+
+
+def measured(recording: Recording) -> frozenset[str]:
+    """What a recording holds of the causes that effects need."""
+    present = {
+        "attitude": recording.att_q is not None,
+        "rate": recording.gyro_rad_s is not None or recording.att_q is not None,
+        "position": recording.pos_enu_m is not None,
+        "temperature": recording.temperature_degC is not None,
+        "current": recording.current_A is not None and recording.current_A.shape[1] > 0,
+    }
+    return frozenset(name for name, there in present.items() if there)
+
+
+def course(recording: Recording) -> dict[str, Any]:
+    """What the state takes from a recording as it is; zero for what was not measured."""
+    n = len(recording)
+    time_s = recording.time_s - recording.time_s[0]
+    zero = np.zeros((n, 3))
+    temperature = recording.temperature_degC
+    current = recording.current_A
+    return {
+        "time_s": time_s,
+        "interval_s": float(time_s[-1] / (n - 1)),
+        "pos_enu_m": zero if recording.pos_enu_m is None else recording.pos_enu_m,
+        "temperature_degC": np.zeros(n) if temperature is None else temperature,
+        "current_A": np.zeros((n, 0)) if current is None else current,
+        "attitude": "navigation",
+    }
+
+
+def quieter_rate(recording: Recording, policy: Policy) -> Array:
+    """Body rate (n, 3): the gyro's or the derivative of an attitude that is not held, whichever is less noisy."""
+    derived = body_rate(replace(recording, gyro_rad_s=None))
+    assert derived is not None
+    gyro, q = recording.gyro_rad_s, recording.att_q
+    assert q is not None
+    if gyro is None:
+        return derived
+    repeated = np.mean((np.diff(q, axis=0) == 0).all(axis=1))
+    quieter = sample_noise(gyro).sum() < sample_noise(derived).sum()
+    return gyro if repeated > policy.held_attitude or quieter else derived

@@ -1,0 +1,64 @@
+"""The problem that a recording and a model pose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from scenarios.errors import InputError
+from scenarios.spec import Model, Scenario
+from sim import effects as effect_table
+from sim.dataset import Recording
+from sim.effects.base import Effect
+from sim.field import earth_field_enu_nT
+from sim.state import Array
+from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.strength import strength_problem
+from validation.diagnosis.problem.vector import vector_problem
+
+NOMINAL_NT = 5e4
+"""Strength of a field that nobody states: it scales a fit without attitude and decides nothing."""
+
+
+def pose(
+    recording: Recording,
+    field_enu_nT: Array | None,
+    strength_nT: float,
+    effects: tuple[Effect, ...],
+    policy: Policy = STANDARD,
+) -> LinearProblem:
+    """The problem of a recording; with attitude and the field's vector in vector mode, else with its strength only.
+
+    Raises InputError for a recording too short to cut into training and held-out segments, and in strength mode for
+    one whose motion does not determine an ellipsoid.
+    """
+    if len(recording) < policy.least_samples:
+        what = f"{len(recording)} samples, at least {policy.least_samples} are needed"
+        raise InputError(what, where="recording", do="give a longer recording")
+    if recording.att_q is not None and field_enu_nT is not None:
+        return vector_problem(recording, field_enu_nT, effects, policy)
+    return strength_problem(recording, strength_nT, effects, policy)
+
+
+def posed(
+    recording: Recording,
+    model: Model,
+    field_enu_nT: Array | None,
+    strength_nT: float | None,
+    *,
+    iron_known: bool = True,
+    policy: Policy = STANDARD,
+) -> LinearProblem:
+    """The problem of a recording and a model, with the model's field where no other is given.
+
+    Raises InputError as `pose` does, and for a bad effect table of the model.
+    """
+    effects = effect_table.build(model.effects, model.effect_order, "model")
+    if field_enu_nT is None and model.field is not None:
+        field_enu_nT = earth_field_enu_nT(model.field)
+    strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or NOMINAL_NT
+    problem = pose(recording, field_enu_nT, strength, effects, policy)
+    stated_deg = model.navigation.attitude_noise_std_deg if isinstance(model, Scenario) else 0.0
+    return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=iron_known)

@@ -1,0 +1,73 @@
+"""The problem of a recording with attitude: every axis is compared."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sim.chain import apply_deterministic
+from sim.dataset import Recording
+from sim.effects.base import Effect
+from sim.rotation import cross, matrix_from_q, to_body
+from sim.state import Array, State
+from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.linear import LinearProblem, sample_noise
+from validation.diagnosis.problem.motion import course, measured, quieter_rate
+
+
+def vector_problem(
+    recording: Recording, field_enu_nT: Array, effects: tuple[Effect, ...], policy: Policy
+) -> LinearProblem:
+    """The problem of the three axes, see `LinearProblem`, for a recording with attitude."""
+    state = _state(recording, field_enu_nT, policy)
+    predicted, _ = apply_deterministic(effects, state)
+    scale = float(np.linalg.norm(field_enu_nT))
+    base = np.column_stack([predicted / scale, np.ones(len(recording))])
+    clean = base @ _robust_fit(base, recording.mag_nT, policy)
+    left = recording.mag_nT - clean
+    sigma = sample_noise(left)
+    return LinearProblem(
+        recording=recording,
+        state=state,
+        effects=effects,
+        mode="vector",
+        base=base,
+        target=left / sigma,
+        sigma_nT=sigma,
+        usable=np.ones(len(recording)),
+        turn=_carried(state.field_nT, clean),
+        clean_nT=clean,
+        predicted_nT=predicted,
+        has=measured(recording),
+        policy=policy,
+    )
+
+
+def _state(recording: Recording, field_enu_nT: Array, policy: Policy) -> State:
+    assert recording.att_q is not None
+    rate = quieter_rate(recording, policy)
+    R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
+    field = to_body(R_wb, field_enu_nT[None])
+    return State(
+        R_wb=R_wb,
+        rate_rad_s=rate,
+        field_enu_nT=field_enu_nT,
+        field_nT=field,
+        field_rate_nT_s=-cross(rate, field),
+        **course(recording),
+    )
+
+
+def _carried(field: Array, clean: Array) -> Array:
+    """Matrix (3, 3) that carries the undisturbed field (n, 3) to the predicted measurement (n, 3)."""
+    design = np.column_stack([field, np.full(len(field), np.linalg.norm(field[0]))])
+    return np.asarray(np.linalg.lstsq(design, clean, rcond=1e-6)[0][:3].T)
+
+
+def _robust_fit(base: Array, mag_nT: Array, policy: Policy) -> Array:
+    """Least squares (p, q), repeated once without what lies far off: rare failures must not decide the base."""
+    beta = np.linalg.lstsq(base, mag_nT, rcond=None)[0]
+    off = np.abs(mag_nT - base @ beta)
+    far = (off > policy.base_outlier * np.maximum(np.median(off, axis=0), 1e-9)).any(axis=1)
+    if 0 < np.count_nonzero(far) < policy.most_base_outliers * len(far):
+        beta = np.linalg.lstsq(base[~far], mag_nT[~far], rcond=None)[0]
+    return np.asarray(beta)

@@ -1,0 +1,93 @@
+"""What is believed, as names with refined parameters, and the gap that they leave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.effects.base import Effect
+from sim.state import Array
+from validation.diagnosis.decision.belief import Belief
+from validation.diagnosis.evidence.direct import Direct
+from validation.diagnosis.evidence.white_noise import more_noise
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.repair.chain import left_with_iron_refitted, predict
+from validation.diagnosis.repair.refine import refined
+from validation.diagnosis.result import GapSize, How, Named
+
+
+def names_of(problem: LinearProblem, belief: Belief, direct: Sequence[Direct]) -> tuple[Named, ...]:
+    """Every name: effects and changes of the iron refined, what the values show, and noise."""
+    seen = tuple(Named(one.effect, (), How.DIRECT, None, 0.0) for one in direct)
+    others = (*_refined(problem, belief), *seen)
+    return (*others, *_noise(belief, others))
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left before and after (n, q), in units of the noise, and its size on held-out segments."""
+
+    before: Array
+    after: Array
+    gap: GapSize
+
+    @classmethod
+    def of(cls, problem: LinearProblem, belief: Belief) -> Left:
+        """What believed effects leave; parameters and iron are fitted to what the first split trains on."""
+        held = belief.selection.end.held_samples()
+        train, test = ~held & (problem.usable > 0), held & (problem.usable > 0)
+        if problem.mode == "vector":
+            before, after = _left_by_chain(problem, belief, train)
+        else:
+            selection = belief.selection
+            before = selection.start.residual()
+            after = selection.end.residual() if belief.found else before
+        return cls(before, after, GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy))
+
+    def undone(self) -> Left:
+        """The same where the names are taken back: nothing is explained."""
+        gap = self.gap
+        after = GapSize(
+            gap.before_nT, gap.before_sigma, gap.before_nT, gap.before_sigma, None if gap.explained is None else 0.0
+        )
+        return Left(self.before, self.before, after)
+
+
+def _refined(problem: LinearProblem, belief: Belief) -> list[Named]:
+    """Effects and changes of the iron with their parameters refined through the simulator's chain."""
+    V = belief.found[0].evidence.V if belief.found else 1.0
+    everything = np.ones(len(problem.recording), bool)
+    fine = refined(problem, _made(belief), everything, V, refit_iron=not problem.iron_known)
+    rests_on = [(one, How.HELD_OUT) for one in belief.found] + [(one, How.IRON) for one in belief.iron]
+    return [
+        Named(effect, one.alternatives, how, one.evidence.nats, one.evidence.strength, spread)
+        for effect, spread, (one, how) in zip(fine.effects, fine.spread, rests_on, strict=True)
+    ]
+
+
+def _made(belief: Belief) -> list[Effect]:
+    both = (*belief.found, *belief.iron)
+    return [one.evidence.candidate.made(one.evidence.coefficients) for one in both]
+
+
+def _noise(belief: Belief, others: Sequence[Named]) -> list[Named]:
+    """Slow noise, or more white noise than the model has."""
+    selection, noise = belief.selection, belief.noise
+    problem = selection.end.problem
+    if noise is None:
+        noisier = more_noise(problem, selection.end.residual(), [one.effect for one in others])
+        if noisier is None or noisier.name in selection.without:
+            return []
+        return [Named(noisier, (), How.SPECTRUM, None, 0.0)]
+    slow = [one.name for one in selection.first_ranking if one.nats > problem.policy.apart]
+    listed = () if noise.identified else slow[: problem.policy.listed_noises]
+    return [Named(noise.effect, (*noise.alternatives, *listed), How.SPECTRUM, noise.gain, 0.0)]
+
+
+def _left_by_chain(problem: LinearProblem, belief: Belief, train: NDArray[np.bool_]) -> tuple[Array, Array]:
+    trained = refined(problem, _made(belief), train).effects
+    before = left_with_iron_refitted(problem, problem.predicted_nT, train)
+    return before, left_with_iron_refitted(problem, predict(problem, trained), train)

@@ -1,0 +1,101 @@
+"""The numbers of effects that a refinement moves, as one vector."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sim.effects.base import Effect
+from sim.effects.values import Role
+from sim.state import Array
+
+STAY: tuple[Role, ...] = ("moment", "motor", "fixed")
+"""Roles of parameters that are not refined: a sample that a search found, a whole number, a convention."""
+FIRST_STEP, LEAST_STEP = 0.1, 1e-6
+"""Step of a number, over the largest of its kind, from which its scale is taken where it is zero."""
+
+
+@dataclass(frozen=True)
+class FreeNumbers:
+    """Of each effect the coefficients of its linear parameters, then the components of the others that move.
+
+    A parameter moves unless its role fixes it; one that is not linear only if it is not at "none".
+    """
+
+    effects: tuple[Effect, ...]
+
+    @property
+    def values(self) -> Array:
+        """The numbers as they are (k,)."""
+        return np.concatenate([np.zeros(0), *(part for effect in self.effects for part in _parts(effect))])
+
+    @property
+    def scale(self) -> Array:
+        """The size (k,) of a change of each number that matters."""
+        parts = [part for effect in self.effects for part in _parts(effect) if len(part)]
+        sizes = [np.full(len(part), max(float(np.abs(part).max()) * FIRST_STEP, LEAST_STEP)) for part in parts]
+        return np.asarray(np.maximum(np.abs(self.values), np.concatenate([np.zeros(0), *sizes])))
+
+    def at(self, x: Array) -> tuple[Effect, ...]:
+        """The effects with other numbers (k,), each brought into its bounds.
+
+        Raises InputError where an effect does not take them together.
+        """
+        cut = np.cumsum([sum(map(len, _parts(effect))) for effect in self.effects])[:-1]
+        return tuple(_with(effect, part) for effect, part in zip(self.effects, np.split(x, cut), strict=True))
+
+    def spread(self, std: Array) -> tuple[dict[str, Array], ...]:
+        """Standard deviations (k,) of the numbers as those of each parameter's components, for each effect."""
+        cut = np.cumsum([sum(map(len, _parts(effect))) for effect in self.effects])[:-1]
+        return tuple(_spread(effect, part) for effect, part in zip(self.effects, np.split(std, cut), strict=True))
+
+
+def _others(effect: Effect) -> tuple[str, ...]:
+    """Names of the parameters that move and that the effect is not linear in."""
+    return tuple(
+        p.name
+        for p in effect.parameters()
+        if p.name not in effect.linear
+        and not p.options
+        and p.role not in STAY
+        and (p.role == "phase" or bool(np.any(np.asarray(getattr(effect, p.name)) != 0)))
+    )
+
+
+def _parts(effect: Effect) -> Sequence[Array]:
+    return effect.coefficients(), *(np.ravel(getattr(effect, name)) for name in _others(effect))
+
+
+def _with(effect: Effect, x: Array) -> Effect:
+    """The effect with its free numbers (k,) brought into its bounds."""
+    k = len(effect.linear_units())
+    bounds = {p.name: (p.low, p.high) for p in effect.parameters()}
+    values: dict[str, Any] = {
+        p.name: getattr(effect, p.name) for p in effect.parameters() if p.name not in effect.linear
+    }
+    at = k
+    for name in _others(effect):
+        now = np.asarray(values[name])
+        values[name] = np.clip(x[at : at + now.size], *bounds[name]).reshape(now.shape)
+        at += now.size
+    if not k:
+        return replace(effect, **values)
+    low, high = np.array([bounds[name] for name, _ in effect.linear_units()]).T
+    return effect.combine(np.clip(x[:k], low, high), **values)
+
+
+def _spread(effect: Effect, std: Array) -> dict[str, Array]:
+    spread: dict[str, Array] = {}
+    units = effect.linear_units()
+    for (name, unit), one in zip(units, std[: len(units)], strict=True):
+        part = np.where(unit == 0, 0.0, one) * np.where(unit == 0, 1.0, np.abs(unit))
+        spread[name] = np.hypot(spread.get(name, 0.0), part)
+    at = len(units)
+    for name in _others(effect):
+        shape = np.shape(getattr(effect, name))
+        spread[name] = std[at : at + int(np.prod(shape))].reshape(shape)
+        at += int(np.prod(shape))
+    return spread

@@ -1,0 +1,74 @@
+"""Parameters of named effects, refined through the simulator's own chain, with their standard deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from scenarios.errors import InputError
+from sim.effects.base import Effect
+from sim.state import Array
+from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted, predict
+from validation.diagnosis.repair.numbers import FreeNumbers
+
+ROUNDS = 12
+"""Evaluations at most: the start is close already."""
+IMPOSSIBLE = 1e3
+"""Residual, in units of the noise, of numbers that an effect does not take together."""
+
+
+@dataclass(frozen=True)
+class Refined:
+    """Effects after refinement and, for each, name of a parameter -> standard deviation of its components."""
+
+    effects: tuple[Effect, ...]
+    spread: tuple[dict[str, Array], ...]
+
+
+def refined(
+    problem: LinearProblem,
+    new: Sequence[Effect],
+    use: NDArray[np.bool_],
+    inflation: float = 1.0,
+    *,
+    refit_iron: bool = True,
+) -> Refined:
+    """Least squares of the new effects' parameters on the samples `use` (n,); in vector mode only.
+
+    refit_iron : hard and soft iron are refitted at every step; otherwise they are the model's.
+
+    The prediction is the simulator's chain along the measured motion; standard deviations from the Jacobian there,
+    times the root of `inflation` for what is coloured.
+    """
+    numbers = FreeNumbers(tuple(new))
+    start, scale = numbers.values, numbers.scale
+    if problem.mode != "vector" or not len(start):
+        return Refined(tuple(new), tuple({} for _ in new))
+
+    def residual(x: Array) -> Array:
+        try:
+            predicted = predict(problem, numbers.at(start + x * scale))
+        except InputError:  # each number is within its bounds, but not all together
+            return np.full(problem.target[use].size, IMPOSSIBLE)
+        if refit_iron:
+            return left_with_iron_refitted(problem, predicted, use)[use].ravel()
+        return left_as_it_stands(problem, predicted)[use].ravel()
+
+    found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=ROUNDS, xtol=1e-5, ftol=1e-6)
+    std = np.sqrt(variances(found.jac.T @ found.jac, problem.policy) * inflation) * scale
+    return Refined(numbers.at(start + found.x * scale), numbers.spread(std))
+
+
+def variances(gram: Array, policy: Policy) -> Array:
+    """Diagonal (k,) of the inverse of a Gram matrix (k, k); infinite where the data leave a direction open."""
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    values, vectors = np.linalg.eigh(gram / np.outer(size, size))
+    open_ = values < policy.open_eigenvalue
+    known = (vectors[:, ~open_] ** 2 / values[~open_]).sum(axis=1) / size**2
+    return np.where((vectors[:, open_] ** 2).sum(axis=1) > policy.open_part, np.inf, known)
