@@ -14,6 +14,9 @@ from magbench.refusal import refuse
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """What Ctrl-C, `kill`, batch systems and containers, and a closed terminal send."""
 
+RESUMING = ("simulate", "run")
+"""Commands that use again what their output directory holds."""
+
 
 class Ended(BaseException):
     """One of ENDING came: everything unwinds, so that nothing half-written stays."""
@@ -27,13 +30,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             return call(arguments)
     except Ended as ended:
-        return _interrupted(ended.args[0])
+        return _interrupted(ended.args[0], arguments)
     except KeyboardInterrupt:
-        return _interrupted(signal.SIGINT)
+        return _interrupted(signal.SIGINT, arguments)
 
 
-def _interrupted(number: int) -> int:
-    return refuse("interrupted; the same command resumes", 128 + number)
+def _interrupted(number: int, arguments: Sequence[str] | None = None) -> int:
+    """One line that says whether the work done so far is of use to the same command."""
+    words = sys.argv[1:] if arguments is None else arguments
+    what_next = "resumes" if words and words[0] in RESUMING else "starts anew"
+    return refuse(f"interrupted; the same command {what_next}", 128 + number)
 
 
 @contextmanager

@@ -172,6 +172,17 @@ def test_a_signal_in_any_moment_of_the_start_ends_in_one_line(sent: signal.Signa
         ]
 
 
+@pytest.mark.parametrize(
+    ("command", "what_next"), [("simulate", "resumes"), ("run", "resumes"), ("diagnose", "starts anew")]
+)
+def test_interrupted_it_says_whether_the_work_is_of_use(
+    command: str, what_next: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(magbench.app, "call", mock.Mock(side_effect=KeyboardInterrupt))
+    assert main([command, "anything"]) == 128 + signal.SIGINT
+    assert capsys.readouterr().err == f"magbench: interrupted; the same command {what_next}\n"
+
+
 def test_an_ignored_signal_stays_ignored() -> None:
     command = f"trap '' HUP; {sys.executable} -c 'from magbench.cli import main; main([\"schema\"]); import signal;" + (
         " print(signal.getsignal(signal.SIGHUP).name)'"
