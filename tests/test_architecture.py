@@ -28,19 +28,15 @@ MOST_TOKENS, MOST_COMPLEXITY = 300, 10
 
 CIRCLES_LEFT: set[str] = {
     "calib",
-    "magbench",
     "validation/diagnosis",
 }
 LONG_LEFT: set[str] = {
     "__main__.main",
-    "app.call",
     "battery.battery",
-    "calibrate.calibrate",
     "candidates.proposed",
     "compare._judged",
     "confirm.confirmed",
     "de_turntable.__init__",
-    "diagnose.diagnose",
     "diagnosis.draw_gap",
     "diagnosis.draw_map",
     "ellipsoid_segmented._together",
