@@ -10,10 +10,9 @@ from pathlib import Path
 
 from benchmarks.closed_loop import bare_steps, commands
 from benchmarks.measure import Row, paired_ratio
-from scenarios.load import load
-from scenarios.spec import Scenario
 from sim.effects import EFFECTS
 from sim.generate import generate
+from sim.scenario import Scenario, load
 
 MOST_COST = 3.0
 MOST_GROWTH_MIB = 100.0

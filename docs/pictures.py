@@ -29,7 +29,7 @@ from PIL import Image
 from rerun.experimental import ViewerClient
 
 from sim.dataset import read_run
-from sim.scenario import load_checked
+from sim.scenario import load
 from validation.outputs.run import run_scenario
 from validation.views.plots.style import STYLE
 
@@ -63,7 +63,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name in dict.fromkeys(picture.scenario for picture in (*shown.FIGURES, *VIEWS)):
             place = Path(folder) / name
-            outcome = run_scenario(load_checked(name), place)
+            outcome = run_scenario(load(name), place)
             for figure in shown.FIGURES:
                 if figure.scenario == name:
                     save(figure.file, drawn(partial(figure.draw, outcome)))

@@ -17,24 +17,17 @@ from pydantic.fields import FieldInfo
 from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Calibrator
-from scenarios.load import load
 from scenarios.paths import PHASES
-from scenarios.spec import (
-    AuvSpec,
-    FieldSpec,
-    NavigationSpec,
-    QuadrotorSpec,
-    SamplingSpec,
-    Scenario,
-    SensorSpec,
-    ThermalSpec,
-)
+from scenarios.spec import FieldSpec, NavigationSpec, SamplingSpec, ThermalSpec
 from sim.dataset.units import UNITS
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.values import Parameter
 from sim.motion import Motion, drive
+from sim.scenario import Scenario, SensorSpec, load
 from sim.streams import stream
+from sim.vehicles.auv import AuvSpec
+from sim.vehicles.quadrotor import QuadrotorSpec
 from validation.diagnosis.verdict import Verdict
 from validation.signals.conventions import euler_deg
 

@@ -14,40 +14,25 @@ from scenarios.errors import InputError
 from scenarios.files import read_text
 from scenarios.names import CATALOGUE, find, scenario_names
 from scenarios.overrides import Override, parse, put
-from scenarios.paths.excited import Excited
 from scenarios.problems import first_problem, problem_at
-from scenarios.spec import Model, ModelSpec, Scenario
-from scenarios.toml import as_dict, digest, to_toml
-from scenarios.vary import apply_vary, check_vary
 
 Spec = TypeVar("Spec", bound=BaseModel)
 
 
-def load(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
-    """The scenario of that name in the catalogue, or of that TOML file, with `key=value` overrides.
+def load(name_or_path: str | Path, model: type[Spec], overrides: Sequence[str] = ()) -> Spec:
+    """The file of that name in the catalogue, or that TOML file, as a `model`, with `key=value` overrides.
 
     Raises InputError (one line: file or override, key, what is wrong, what to do) for a file that cannot be read or is
-    not TOML, an unknown key, a wrong type, a value out of range, and a phase that the vehicle cannot do.
+    not TOML, an unknown key, a wrong type, a value out of range, and whatever else the model refuses.
     """
     path = find(name_or_path)
     changes = [parse(text) for text in overrides]
-    scenario = _validate(Scenario, _changed(_read(path), changes), str(path), changes)
-    _check_phases(scenario, str(path), changes)
-    _check_effects(scenario, str(path), changes)
-    check_vary(scenario, str(path))
-    return scenario
+    return _validate(model, _changed(_read(path), changes), str(path), changes)
 
 
-def load_model(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Model:
-    """What the diagnosis takes as a model: a scenario, or a file with just a field and effects."""
-    path = find(name_or_path)
-    data = _read(path)
-    if "phases" in data or "vehicle" in data:
-        return load(path, overrides)
-    changes = [parse(text) for text in overrides]
-    model = _validate(ModelSpec, _changed(data, changes), str(path), changes)
-    _check_effects(model, str(path), changes)
-    return model
+def keys_of(name_or_path: str | Path) -> frozenset[str]:
+    """The keys at the top of a file."""
+    return frozenset(_read(find(name_or_path)))
 
 
 def catalogue() -> dict[str, str]:
@@ -88,41 +73,3 @@ def _validate(model: type[Spec], data: dict[str, Any], where: str, changes: Sequ
 def _blame(path: tuple[str | int, ...], where: str, changes: Sequence[Override]) -> str:
     """The last override that reaches the path, otherwise the file."""
     return next((change.where for change in reversed(changes) if change.touches(path)), where)
-
-
-def _check_phases(scenario: Scenario, where: str, changes: Sequence[Override]) -> None:
-    vehicle = scenario.vehicle.kind
-    for index, phase in enumerate(scenario.phases):
-        if vehicle not in phase.vehicles:
-            what = f'the {vehicle} cannot do a "{phase.kind}" phase'
-            at: tuple[str | int, ...] = ("phases", index, "kind")
-            raise problem_at(_blame(at, where, changes), at, what, "vehicles that can: " + ", ".join(phase.vehicles))
-        if vehicle == "quadrotor" and isinstance(phase, Excited) and phase.excited:
-            what = "the quadrotor cannot roll or pitch without moving away"
-            at = ("phases", index)
-            raise problem_at(_blame(at, where, changes), at, what, 'leave the amplitudes out, or add a "rotate" phase')
-
-
-def _check_effects(spec: Scenario | ModelSpec, where: str, changes: Sequence[Override]) -> None:
-    """Effects are tables or arrays of tables; their names and parameters are sim.effects' to check."""
-    tables: list[tuple[tuple[str | int, ...], dict[str, Any]]] = [(("effects",), spec.effects)]
-    if isinstance(spec, Scenario):
-        tables += [(("sensors", i, "effects"), sensor.effects) for i, sensor in enumerate(spec.sensors)]
-    for path, table in tables:
-        for name, value in table.items():
-            many = value if isinstance(value, list) and value else [value]
-            if not all(isinstance(item, dict) for item in many):
-                at = (*path, name)
-                do = f"write [{'.'.join(map(str, at))}] and its parameters below"
-                raise problem_at(_blame(at, where, changes), at, "an effect is a table of parameters", do)
-
-
-__all__ = [
-    "apply_vary",
-    "as_dict",
-    "catalogue",
-    "digest",
-    "load",
-    "load_model",
-    "to_toml",
-]

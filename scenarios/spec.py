@@ -1,17 +1,14 @@
-"""What a scenario says: frozen, strictly checked tables of a TOML file."""
+"""What a scenario says that needs no simulator: frozen, strictly checked tables of a TOML file."""
 
 from __future__ import annotations
 
 import datetime
-from typing import Annotated, Any, Literal
+from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from scenarios.paths import Phase
 
-Metres = Annotated[float, Field(ge=-1000, le=1000)]
-WaterSpeed = Annotated[float, Field(ge=-10, le=10)]
-WindSpeed = Annotated[float, Field(ge=-100, le=100)]
 FieldStrength = Annotated[float, Field(ge=-1e6, le=1e6)]
 MAX_SEED = 2**63 - 1
 MAX_DURATION_S = 864_000
@@ -57,31 +54,6 @@ class ThermalSpec(Table):
     time_constant_s: float = Field(300.0, gt=0)
 
 
-class AuvSpec(Table):
-    """The torpedo-shaped AUV, in a uniform ocean current."""
-
-    kind: Literal["auv"]
-    current_enu_m_s: tuple[WaterSpeed, WaterSpeed, WaterSpeed] = (0.0, 0.0, 0.0)
-    depth_m: float = Field(0.0, ge=0, le=11_000, description="depth at the start")
-    heading_deg: float = Field(0.0, ge=-360, le=360, description="counter-clockwise from east")
-
-
-class QuadrotorSpec(Table):
-    """The quadrotor, in a uniform wind with gusts."""
-
-    kind: Literal["quadrotor"]
-    wind_enu_m_s: tuple[WindSpeed, WindSpeed, WindSpeed] = (0.0, 0.0, 0.0)
-    gust_std_m_s: float = Field(0.0, ge=0, le=20)
-    height_m: float = Field(30.0, ge=0, le=5_000, description="height at the start")
-    heading_deg: float = Field(0.0, ge=-360, le=360, description="counter-clockwise from east")
-
-
-class TurntableSpec(Table):
-    """The three-axis non-magnetic turntable: yaw outside, pitch, roll inside."""
-
-    kind: Literal["turntable"]
-
-
 class SamplingSpec(Table):
     """The sensors' sample rate; a whole number of physics steps (50 Hz) a sample."""
 
@@ -109,13 +81,6 @@ class NavigationSpec(Table):
     current_noise_std_A: float = Field(0.01, ge=0, le=1000)
 
 
-class SensorSpec(Table):
-    """One magnetometer: where it sits (body frame), and effects of its own beside the scenario's."""
-
-    position_m: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.0)
-    effects: dict[str, Any] = Field(default_factory=dict)
-
-
 class Vary(Table):
     """How a value differs from run to run: exactly one distribution, drawn once a run.
 
@@ -132,43 +97,26 @@ class Vary(Table):
         return self
 
 
-VehicleSpec = Annotated[AuvSpec | QuadrotorSpec | TurntableSpec, Field(discriminator="kind")]
+class BaseScenario(Table):
+    """What a scenario says of itself, the field, the motion and the instruments.
 
-
-class Scenario(Table):
-    """A whole scenario: field, vehicle, motion, sensors, effects, and which calibrators to try."""
+    The simulator's scenario adds what only it knows: the vehicle, the sensors and their effects.
+    """
 
     name: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")
     summary: str
     seed: int = Field(0, ge=0, le=MAX_SEED)
     field: FieldSpec
-    vehicle: VehicleSpec
     phases: tuple[Phase, ...] = Field(min_length=1)
     sampling: SamplingSpec = SamplingSpec()
     thermal: ThermalSpec = ThermalSpec()
     navigation: NavigationSpec = NavigationSpec()
-    sensors: tuple[SensorSpec, ...] = Field((SensorSpec(),), min_length=1, max_length=9)
-    effects: dict[str, Any] = Field(default_factory=dict, description="tables by effect name; checked by sim.effects")
-    effect_order: tuple[str, ...] | None = Field(None, description="default: the physical order of sim.effects")
     vary: dict[str, Vary] = Field(default_factory=dict, description="dotted key -> distribution")
     calibrators: tuple[str, ...] = ("sphere", "ellipsoid", "vector_least_squares")
 
     @model_validator(mode="after")
-    def _ends(self) -> Scenario:
+    def _ends(self) -> Self:
         total_s = sum(phase.duration_s for phase in self.phases)
         if total_s > MAX_DURATION_S:
             raise ValueError(f"the phases last {total_s:g} s together, at most {MAX_DURATION_S} s can be simulated")
         return self
-
-
-class ModelSpec(Table):
-    """A measurement model without a motion, which the diagnosis takes too."""
-
-    name: str = Field("model", pattern=r"^[a-z0-9][a-z0-9_-]*$")
-    summary: str = ""
-    field: FieldSpec | None = None
-    effects: dict[str, Any] = Field(default_factory=dict, description="tables by effect name; checked by sim.effects")
-    effect_order: tuple[str, ...] | None = Field(None, description="default: the physical order of sim.effects")
-
-
-Model = ModelSpec | Scenario

@@ -11,17 +11,15 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from scenarios.spec import Scenario
-
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def as_dict(scenario: Scenario) -> dict[str, Any]:
+def as_dict(scenario: BaseModel) -> dict[str, Any]:
     """Everything that the scenario says, defaults included, in JSON's types and under the files' keys."""
     return scenario.model_dump(mode="json", by_alias=True, exclude_none=True)
 
 
-def digest(scenario: Scenario) -> str:
+def digest(scenario: BaseModel) -> str:
     """SHA-256 (hex) of the scenario's canonical JSON: equal exactly when the scenarios are equal."""
     text = json.dumps(as_dict(scenario), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import ValidationError
 
 from scenarios.names import closest
 from scenarios.problems import first_problem, problem_at
-from scenarios.spec import Scenario, Vary
+from scenarios.spec import BaseScenario, Vary
 from scenarios.toml import as_dict
 
 Draw = Callable[[Vary], float]
+S = TypeVar("S", bound=BaseScenario)
 
 
-def apply_vary(scenario: Scenario, rng: np.random.Generator) -> Scenario:
+def apply_vary(scenario: S, rng: np.random.Generator) -> S:
     """The scenario of one run: every `vary` entry drawn, in sorted order of the keys; nothing is left to vary.
 
     Each component of a vector or matrix is drawn on its own. Without entries the scenario itself is returned and
@@ -27,7 +28,7 @@ def apply_vary(scenario: Scenario, rng: np.random.Generator) -> Scenario:
     return _vary(scenario, lambda how: _draw(how, rng), "a draw is out of range: ")
 
 
-def check_vary(scenario: Scenario, where: str) -> None:
+def check_vary(scenario: BaseScenario, where: str) -> None:
     """Raise InputError unless every key names a number, vector or matrix, and both ends (or the mean) fit it."""
     if not scenario.vary:
         return
@@ -40,7 +41,7 @@ def check_vary(scenario: Scenario, where: str) -> None:
         _vary(scenario, lambda how, end=end: how.uniform[end] if how.uniform else how.normal[0], "", where)  # type: ignore[misc]
 
 
-def values_at(scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
+def values_at(scenario: BaseScenario, keys: Iterable[str]) -> dict[str, Any]:
     """The scenario's values at dotted keys, such as those of `vary`; raises InputError for a key that is not there."""
     data = as_dict(scenario)
     found = {key: _find(data, key, scenario.name) for key in sorted(keys)}
@@ -54,16 +55,16 @@ def _draw(how: Vary, rng: np.random.Generator) -> float:
     return float(rng.normal(*how.normal))
 
 
-def _vary(scenario: Scenario, draw: Draw, prefix: str, where: str = "") -> Scenario:
+def _vary(scenario: S, draw: Draw, prefix: str, where: str = "") -> S:
     data = as_dict(scenario)
     for key in sorted(scenario.vary):
         node, last = _find(data, key, where)
         node[last] = _replace(node[last], scenario.vary[key], draw, key, where)
     data["vary"] = {}
     try:
-        return Scenario.model_validate(data)
+        return type(scenario).model_validate(data)
     except ValidationError as error:
-        path, what, _ = first_problem(error, Scenario)
+        path, what, _ = first_problem(error, type(scenario))
         raise problem_at(
             where, ("vary",), f"{prefix}{'.'.join(map(str, path))}: {what}", "narrow the distribution"
         ) from None

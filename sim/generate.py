@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from scenarios.load import as_dict
-from scenarios.spec import Scenario
+from scenarios.toml import as_dict
 from sim.dataset.columns import schema
 from sim.dataset.files import locked_directory, remove_leftovers
 from sim.dataset.manifest import Manifest, run_path
@@ -18,6 +17,7 @@ from sim.dataset.resume import finish_dataset, open_dataset_for_writing
 from sim.dataset.writer import RunWriter
 from sim.motion import Motion
 from sim.pool import in_process, map_unordered
+from sim.scenario import Scenario
 from sim.simulate import blocks, plan
 from sim.tracking import Tracker
 

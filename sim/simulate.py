@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.load import apply_vary, as_dict
-from scenarios.spec import Scenario, SensorSpec
-from scenarios.vary import values_at
+from scenarios.toml import as_dict
+from scenarios.vary import apply_vary, values_at
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.dataset.columns import (
@@ -34,7 +33,7 @@ from sim.field import earth_field_enu_nT
 from sim.instruments import Instruments
 from sim.motion import Motion, drive
 from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body, to_world
-from sim.scenario import effects_of
+from sim.scenario import Scenario, SensorSpec
 from sim.state import Array, State
 from sim.streams import stream
 from sim.thermal import Thermometer
@@ -88,7 +87,7 @@ def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> Plan:
     """Draw the values that vary from run to run, and build the effects; raises InputError for a bad effect table."""
     seed = scenario.seed if seed is None else seed
     drawn = apply_vary(scenario, stream(seed, run, "vary"))
-    effects = tuple(effects_of(drawn, index) for index in range(len(drawn.sensors)))
+    effects = tuple(drawn.chain(index) for index in range(len(drawn.sensors)))
     return Plan(scenario, drawn, run, seed, earth_field_enu_nT(drawn.field), effects)
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from scenarios.load import load
-from scenarios.spec import Scenario
+from sim.scenario import Scenario, load
 
 SHORT = {
     "descent": {"to_depth_m": 8.0},

@@ -20,8 +20,8 @@ import sim.scenario
 from magbench.cli import main
 from scenarios.load import catalogue
 from scenarios.paths import PHASES
-from scenarios.spec import Scenario
 from sim.dataset import read_manifest
+from sim.scenario import Scenario
 from tests.conftest import ROOT
 from tests.short import cuts
 from validation.calibrating.export import FORMATS
@@ -50,12 +50,12 @@ def shell_lines(page: Path) -> list[str]:
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A directory to work in, with the logs that the pages speak of; the catalogue's scenarios are cut short."""
     monkeypatch.chdir(tmp_path)
-    load = sim.scenario.load_checked
+    load = sim.scenario.load
 
     def short(name: str, overrides: Sequence[str] = ()) -> Scenario:
         return load(name, [*overrides, *(cuts(str(name)) if str(name) in catalogue() else ())])
 
-    monkeypatch.setattr(sim.scenario, "load_checked", short)
+    monkeypatch.setattr(sim.scenario, "load", short)
     rng = np.random.default_rng(0)
     field = rng.standard_normal((300, 3))
     field *= 48.152 / np.linalg.norm(field, axis=1, keepdims=True)
@@ -214,7 +214,7 @@ def test_every_source_that_the_code_cites_is_in_the_references() -> None:
 def test_scores_and_columns_are_named_as_they_are(place: Path) -> None:
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         assert main(["simulate", "auv-spiral", "-o", "out"]) == 0
-        spec = sim.scenario.load_checked("auv-spiral")
+        spec = sim.scenario.load("auv-spiral")
     outcome = magbench.run_scenario(spec, place / "out")
     scores = (ROOT / "docs" / "scores.md").read_text(encoding="utf-8")
     told = set(re.findall(r"^\| `(\w+)` \|", scores, re.MULTILINE))

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from calib.numerics.rates import body_rate
-from scenarios.load import load
 from sim.dataset import Recording
 from sim.dataset.assemble import recording_of
 from sim.processes import GaussMarkov
 from sim.rotation import matrix_from_q, multiply_q, q_from_rotation_vector, to_body
+from sim.scenario import load
 from sim.simulate import blocks, plan
 from sim.state import Array, State
 

@@ -12,10 +12,10 @@ import numpy as np
 from benchmarks.diagnosis.motion import MOTIONS, flown, jittered, turned
 from benchmarks.diagnosis.outside import OUTSIDE, disturbed
 from benchmarks.diagnosis.truth import BASE, DIRECT, HIDDEN, Tables, felt_by, hidden
-from scenarios.spec import ModelSpec
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.dataset import Recording
+from sim.scenario import ModelSpec
 from sim.state import Array, State
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.result import Diagnosis, parameters

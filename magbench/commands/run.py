@@ -14,11 +14,11 @@ def run(scenario: ScenarioName, out: Out = None, seed: Seed = None, set_: Overri
     """
     from magbench.console import emit, progress, say, warn
     from magbench.tables import show_scores
-    from sim.scenario import load_checked
+    from sim.scenario import load
     from sim.tracking import warning
     from validation.outputs.run import run_scenario, summary
 
-    spec = load_checked(scenario, set_ or ())
+    spec = load(scenario, set_ or ())
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
         outcome = run_scenario(spec, place, seed=seed, progress=report, warn=warn)

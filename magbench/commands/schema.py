@@ -11,7 +11,6 @@ def schema(json: Json = False) -> None:
     Example: magbench schema > scenario.schema.json
     """
     from magbench.console import emit
-    from scenarios.schema import json_schema
-    from sim.effects import json_schema as effects_schema
+    from sim.scenario import json_schema
 
-    emit(json_schema(effects_schema()))
+    emit(json_schema())

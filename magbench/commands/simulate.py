@@ -27,10 +27,10 @@ def simulate(
 
     from magbench.console import emit, progress, say, warn
     from sim.generate import generate
-    from sim.scenario import load_checked
+    from sim.scenario import load
     from sim.tracking import together, warning
 
-    spec = load_checked(scenario, set_ or ())
+    spec = load(scenario, set_ or ())
     place = out or Path("out") / spec.name
     what = f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")
     with progress(what) as report:

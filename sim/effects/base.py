@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 
 from scenarios.errors import InputError
 from sim.effects.clues import Clues
-from sim.effects.values import SOUGHT, Mat3, Parameter, Role, Vec3, told
+from sim.effects.values import SOUGHT, Mat3, Parameter, Role, Vec3, input_error
 from sim.state import Array, State
 
 ZERO3: Vec3 = (0.0, 0.0, 0.0)
@@ -48,7 +48,7 @@ def frozen(cls: type[E]) -> type[E]:
         except ValidationError as error:
             known = self.parameters()
             given = {p.name: value for p, value in zip(known, args, strict=False)} | values
-            problem = told(error, known, given)
+            problem = input_error(error, known, given)
             place = ".".join(filter(None, (self.name, problem.where)))
             raise InputError(problem.what, where=place, do=problem.do) from None
 

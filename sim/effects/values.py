@@ -152,7 +152,7 @@ class Parameter:
         return f"a number or {plain}" if self.quantity.per_axis else plain
 
 
-def told(error: ValidationError, parameters: Sequence[Parameter], given: Mapping[str, Any]) -> InputError:
+def input_error(error: ValidationError, parameters: Sequence[Parameter], given: Mapping[str, Any]) -> InputError:
     """The first of pydantic's errors about the values given for an effect's parameters, in one line.
 
     Its `where` is the name of the parameter, empty where the parameters do not go together.

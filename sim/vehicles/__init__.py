@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
 
 from sim.vehicles.auv import Auv
-from sim.vehicles.base import Vehicle
+from sim.vehicles.base import Vehicle, VehicleTable
 from sim.vehicles.quadrotor import Quadrotor
 from sim.vehicles.turntable import Turntable
 
 VEHICLES: dict[str, type[Vehicle]] = {"auv": Auv, "quadrotor": Quadrotor, "turntable": Turntable}
 
+if TYPE_CHECKING:
+    VehicleSpec = VehicleTable
+else:
+    VehicleSpec = Annotated[reduce(or_, (cls.table for cls in VEHICLES.values())), Field(discriminator="kind")]
+"""The `vehicle` table of a scenario: that of any vehicle here, told by its kind."""
 
-def vehicle_for(spec: Any) -> Vehicle:
+
+def vehicle_for(spec: VehicleTable) -> Vehicle:
     """The vehicle of a scenario's vehicle table."""
     return VEHICLES[spec.kind](spec)

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import mujoco
 import numpy as np
+from pydantic import Field
 
 from scenarios.paths.base import PhaseBase
 from scenarios.paths.dive import Ascent, Descent
-from scenarios.spec import AuvSpec
 from sim.engine import Log, mass_matrix
 from sim.portable import product, pseudo_inverse
 from sim.state import Array
 from sim.vehicles.auv_control import GAINS_SIZE, MEMORY_SIZE, THRUSTERS, follow
-from sim.vehicles.base import Kinematics, Vehicle, free_body_kinematics
+from sim.vehicles.base import Kinematics, Vehicle, VehicleTable, free_body_kinematics
 
 FEEDBACK = np.array([2.25, 3.0, 0.8, 6.25, 5.0, 4.0, 1.0])
 """Position 1/s^2, velocity 1/s, integral 1/s^3; attitude, rate, integral likewise; limit of linear feedback, m/s^2."""
@@ -28,11 +28,24 @@ FIRST_COEFFICIENT, FIRST_MASS, FIRST_INERTIA = 0, 6, 9
 """Columns of geom_fluid: whether the ellipsoid model acts, virtual mass (3) and inertia (3) at unit density."""
 
 
+WaterSpeed = Annotated[float, Field(ge=-10, le=10)]
+
+
+class AuvSpec(VehicleTable):
+    """The torpedo-shaped AUV, in a uniform ocean current."""
+
+    kind: Literal["auv"]
+    current_enu_m_s: tuple[WaterSpeed, WaterSpeed, WaterSpeed] = (0.0, 0.0, 0.0)
+    depth_m: float = Field(0.0, ge=0, le=11_000, description="depth at the start")
+    heading_deg: float = Field(0.0, ge=-360, le=360, description="counter-clockwise from east")
+
+
 class Auv(Vehicle):
     """Neutral torpedo of 83 kg, 2 m long, with eight thrusters, and a ballast for the dive."""
 
     spec: AuvSpec
     name: ClassVar[str] = "auv"
+    table: ClassVar[type[VehicleTable]] = AuvSpec
     summary: ClassVar[str] = "neutral torpedo with eight thrusters: drag, added mass, righting moment, ocean current"
     model_file: ClassVar[str] = "auv.xml"
     body: ClassVar[str] = "auv"

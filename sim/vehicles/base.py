@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from scenarios.paths.base import PhaseBase
+from scenarios.spec import Table
 from sim.engine import Log
 from sim.state import Array
 
@@ -31,6 +32,12 @@ class Kinematics:
     accel_m_s2: Array
 
 
+class VehicleTable(Table):
+    """The `vehicle` table of a scenario; a subclass says its `kind`, one word, and what else a user may set."""
+
+    kind: str
+
+
 @dataclass(frozen=True)
 class Vehicle(ABC):
     """One vehicle, made from its table of the scenario (`spec`).
@@ -41,11 +48,14 @@ class Vehicle(ABC):
 
     spec: Any
     name: ClassVar[str]
+    table: ClassVar[type[VehicleTable]]
     summary: ClassVar[str]
     model_file: ClassVar[str]
     body: ClassVar[str]
     motors: ClassVar[int]
     memory_size: ClassVar[int] = 1
+    tilts: ClassVar[bool] = True
+    """Whether it can roll and pitch without moving away."""
     control: ClassVar[Callable[..., None]]
 
     def model(self) -> mujoco.MjModel:

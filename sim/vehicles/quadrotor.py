@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import mujoco
 import numpy as np
 from numba import njit
+from pydantic import Field
 
 from scenarios.paths.base import PhaseBase
 from sim.engine import Log
 from sim.state import Array
-from sim.vehicles.base import STEP_S, Kinematics, Vehicle, free_body_kinematics
+from sim.vehicles.base import STEP_S, Kinematics, Vehicle, VehicleTable, free_body_kinematics
 from sim.vehicles.quadrotor_control import SIZE, control
 
 GUST_CORRELATION_S = 5.0
@@ -30,6 +31,19 @@ def _gauss_markov(noise, decay, last):  # type: ignore[no-untyped-def]
             noise[k, i] = last[i]
 
 
+WindSpeed = Annotated[float, Field(ge=-100, le=100)]
+
+
+class QuadrotorSpec(VehicleTable):
+    """The quadrotor, in a uniform wind with gusts."""
+
+    kind: Literal["quadrotor"]
+    wind_enu_m_s: tuple[WindSpeed, WindSpeed, WindSpeed] = (0.0, 0.0, 0.0)
+    gust_std_m_s: float = Field(0.0, ge=0, le=20)
+    height_m: float = Field(30.0, ge=0, le=5_000, description="height at the start")
+    heading_deg: float = Field(0.0, ge=-360, le=360, description="counter-clockwise from east")
+
+
 class Quadrotor(Vehicle):
     """1.5 kg, four rotors in X; a geometric controller follows position and yaw.
 
@@ -37,8 +51,10 @@ class Quadrotor(Vehicle):
     """
 
     name: ClassVar[str] = "quadrotor"
+    table: ClassVar[type[VehicleTable]] = QuadrotorSpec
     summary: ClassVar[str] = "1.5 kg quadrotor with four rotors, aerodynamic drag, wind and gusts"
     model_file: ClassVar[str] = "quadrotor.xml"
+    tilts: ClassVar[bool] = False
     body: ClassVar[str] = "quadrotor"
     motors: ClassVar[int] = 4
     memory_size: ClassVar[int] = SIZE

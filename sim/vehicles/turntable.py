@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import mujoco
 import numpy as np
@@ -12,7 +12,7 @@ from scenarios.paths.base import PhaseBase
 from sim.engine import Log, control_signature
 from sim.rotation import multiply_q, q_from_rotation_vector
 from sim.state import Array
-from sim.vehicles.base import Kinematics, Vehicle
+from sim.vehicles.base import Kinematics, Vehicle, VehicleTable
 
 BANDWIDTH_RAD_S = 15.0
 """Natural frequency of the critically damped error; at 50 Hz the loop is stable up to 0.83 / 0.02 s = 41 rad/s."""
@@ -64,6 +64,12 @@ def control(qpos, qvel, reference, gains, memory, ctrl):  # type: ignore[no-unty
         ctrl[i] += gains[1 + i] * qvel[i]
 
 
+class TurntableSpec(VehicleTable):
+    """The three-axis non-magnetic turntable: yaw outside, pitch, roll inside."""
+
+    kind: Literal["turntable"]
+
+
 class Turntable(Vehicle):
     """Three balanced frames on hinges with torque motors; R_wb = Rz(yaw) Ry(pitch) Rx(roll), the position stays zero.
 
@@ -71,6 +77,7 @@ class Turntable(Vehicle):
     """
 
     name: ClassVar[str] = "turntable"
+    table: ClassVar[type[VehicleTable]] = TurntableSpec
     summary: ClassVar[str] = "three-axis non-magnetic turntable of the laboratory: yaw outside, pitch, roll inside"
     model_file: ClassVar[str] = "turntable.xml"
     body: ClassVar[str] = "platform"

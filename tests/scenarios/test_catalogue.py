@@ -1,19 +1,26 @@
 """Every scenario of the catalogue: loads, suits its vehicle, round-trips; sizes that its header promises."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
 
 from scenarios.errors import InputError
-from scenarios.load import apply_vary, as_dict, catalogue, load, to_toml
+from scenarios.load import catalogue
 from scenarios.names import CATALOGUE, scenario_names
 from scenarios.paths import Start
 from scenarios.paths.excited import Excited
-from scenarios.schema import json_schema
-from scenarios.spec import Scenario
+from scenarios.toml import as_dict, to_toml
+from scenarios.vary import apply_vary
+from sim.effects import BY_NAME
+from sim.effects.base import Effect
+from sim.effects.drift import SensorOffset
+from sim.effects.iron import HardIron, SoftIron
+from sim.effects.noise import FlickerNoise
+from sim.scenario import Scenario, SensorSpec, json_schema, load
 
+E = TypeVar("E", bound=Effect)
 NAMES = scenario_names()
 PROMISED = {
     *("auv-dive", "auv-spiral", "auv-spiral-excited", "auv-comb", "quad-spiral", "quad-comb", "quad-calibration"),
@@ -44,7 +51,11 @@ def test_scenario_round_trips(name: str, tmp_path: Path) -> None:
 
 
 def _vector(name: str, effect: str, key: str) -> Any:
-    return np.array(load(name).effects[effect][key])
+    return np.array(getattr(load(name).effects[effect][0], key))
+
+
+def _first(owner: Scenario | SensorSpec, kind: type[E]) -> E:
+    return owner.effects.of_kind(kind)[0]
 
 
 def _axes(xy: float, xz: float, yz: float) -> Any:
@@ -138,7 +149,7 @@ def test_standard_case_is_the_same_in_the_benchs_frames(name: str) -> None:
     scenario = load(f"standard-{name}")
     reference = scenario.phases[0].reference(Start((0, 0, 0), 0), t + 10)
     ours = _body_field(scenario.field.enu_nT, *reference[:, 9:12].T)
-    soft, hard = scenario.effects["soft_iron"]["matrix"], scenario.effects["hard_iron"]["offset_nT"]
+    soft, hard = (np.array(v) for v in (_first(scenario, SoftIron).matrix, _first(scenario, HardIron).offset_nT))
     np.testing.assert_allclose(ours + ours @ np.transpose(soft) + hard, expected, atol=0.1)
 
 
@@ -160,7 +171,7 @@ def test_vary_is_reproducible_and_in_range() -> None:
     scenario = load("gradiometer-turntable")
     one, same, other = (apply_vary(scenario, np.random.default_rng(seed)) for seed in (1, 1, 2))
     assert one == same != other
-    offsets = np.array([sensor.effects["sensor_offset"]["offset_nT"] for sensor in one.sensors])
+    offsets = np.array([_first(sensor, SensorOffset).offset_nT for sensor in one.sensors])
     assert len(set(offsets.ravel())) == 12
     assert np.abs(offsets).max() <= 200
     assert not one.vary
@@ -171,8 +182,8 @@ def test_vary_draws_in_sorted_order_of_keys() -> None:
     scenario = load("tumble", ['vary."effects.flicker_noise.density_nT_sqrt_hz".normal=[30, 1]'])
     assert list(scenario.vary) != sorted(scenario.vary)
     drawn, rng = apply_vary(scenario, np.random.default_rng(7)), np.random.default_rng(7)
-    np.testing.assert_allclose(drawn.effects["flicker_noise"]["density_nT_sqrt_hz"], rng.normal(30, 1, 3), rtol=1e-15)
-    np.testing.assert_array_equal(drawn.effects["hard_iron"]["offset_nT"], rng.uniform(-4000, 4000, 3))
+    np.testing.assert_allclose(_first(drawn, FlickerNoise).density_nT_sqrt_hz, rng.normal(30, 1, 3), rtol=1e-15)
+    np.testing.assert_array_equal(_first(drawn, HardIron).offset_nT, rng.uniform(-4000, 4000, 3))
 
 
 def test_schema_knows_the_files_keys() -> None:
@@ -187,11 +198,18 @@ def test_schema_knows_the_files_keys() -> None:
             assert set(phase) <= set(keys)
 
 
-def test_schema_takes_in_the_effects() -> None:
-    table = {"type": "object", "properties": {"std_nT": {"type": "array"}}}
-    schema = json_schema({"white_noise": table})
-    effects = schema["$defs"]["Effects"]
-    assert schema["properties"]["effects"]["$ref"] == "#/$defs/Effects"
-    assert schema["$defs"]["SensorSpec"]["properties"]["effects"]["$ref"] == "#/$defs/Effects"
-    assert effects["additionalProperties"] is False
-    assert effects["properties"]["white_noise"]["anyOf"][0] == table
+def test_schema_is_complete_to_the_parameters_of_each_effect() -> None:
+    schema = json_schema()
+    known = schema["$defs"]
+    for owner in (schema, known["SensorSpec"]):
+        assert owner["properties"]["effects"]["$ref"] == "#/$defs/Effects"
+    assert known["Effects"]["additionalProperties"] is False
+    assert list(known["Effects"]["properties"]) == list(BY_NAME)
+    for name, cls in BY_NAME.items():
+        one, several = known["Effects"]["properties"][name]["anyOf"]
+        table = known[one["$ref"].rsplit("/", 1)[1]]
+        assert several["items"] == one
+        assert list(table["properties"]) == [p.name for p in cls.parameters()]
+        assert table["additionalProperties"] is False
+    offset = known["HardIron"]["properties"]["offset_nT"]
+    assert (offset["minItems"], offset["prefixItems"][2]) == (3, {"type": "number", "minimum": -1e6, "maximum": 1e6})

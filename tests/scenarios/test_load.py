@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from scenarios.errors import InputError
-from scenarios.load import as_dict, digest, load, load_model, to_toml
-from scenarios.spec import Scenario
-from scenarios.toml import dumps
+from scenarios.toml import as_dict, digest, dumps, to_toml
+from sim.effects.faults import Spikes
+from sim.effects.noise import WhiteNoise
+from sim.scenario import Scenario, load, load_model
 
 GOOD = """
 name = "test"
@@ -185,7 +186,8 @@ def test_overrides_replace_values(file: Path) -> None:
     scenario = load(file, overrides)
     assert scenario.phases[1].duration_s == 300
     assert scenario.vehicle.model_dump()["current_enu_m_s"] == (0.1, 0, 0)
-    assert scenario.effects == {"white_noise": {"std_nT": [5, 6, 5]}, "spikes": {"rate_hz": 0.1}}
+    assert scenario.effects.written == {"white_noise": {"std_nT": [5, 6, 5]}, "spikes": {"rate_hz": 0.1}}
+    assert scenario.chain() == (WhiteNoise((5, 6, 5)), Spikes(0.1))
     assert (scenario.name, scenario.sampling.rate_hz) == ("other", 5)
 
 

@@ -13,11 +13,12 @@ from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
 from scenarios.paths import Phase, PhaseBase, Start
-from scenarios.spec import AuvSpec, FieldSpec, SamplingSpec, Scenario
+from scenarios.spec import FieldSpec, SamplingSpec
 from sim.engine import Course, advance, log_of, plant_of
 from sim.motion import drive
 from sim.rotation import matrix_from_q
-from sim.vehicles.auv import Auv
+from sim.scenario import Scenario
+from sim.vehicles.auv import Auv, AuvSpec
 from sim.vehicles.auv_control import MATRIX, NU, RATE, WRENCH, follow
 from sim.vehicles.base import STEP_S
 from tests.sim.fossen import DENSITY, GRAVITY, UP, Array, Fossen

@@ -11,11 +11,10 @@ from pydantic import TypeAdapter
 from scipy.integrate import solve_ivp
 
 from scenarios.paths import Phase, Start
-from scenarios.spec import QuadrotorSpec
 from sim.engine import Course, advance, log_of, plant_of
 from sim.rotation import matrix_from_q
 from sim.vehicles.base import STEP_S
-from sim.vehicles.quadrotor import GUST_CORRELATION_S, Quadrotor
+from sim.vehicles.quadrotor import GUST_CORRELATION_S, Quadrotor, QuadrotorSpec
 from sim.vehicles.quadrotor_control import SIZE, control, mix
 
 WEIGHT_N = 1.5 * 9.81

@@ -11,9 +11,10 @@ import pytest
 from pydantic import TypeAdapter
 
 from scenarios.paths import Phase, Start
-from scenarios.spec import FieldSpec, QuadrotorSpec, SamplingSpec, Scenario
+from scenarios.spec import FieldSpec, SamplingSpec
 from sim.motion import Motion, drive
-from sim.vehicles.quadrotor import AMPERE_PER_N32, Quadrotor
+from sim.scenario import Scenario
+from sim.vehicles.quadrotor import AMPERE_PER_N32, Quadrotor, QuadrotorSpec
 from sim.vehicles.quadrotor_control import SIZE, attitude_for, control
 
 WEIGHT_N = 1.5 * 9.81

@@ -12,12 +12,13 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from scenarios.spec import FieldSpec, SamplingSpec, Scenario, TurntableSpec
+from scenarios.spec import FieldSpec, SamplingSpec
 from sim.engine import Log
 from sim.motion import drive
 from sim.rotation import matrix_from_euler, matrix_from_q
+from sim.scenario import Scenario
 from sim.vehicles.base import STEP_S
-from sim.vehicles.turntable import Turntable, control, inverse_dynamics
+from sim.vehicles.turntable import Turntable, TurntableSpec, control, inverse_dynamics
 
 STOPS = {"kind": "turntable_stops", "dwell_s": 5}
 TURNS = {"kind": "turntable_turns", "rate_deg_s": 30}

@@ -8,9 +8,8 @@ import pytest
 from pydantic import TypeAdapter
 
 from scenarios.paths import PHASES, Phase
-from scenarios.spec import VehicleSpec
 from sim.engine import CONTROL, Log, mass_matrix
-from sim.vehicles import VEHICLES, vehicle_for
+from sim.vehicles import VEHICLES, VehicleSpec, vehicle_for
 from sim.vehicles.base import STEP_S, Vehicle
 
 TABLES = {

@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.load import load
-from scenarios.spec import ModelSpec
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.dataset import Recording
 from sim.dataset.assemble import recording_of
+from sim.scenario import ModelSpec, load
 from sim.simulate import Plan, blocks, plan
 from sim.state import State
 from validation.diagnosis.problem.pose import pose

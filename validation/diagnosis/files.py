@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from scenarios.errors import InputError
-from scenarios.load import load_model
-from scenarios.spec import ModelSpec
 from sim.dataset import Recording, read_recording
+from sim.scenario import ModelSpec, load_model
 from validation.calibrating.fitting import reference_of
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.repair.confirm import confirmed

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.spec import Scenario
 from sim.effects.base import Effect
+from sim.scenario import Scenario
 from sim.state import Array
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.localise import Share

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenarios.spec import Model
 from sim.dataset import Recording
 from sim.effects import BY_NAME
+from sim.scenario import Model
 from sim.state import Array
 from validation.diagnosis.decision.belief import Belief, believed
 from validation.diagnosis.decision.iron import absorbed_effects

@@ -13,11 +13,11 @@ import numpy as np
 import calib
 from calib import Reference
 from scenarios.plain import json_ready
-from scenarios.spec import Scenario
 from sim import effects as effect_table
 from sim.dataset import Recording, Truth, read_run
 from sim.dataset.files import locked_directory, write_text
 from sim.generate import write_runs
+from sim.scenario import Scenario
 from validation.calibrating.files import write_calibrations
 from validation.calibrating.fitting import fit_all, sensors
 from validation.scoring.holdout import HoldOut, Surroundings, hold_out

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.result import Calibration
-from scenarios.spec import Scenario
 from sim.dataset.recording import Recording, Truth
+from sim.scenario import Scenario
 from sim.tracking import Tracking
 from validation.scoring.scores import Score
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim import effects as effect_table
 from sim.chain import apply_deterministic
 from sim.state import Array
 from validation.diagnosis.result import Diagnosis, How
@@ -49,8 +48,7 @@ def sides(found: Diagnosis) -> Sides:
     if problem.mode == "strength":
         measured = np.linalg.norm(problem.state.field_nT, axis=1)[:, None] + problem.target * problem.sigma_nT
         return Sides(measured, measured - found.before_nT, measured - found.after_nT)
-    made = effect_table.build(found.model.effects, found.model.effect_order, "model")
-    smooth = [effect for effect in made if not effect.clues.converter]
+    smooth = [effect for effect in found.model.chain() if not effect.clues.converter]
     return Sides(problem.recording.mag_nT, problem.predicted_nT, apply_deterministic(smooth, problem.state)[0])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scenarios.errors import InputError
-from sim.effects import BY_NAME, as_tables, build, describe, json_schema, merged, summary
+from sim.effects import BY_NAME, Effects, as_tables, build, describe, in_order, summary
 from sim.effects.drift import OffsetJump, SensorOffset
 from sim.effects.geometry import Scale
 from sim.effects.iron import HardIron
@@ -18,7 +18,7 @@ from sim.effects.noise import WhiteNoise
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
-        ({"hard_irn": {}}, "a.toml: effects: no effect 'hard_irn' (did you mean hard_iron"),
+        ({"hard_irn": {}}, "a.toml: effects.hard_irn: no effect of this name (did you mean hard_iron"),
         ({"hard_iron": {"ofset_nT": 3}}, "a.toml: effects.hard_iron: no parameter 'ofset_nT' (it has offset_nT)"),
         ({"hard_iron": {"offset_nT": 3}}, "a.toml: effects.hard_iron.offset_nT: expected three numbers, found 3"),
         ({"hard_iron": {"offset_nT": [1, 2]}}, "expected three numbers, found [1, 2]"),
@@ -26,8 +26,11 @@ from sim.effects.noise import WhiteNoise
         ({"hard_iron": {"offset_nT": "big"}}, "expected three numbers, found 'big'"),
         ({"hard_iron": {"offset_nT": [1, 2, True]}}, "expected three numbers, found [1, 2, True]"),
         ({"hard_iron": {"offset_nT": [1, 2, 1e9]}}, "effects.hard_iron.offset_nT: 1e+09 is outside -1e+06 to 1e+06 nT"),
-        ({"hard_iron": 3}, "a.toml: effects.hard_iron: expected a table or an array of tables, found 3"),
-        ({"hard_iron": [{}, {"offset_nT": 1}]}, "a.toml: effects.hard_iron[1].offset_nT: expected three numbers"),
+        (
+            {"hard_iron": 3},
+            "a.toml: effects.hard_iron: an effect is a table of parameters, or an array of tables",
+        ),
+        ({"hard_iron": [{}, {"offset_nT": 1}]}, "a.toml: effects.hard_iron.1.offset_nT: expected three numbers"),
         ({"white_noise": {"std_nT": [1, 2]}}, "expected a number or three numbers, found [1, 2]"),
         ({"white_noise": {"std_nT": -1}}, "-1 is outside 0 to 100000 nT"),
         ({"white_noise": {"std_nT": float("nan")}}, "expected finite numbers, found nan"),
@@ -82,11 +85,16 @@ def test_effects_that_no_table_can_order_are_refused():
 
 
 def test_a_sensor_adds_its_own_effects():
-    tables = {"hard_iron": {"offset_nT": [1, 0, 0]}}
-    both = merged(tables, {"hard_iron": [{"offset_nT": [0, 1, 0]}], "sensor_offset": {"offset_nT": [0, 0, 1]}})
-    expected = (HardIron((1, 0, 0)), HardIron((0, 1, 0)), SensorOffset((0, 0, 1)))
-    assert build(both, None, "") == expected
-    assert tables == {"hard_iron": {"offset_nT": [1, 0, 0]}}
+    shared = Effects({"hard_iron": {"offset_nT": [1, 0, 0]}})
+    own = Effects({"hard_iron": [{"offset_nT": [0, 1, 0]}], "sensor_offset": {"offset_nT": [0, 0, 1]}})
+    assert in_order([shared, own], None) == (HardIron((1, 0, 0)), HardIron((0, 1, 0)), SensorOffset((0, 0, 1)))
+    assert shared.of_kind(HardIron) == (HardIron((1, 0, 0)),)
+
+
+def test_tables_are_kept_as_they_are_written():
+    written = {"white_noise": {"std_nT": 5}, "hard_iron": {}}
+    assert list(Effects(written).written.items()) == list(written.items())
+    assert Effects(written) != Effects({"white_noise": {"std_nT": [5, 5, 5]}, "hard_iron": {}})
 
 
 def test_numpy_values_are_taken():
@@ -98,12 +106,3 @@ def test_every_effect_is_described():
     for name, cls in BY_NAME.items():
         assert summary(name)
         assert all(p.name in describe(name) for p in cls.parameters())
-
-
-def test_schema_covers_every_parameter_and_is_json():
-    schema = json.loads(json.dumps(json_schema()))
-    for name, cls in BY_NAME.items():
-        plain = schema[name]["anyOf"][0]
-        assert list(plain["properties"]) == [p.name for p in cls.parameters()]
-        assert plain["additionalProperties"] is False
-    assert schema["hard_iron"]["anyOf"][0]["properties"]["offset_nT"]["maxItems"] == 3

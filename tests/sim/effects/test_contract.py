@@ -10,7 +10,8 @@ import pytest
 
 from scenarios.errors import InputError
 from sim.chain import Chain
-from sim.effects import BY_NAME, EFFECTS, build, table
+from sim.effects import BY_NAME, EFFECTS, build
+from sim.effects.tables import table
 
 every = pytest.mark.parametrize("cls", EFFECTS, ids=lambda cls: cls.name)
 

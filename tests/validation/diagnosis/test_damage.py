@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.spec import ModelSpec
-from sim import effects as effect_table
 from sim.processes import GaussMarkov
 from sim.rotation import multiply_q, q_from_rotation_vector
+from sim.scenario import ModelSpec
 from validation.diagnosis.decision import selection
 from validation.diagnosis.evidence import compare, ground
 from validation.diagnosis.evidence.battery import Battery
@@ -58,7 +57,7 @@ def _problem(recording: Any, model: ModelSpec) -> LinearProblem:
     assert model.field is not None
     assert model.field.enu_nT is not None
     field = np.array(model.field.enu_nT)
-    effects = effect_table.build(model.effects, None, "test")
+    effects = model.chain()
     return pose(recording, field, float(np.linalg.norm(field)), effects)
 
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.load import load_model
 from scenarios.toml import to_toml
 from sim import effects as effect_table
+from sim.scenario import load_model
 from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from scenarios.errors import InputError
-from scenarios.load import load
 from sim.generate import generate
+from sim.scenario import load
 from validation.inspection.log import read_log, series_of
 
 CSV = """t,bx,by,bz,temperature_degC

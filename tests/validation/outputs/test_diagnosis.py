@@ -21,7 +21,7 @@ import validation.views.recording.diagnosis as diagnosis_recording
 from magbench.cli import Ended
 from magbench.tables import show_diagnosis
 from scenarios.errors import InputError
-from scenarios.load import load_model
+from sim.scenario import load_model
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.verdict import Verdict

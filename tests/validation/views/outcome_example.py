@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from calib.result import Calibration, Status
-from scenarios.spec import Scenario
 from sim.dataset.recording import Recording, Truth
+from sim.scenario import Scenario
 from validation.scoring.outcome import Array, Outcome
 from validation.scoring.scores import Score
 

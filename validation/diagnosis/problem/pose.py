@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from scenarios.errors import InputError
-from scenarios.spec import Model, Scenario
-from sim import effects as effect_table
 from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.field import earth_field_enu_nT
+from sim.scenario import Model, Scenario
 from sim.state import Array
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
@@ -55,7 +54,7 @@ def posed(
 
     Raises InputError as `pose` does, and for a bad effect table of the model.
     """
-    effects = effect_table.build(model.effects, model.effect_order, "model")
+    effects = model.chain()
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = earth_field_enu_nT(model.field)
     strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or NOMINAL_NT

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenarios.spec import Model
 from sim.dataset import Recording
 from sim.effects.base import Effect
+from sim.scenario import Model
 from sim.state import Array
 from validation.diagnosis.decision.wording import advice_for
 from validation.diagnosis.problem.blocks import Cut, Fit, block_sums, colour, sums

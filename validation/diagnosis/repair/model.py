@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.spec import Model, ModelSpec, Scenario
-from sim import effects as effect_table
+from sim.effects import Effects, as_tables
 from sim.effects.base import Effect
 from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
+from sim.scenario import Model, ModelSpec, Scenario
 from sim.state import Array, State
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.chain import joined
@@ -43,8 +43,8 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
         x, y, z = (float(std) for std in np.resize(problem.sigma_nT, 3))
         new.append(WhiteNoise((x, y, z)))
     whole = _merged(joined(given, new), problem.state)
-    tables, order = effect_table.as_tables(whole)
-    changed = {"effects": tables, "effect_order": order}
+    tables, order = as_tables(whole)
+    changed = {"effects": Effects(tables), "effect_order": order}
     if isinstance(model, Scenario):
         return model.model_copy(update={**changed, "vary": {}})
     return Scenario.model_validate(

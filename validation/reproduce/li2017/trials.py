@@ -13,14 +13,14 @@ from calib.methods.kalman import KalmanSettings, Track, track
 from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.methods.kalman_rescaled import MICROTESLA
 from calib.models.vector import VectorData
-from scenarios.spec import Scenario
 from sim.chain import Chain
 from sim.dataset import Recording, Truth
 from sim.dataset.assemble import recording_of, truth_of
+from sim.effects import Effects
 from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient
 from sim.effects.papers import li2017
 from sim.effects.sources import LocalDipole
-from sim.scenario import load_checked
+from sim.scenario import Scenario, load
 from sim.simulate import blocks, plan
 from sim.state import Array, State
 from validation.reproduce.poses import held
@@ -210,9 +210,9 @@ def survey(task: tuple[int, tuple[str, ...]]) -> Survey:
 
 def flown(seed: int, without: tuple[str, ...] = ()) -> tuple[Recording, Truth]:
     """The survey's recording and truth."""
-    scenario: Scenario = load_checked("quad-comb")
-    kept = {name: table for name, table in scenario.effects.items() if name not in without}
-    ready = plan(scenario.model_copy(update={"effects": kept}), 0, seed)
+    scenario: Scenario = load("quad-comb")
+    kept = {name: table for name, table in scenario.effects.written.items() if name not in without}
+    ready = plan(scenario.model_copy(update={"effects": Effects(kept)}), 0, seed)
     pieces = list(blocks(ready))
     whole = {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
     return recording_of(whole), truth_of(whole, {})

@@ -15,7 +15,6 @@ from calib.methods.ellipsoid_segmented import EllipsoidSegmented
 from calib.methods.ga import Ga
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
-from scenarios.load import load
 from sim.chain import Chain
 from sim.dataset import Recording
 from sim.effects.base import Effect
@@ -23,6 +22,7 @@ from sim.effects.drift import SensorOffset
 from sim.effects.iron import HardIron, HardIronDrift
 from sim.effects.noise import WhiteNoise
 from sim.rotation import matrix_from_q
+from sim.scenario import load
 from sim.simulate import blocks, plan
 from sim.state import State
 from sim.streams import stream

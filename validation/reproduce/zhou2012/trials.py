@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from calib import Reference
 from calib.methods.de_turntable import NAMES, DeTurntable, axes_matrix, derivatives
-from scenarios.load import load
 from sim.chain import Chain
 from sim.dataset import Recording
 from sim.effects.base import Effect
@@ -17,6 +16,7 @@ from sim.effects.drift import SensorOffset
 from sim.effects.noise import WhiteNoise
 from sim.effects.papers import zhou2012
 from sim.field import earth_field_enu_nT
+from sim.scenario import load
 from sim.state import State
 from sim.streams import stream
 from validation.reproduce.poses import held

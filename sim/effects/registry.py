@@ -1,0 +1,91 @@
+"""The table of all effects, in their physical order.
+
+To add one: a class in a file of this package, and a line in EFFECTS. Injection, labels, checks, `list effects`, the
+editor's schema, the documentation, the diagnosis and the contract tests follow.
+"""
+
+from __future__ import annotations
+
+import difflib
+
+from scenarios.errors import InputError
+from sim.effects.base import Effect
+from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
+from sim.effects.drift import OffsetJump, OffsetRandomWalk, SensorOffset
+from sim.effects.dynamic import Bandwidth, Latency
+from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient
+from sim.effects.electronics import Quantisation, Saturation
+from sim.effects.faults import Dropouts, Spikes
+from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
+from sim.effects.iron import HardIron, HardIronDrift, SoftIron
+from sim.effects.noise import FlickerNoise, WhiteNoise
+from sim.effects.nonlinear import Hysteresis, Nonlinearity
+from sim.effects.sources import LocalDipole
+from sim.effects.temperature import TemperatureOffset, TemperatureScale
+
+EFFECTS: tuple[type[Effect], ...] = (
+    # field
+    DiurnalDrift,
+    FieldGradient,
+    LocalDipole,
+    AttitudeMisalignment,
+    # vehicle
+    SoftIron,
+    HardIron,
+    HardIronDrift,
+    EddyCurrent,
+    MotorCurrent,
+    CurrentRipple,
+    # sensor
+    Misalignment,
+    NonOrthogonality,
+    Scale,
+    Nonlinearity,
+    TemperatureScale,
+    TemperatureOffset,
+    Hysteresis,
+    Bandwidth,
+    SensorOffset,
+    OffsetJump,
+    OffsetRandomWalk,
+    FlickerNoise,
+    WhiteNoise,
+    # electronics; the delay interpolates, so it comes before the rounding
+    Latency,
+    Saturation,
+    Quantisation,
+    Spikes,
+    Dropouts,
+)
+"""Every effect, in the order in which the chain applies them unless a scenario gives another."""
+
+BY_NAME: dict[str, type[Effect]] = {cls.name: cls for cls in EFFECTS}
+
+
+def find(name: str, where: str) -> type[Effect]:
+    """The class of an effect; InputError with the nearest names if there is none."""
+    if name in BY_NAME:
+        return BY_NAME[name]
+    raise InputError(f"no effect {name!r}", where=where, do=nearest(name))
+
+
+def nearest(name: str) -> str:
+    """The names nearest to one that is not there, as advice."""
+    near = difflib.get_close_matches(name, BY_NAME, n=3) or list(BY_NAME)
+    return "did you mean " + ", ".join(near) + "?"
+
+
+def summary(name: str) -> str:
+    """The first sentence of an effect's documentation."""
+    return " ".join((find(name, "effects").__doc__ or "").split("\n\n")[0].split())
+
+
+def describe(name: str) -> str:
+    """An effect's documentation and its parameters with unit, range, default and meaning."""
+    cls = find(name, "effects")
+    lines = [f"{name} ({cls.stage}): {summary(name)}"]
+    lines += ["    " + line.strip() for line in (cls.__doc__ or "").split("\n")[1:] if line.strip()]
+    for p in cls.parameters():
+        values = ", ".join(p.options) or f"{p.low:g} to {p.high:g} {p.unit}".rstrip()
+        lines.append(f"  {p.name} = {p.default}  ({values}): {p.doc}")
+    return "\n".join(lines)
