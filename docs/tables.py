@@ -42,7 +42,14 @@ TRACKED = (
     *("quad-spiral", "quad-comb", "quad-calibration"),
     *("turntable-twelve-stops", "turntable-three-turns", "tumble"),
 )
-TYPES = {"float": "number", "int": "whole number", "str": "text", "date": "date", "bool": "true or false"}
+TYPES = {
+    "Effects": "tables",
+    "float": "number",
+    "int": "whole number",
+    "str": "text",
+    "date": "date",
+    "bool": "true or false",
+}
 
 
 def fill(page: str, *, measured: bool = True) -> str:
