@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from scenarios.errors import InputError
-from scenarios.load import load
 from sim.motion import drive
+from sim.scenario import load
 from sim.vehicles.quadrotor import Quadrotor
 
 BALL = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"

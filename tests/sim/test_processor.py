@@ -10,7 +10,7 @@ import sys
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__ as VECTOR_UNITS
 
-from scenarios.load import load
+from sim.scenario import load
 from sim.simulate import blocks, plan
 
 SCENARIOS = {

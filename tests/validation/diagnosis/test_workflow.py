@@ -9,6 +9,7 @@ import pytest
 
 from scenarios.toml import to_toml
 from sim import effects as effect_table
+from sim.effects import Effects
 from sim.scenario import load_model
 from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
@@ -65,7 +66,7 @@ def test_an_effect_is_seen_beside_the_attitude_errors_that_the_model_states(own)
 def test_a_wander_that_the_model_has_is_no_gap(flight, model) -> None:  # type: ignore[no-untyped-def]
     wander = {"flicker_noise": {"density_nT_sqrt_hz": [0.5, 0.5, 0.5]}}
     known = model()
-    known = known.model_copy(update={"effects": {**known.effects, **wander}})
+    known = known.model_copy(update={"effects": Effects({**known.effects.written, **wander})})
     assert diagnose(flight(wander, seed=3), known).verdict == "none"
     assert diagnose(flight(wander, seed=3), model()).verdict in ("named", "generic")
 
