@@ -26,11 +26,10 @@ from matplotlib.figure import Figure as MplFigure
 from matplotlib.patches import Rectangle
 
 from calib import CALIBRATORS
-from scenarios.load import load
-from scenarios.spec import Scenario
 from sim.dataset import read_run
 from sim.effects import EFFECTS
 from sim.generate import generate
+from sim.scenario import Scenario, load
 from sim.vehicles import VEHICLES
 from validation.inspection.inspection import inspect_file
 from validation.outputs.run import judge
