@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.util
 import resource
 import time
 from pathlib import Path
@@ -13,15 +12,10 @@ import pytest
 from rerun.chunk import RrdReader
 
 from scenarios.errors import InputError
+from tests.validation.views import outcome_example as example
 from validation.scoring.outcome import Array, Outcome
 from validation.views.recording import read_series, verify, write_recording
 from validation.views.shapes import gimbals, solids
-
-_spec = importlib.util.spec_from_file_location("outcome_example", Path(__file__).with_name("outcome_example.py"))
-assert _spec is not None
-assert _spec.loader is not None
-example = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(example)
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import dataclasses
 import html
-import importlib.util
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -15,18 +14,12 @@ import pytest
 
 from calib.result import Calibration, Status
 from scenarios.errors import InputError
+from tests.validation.views import outcome_example as example
 from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.scoring.scores import Score
-from validation.signals.thin import envelope, every_nth
 from validation.text import digits, plainly
 from validation.views.pages.outcome import SECTIONS, write_report
 from validation.views.words.outcome import notes_markdown, rms_length, score_table, what_was_simulated
-
-_spec = importlib.util.spec_from_file_location("outcome_example", Path(__file__).with_name("outcome_example.py"))
-assert _spec is not None
-assert _spec.loader is not None
-example = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(example)
 
 
 class Links(HTMLParser):
@@ -187,27 +180,6 @@ def test_residual_leaves_out_only_an_unobservable_rotation(outcome: Outcome) -> 
     assert rms_length(turned.residual_nT("kalman")) == pytest.approx(0.01 * outcome.field_strength_nT, rel=1e-6)
     fixed = {n: [dataclasses.replace(s, rotation_removed=False) for s in v] for n, v in outcome.scores.items()}
     assert rms_length(dataclasses.replace(turned, scores=fixed).residual_nT("sphere")) > 100
-
-
-def test_envelope_keeps_spikes_order_and_gaps() -> None:
-    time_s, values = np.arange(100_000) / 50, np.zeros((100_000, 3))
-    values[54_321, 1], values[77_777, 2] = 1e4, -1e4
-    values[10_000:40_000, 0] = np.nan
-    thin_s, thin = envelope(time_s, values, 500)
-    assert len(thin_s) <= 1000
-    assert np.all(np.diff(thin_s) >= 0)
-    assert np.nanmax(thin[:, 1]) == 1e4
-    assert np.nanmin(thin[:, 2]) == -1e4
-    assert abs(thin_s[np.nanargmax(thin[:, 1])] - time_s[54_321]) < 2 * 200 / 50
-    assert 0.28 < np.isnan(thin[:, 0]).mean() < 0.31
-    same_s, same = envelope(time_s[:900], values[:900], 500)
-    assert same_s is not thin_s
-    assert np.shares_memory(same, values)
-
-
-def test_stride_keeps_at_most_so_many() -> None:
-    for n in (1, 10, 11, 99, 1000):
-        assert 1 <= len(range(n)[every_nth(n, 10)]) <= 10
 
 
 def test_rms_length_is_of_vector_lengths_and_skips_gaps() -> None:
