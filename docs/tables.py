@@ -154,6 +154,13 @@ def units() -> str:
 # scenario files
 
 
+def scenarios() -> str:
+    """The catalogue."""
+    known = {name: load(name) for name in catalogue()}
+    rows = ((f"`{name}`", scenario.vehicle.kind, scenario.summary) for name, scenario in known.items())
+    return _table(("scenario", "vehicle", "what it is"), rows)
+
+
 def keys(*models: type[BaseModel]) -> Callable[[], str]:
     """Table of the keys of one or more tables of a scenario file."""
     return lambda: _table(("key", "value", "default", "range", "meaning"), (row for m in models for row in _keys(m)))
@@ -282,6 +289,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "static": static,
     "calibrators": calibrators,
     "units": units,
+    "catalogue": scenarios,
     "phases": phases,
     "field": keys(FieldSpec),
     "auv": keys(AuvSpec),
