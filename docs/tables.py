@@ -17,6 +17,7 @@ from pydantic.fields import FieldInfo
 from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Calibrator
+from scenarios.load import catalogue
 from scenarios.paths import PHASES
 from scenarios.spec import FieldSpec, NavigationSpec, SamplingSpec, ThermalSpec
 from sim.dataset.units import UNITS
