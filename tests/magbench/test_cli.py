@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from unittest import mock
@@ -154,22 +153,40 @@ def test_a_closed_output_is_no_error() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+SENT_AT_AN_IMPORT = """
+import os, sys
+from magbench.cli import main
+sent, left = int(sys.argv[1]), int(sys.argv[2])
+def count(event, _):
+    global left
+    left -= event == "import"
+    if event == "import" and left == 0:
+        os.kill(os.getpid(), sent)
+sys.addaudithook(count)
+sys.exit(main(sys.argv[3:]))
+"""
+INTERRUPTED = "magbench: interrupted; the same command resumes"
+
+
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_in_any_moment_of_the_start_ends_in_one_line(sent: signal.Signals, tmp_path: Path) -> None:
-    """From when Python itself has started (which says what it likes) until long after the imports."""
-    for delay_s in np.linspace(0.1, 1.5, 15):
-        process = subprocess.Popen(
-            [sys.executable, "-m", "magbench", "simulate", "auv-dive", "-o", str(tmp_path / "out")],
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        time.sleep(delay_s)
-        process.send_signal(sent)
-        told = process.communicate(timeout=60)[1].splitlines()
-        assert process.returncode == 128 + sent
-        assert [line for line in told if not line.startswith("simulating")] == [
-            "magbench: interrupted; the same command resumes"
-        ]
+@pytest.mark.parametrize("at", [1, 10, 100, 400, 800])
+def test_a_signal_while_modules_are_imported_ends_in_one_line(sent: signal.Signals, at: int, tmp_path: Path) -> None:
+    command = ["simulate", "auv-dive", "-o", str(tmp_path / "out")]
+    start = [sys.executable, "-c", SENT_AT_AN_IMPORT, str(sent.value), str(at)]
+    done = subprocess.run([*start, *command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.splitlines()) == (128 + sent, [INTERRUPTED])
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_during_the_work_ends_in_one_line(sent: signal.Signals, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "magbench", "simulate", "auv-dive", "-o", str(tmp_path / "out")]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    assert process.stderr.readline().startswith("simulating")
+    process.send_signal(sent)
+    told = process.communicate(timeout=60)[1].splitlines()
+    assert process.returncode == 128 + sent
+    assert [line for line in told if not line.startswith("simulating")] == [INTERRUPTED]
 
 
 @pytest.mark.parametrize(
