@@ -62,6 +62,18 @@ def known_paper(key: str) -> str:
     return key
 
 
+def field_vector(text: str | None) -> tuple[float, float, float] | None:
+    """Three numbers with commas between them, nT; raises InputError."""
+    if text is None:
+        return None
+    try:
+        east, north, up = (float(part) for part in text.split(","))
+    except ValueError:
+        do = "give three numbers: east,north,up in nT"
+        raise InputError(f"{text!r} is not a field vector", where="--field-enu-nT", do=do) from None
+    return east, north, up
+
+
 def split(text: str) -> list[str]:
     """The names in a list with commas."""
     return [name.strip() for name in text.split(",") if name.strip()]

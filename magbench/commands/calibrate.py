@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from magbench.arguments import complete_calibrators, known_calibrators, split
+from magbench.arguments import complete_calibrators, field_vector, known_calibrators, split
 from magbench.options import Data, FieldStrength, FieldVector, Json, Maps, Run
 
 
@@ -46,7 +46,7 @@ def calibrate(
     if export and out is None:
         raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")
     results = calibrate_file(
-        data, split(with_), run=run, maps=map_ or (), strength_nT=field_strength_nT, enu=field_enu_nT
+        data, split(with_), run=run, maps=map_ or (), strength_nT=field_strength_nT, enu=field_vector(field_enu_nT)
     )
     if out is not None:
         write_calibrations(results, out, export.split(",") if export else ())

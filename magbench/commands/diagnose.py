@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from magbench.arguments import complete_scenario, known_scenario, present
+from magbench.arguments import complete_scenario, field_vector, known_scenario, present
 from magbench.options import Data, FieldStrength, FieldVector, Json, Maps, Run
 
 Model = Annotated[
@@ -57,7 +57,7 @@ def diagnose(
             measured,
             model,
             confirm=confirm,
-            enu=field_enu_nT,
+            enu=field_vector(field_enu_nT),
             strength_nT=field_strength_nT,
             maps=map_ or (),
             actuators=actuator or (),

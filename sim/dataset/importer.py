@@ -42,10 +42,13 @@ def read_columns(
     out. Raises InputError for a file that cannot be read, without columns of time and field, or with text in their
     place.
     """
-    chosen = parse_maps(maps)
-    sources = {one.source for one in chosen}
-    table = load_table(path, lambda name: name in sources or (bool(name) and wanted(name)))
-    named = _named(path, table, chosen)
+    sources = {one.source for one in parse_maps(maps)}
+    return columns_of(path, load_table(path, lambda name: name in sources or (bool(name) and wanted(name))), maps)
+
+
+def columns_of(path: Path, table: pa.Table, maps: Sequence[str] = ()) -> RawColumns:
+    """The columns of a table, mapped and converted, see `read_columns`; `path` is what messages call it."""
+    named = _named(path, table, parse_maps(maps))
     _check_names(path, tuple(named), table.schema)
     decoded = {name: _decoded(path, name, *source) for name, source in named.items()}
     return RawColumns(path, {name: values for name, values in decoded.items() if values is not None})

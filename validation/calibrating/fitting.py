@@ -57,7 +57,7 @@ def calibrate_file(
     run: int = 0,
     maps: Sequence[str] = (),
     strength_nT: float | None = None,
-    enu: str | None = None,
+    enu: Sequence[float] | None = None,
 ) -> dict[str, Calibration]:
     """Fit the named calibrators to a run, a dataset or a measured log.
 
@@ -72,31 +72,31 @@ def calibrate_file(
     return fit_all(recording, reference_of(path, run, strength_nT, enu), names)
 
 
-def reference_of(path: Path, run: int, strength_nT: float | None, enu: str | None) -> Reference:
+def reference_of(path: Path, run: int, strength_nT: float | None, enu: Sequence[float] | None) -> Reference:
     """The reference that the caller states, else the field that a simulated run's file names; InputError for none."""
-    vector = _vector(enu) if enu is not None else None
+    if strength_nT is not None or enu is not None:
+        return stated_reference(str(path), strength_nT, enu)
+    known = parameters_of(path, run=run).get("field_enu_nT")
+    if known is not None:
+        _check_strength(math.hypot(*known), f"{path}: field_enu_nT of its metadata")
+    return stated_reference(str(path), None, known)
+
+
+def stated_reference(where: str, strength_nT: float | None, enu: Sequence[float] | None) -> Reference:
+    """The reference of a strength, of a vector (east, north, up), or of both, nT; InputError for neither."""
+    if strength_nT is None and enu is None:
+        do = "give --field-strength-nT F or --field-enu-nT E,N,U"
+        raise InputError("the field at this place is not known", where=where, do=do)
     if strength_nT is not None:
         _check_strength(strength_nT, "--field-strength-nT")
-    if vector is None and strength_nT is None:
-        known = parameters_of(path, run=run).get("field_enu_nT")
-        if known is None:
-            do = "give --field-strength-nT F or --field-enu-nT E,N,U"
-            raise InputError("the field at this place is not known", where=str(path), do=do)
-        vector = (known[0], known[1], known[2])
-        _check_strength(math.hypot(*vector), f"{path}: field_enu_nT of its metadata")
-    strength = float(np.linalg.norm(vector)) if strength_nT is None and vector is not None else strength_nT
-    assert strength is not None
-    return Reference(strength, vector)
-
-
-def _vector(text: str) -> tuple[float, float, float]:
-    try:
-        east, north, up = (float(part) for part in text.split(","))
-    except ValueError:
-        do = "give three numbers: east,north,up in nT"
-        raise InputError(f"{text!r} is not a field vector", where="--field-enu-nT", do=do) from None
-    _check_strength(math.hypot(east, north, up), "--field-enu-nT")
-    return east, north, up
+    if enu is None:
+        assert strength_nT is not None
+        return Reference(strength_nT)
+    if len(enu) != 3:
+        raise InputError(f"{enu!r} is not a field vector", where="--field-enu-nT", do="give east, north and up in nT")
+    _check_strength(math.hypot(*enu), "--field-enu-nT")
+    strength = float(np.linalg.norm(enu)) if strength_nT is None else strength_nT
+    return Reference(strength, (enu[0], enu[1], enu[2]))
 
 
 def _check_strength(strength_nT: float, where: str) -> None:

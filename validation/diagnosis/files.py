@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from calib import Reference
 from scenarios.errors import InputError
 from sim.dataset import Recording, read_recording
-from sim.scenario import ModelSpec, load_model
+from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.fitting import reference_of
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.repair.confirm import confirmed
@@ -23,7 +24,7 @@ def diagnose_file(
     model: str | None,
     *,
     confirm: Path | None = None,
-    enu: str | None = None,
+    enu: Sequence[float] | None = None,
     strength_nT: float | None = None,
     maps: Sequence[str] = (),
     actuators: Sequence[str] = (),
@@ -36,21 +37,39 @@ def diagnose_file(
     Raises InputError for files, columns, models and references that cannot be used.
     """
     spec = load_model(model) if model else ModelSpec()
+    unknown = enu is not None or strength_nT is not None or spec.field is None
+    reference = reference_of(measured, run, strength_nT, enu) if unknown else None
+    recording = with_actuators(read_recording(measured, run=run, maps=maps), actuators, measured)
+    second = None
+    if confirm is not None:
+        second = with_actuators(read_recording(confirm, run=run, maps=maps), actuators, confirm)
+    return diagnose_recording(
+        recording, spec, reference, confirm=second, fitted_base=model is None, policy=policy, say=say
+    )
+
+
+def diagnose_recording(
+    recording: Recording,
+    model: Model,
+    reference: Reference | None = None,
+    *,
+    confirm: Recording | None = None,
+    fitted_base: bool = False,
+    policy: Policy = STANDARD,
+    say: Callable[[str], object] = lambda what: None,
+) -> Diagnosis:
+    """Diagnose a recording, and ask a second one where it is given; see `workflow.diagnose`."""
     vector, strength = None, None
-    if enu is not None or strength_nT is not None or spec.field is None:
-        reference = reference_of(measured, run, strength_nT, enu)
+    if reference is not None:
         vector = None if reference.field_enu_nT is None else np.array(reference.field_enu_nT)
         strength = reference.strength_nT
-    recording = with_actuators(read_recording(measured, run=run, maps=maps), actuators, measured)
-    fitted = model is None
     found = diagnose(
-        recording, spec, field_enu_nT=vector, strength_nT=strength, fitted_base=fitted, policy=policy, say=say
+        recording, model, field_enu_nT=vector, strength_nT=strength, fitted_base=fitted_base, policy=policy, say=say
     )
     if confirm is None:
         return found
     say("the second recording")
-    second = with_actuators(read_recording(confirm, run=run, maps=maps), actuators, confirm)
-    return confirmed(found, second, spec, vector, strength)
+    return confirmed(found, confirm, model, vector, strength)
 
 
 def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Recording:

@@ -43,7 +43,11 @@ def inspect_file(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Inspe
     maps : `--map` texts, see `sim.dataset.importer.read_columns`. Faults of the values are findings, not errors.
     Raises InputError for a file without columns of time and field, or that cannot be read at all.
     """
-    log = read_log(path, maps=maps, run=run)
+    return inspect_log(read_log(path, maps=maps, run=run))
+
+
+def inspect_log(log: Log) -> Inspection:
+    """The same of a log that has been read."""
     findings = [_taken(log), *timing_findings(log), missing_finding(log)]
     looks = []
     for sensor in log.sensors:

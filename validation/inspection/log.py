@@ -75,7 +75,11 @@ def read_log(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Log:
 
     Raises InputError for a file that cannot be read, that has no columns of time and field, or text in their place.
     """
-    raw = read_columns(file_of(path, run), maps)
+    return log_of(read_columns(file_of(path, run), maps), maps)
+
+
+def log_of(raw: RawColumns, maps: Sequence[str] = ()) -> Log:
+    """The same of columns that have been read, with the maps that named them."""
     columns = {name: np.asarray(values, np.float64) for name, values in raw.named.items() if name != "phase"}
     return Log(raw.path, columns, {one.target: one.source for one in parse_maps(maps)}, _refusal(raw))
 

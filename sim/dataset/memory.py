@@ -1,0 +1,101 @@
+"""Recordings that are in memory already, through the same door as files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import ArrayLike
+
+from scenarios.errors import InputError
+from sim.dataset.assemble import recording_of
+from sim.dataset.checks import plausible, sound
+from sim.dataset.columns import mag_names
+from sim.dataset.importer import RawColumns, columns_of
+from sim.dataset.recording import Array, Recording
+
+WANTED = "pass an array (n, 3) in nT, a data frame or dict with columns time_s and mag_x_nT …, a path, or a Recording"
+ARRAY, FRAME = Path("array"), Path("data frame")
+"""What messages call them, where they would name a file."""
+
+
+@runtime_checkable
+class Frame(Protocol):
+    """A data frame of pandas, polars, pyarrow and others, which hand over their columns in Arrow's form."""
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        """A stream of the columns."""
+
+
+def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> RawColumns:
+    """The columns of an array (n, 3) in nT, of a data frame, or of a dict of columns, before any check.
+
+    time_s : (n,) beside an array; without it the samples are taken to be a second apart.
+    maps : as for files, see `importer.read_columns`.
+    Raises InputError for anything else, and for an array of another shape.
+    """
+    if isinstance(data, Frame):
+        return columns_of(FRAME, _table(data), maps)
+    if isinstance(data, Mapping):
+        return columns_of(FRAME, _table({str(name): _column(str(name), one) for name, one in data.items()}), maps)
+    mag_nT = _field(data)
+    time = np.arange(len(mag_nT), dtype=np.float64) if time_s is None else _times(time_s, len(mag_nT))
+    return columns_of(ARRAY, _table({"time_s": time, **dict(zip(mag_names(), mag_nT.T, strict=True))}), maps)
+
+
+def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> Recording:
+    """The same as a recording, checked and filled as a measured log is; InputError for what is not fit for use."""
+    raw = raw_columns_of(data, time_s=time_s, maps=maps)
+    return recording_of(plausible(raw.path, sound(raw)))
+
+
+def _table(columns: object) -> pa.Table:
+    try:
+        return pa.table(columns)
+    except (pa.ArrowException, ValueError, TypeError) as error:
+        reason = " ".join(str(error).split())[:160]
+        raise InputError(f"cannot be read: {reason}", where=str(FRAME), do=WANTED) from None
+
+
+def _column(name: str, values: object) -> pa.Array | np.ndarray[tuple[int], np.dtype[np.generic]]:
+    try:
+        column = np.asarray(values)
+    except ValueError:
+        column = np.empty((0, 0))
+    if column.ndim != 1:
+        raise InputError("is not a column of values", where=f"{FRAME}: {name}", do="give (n,) values, one a sample")
+    return pa.array(values) if column.dtype == object else column
+
+
+def _field(data: object) -> Array:
+    """An array (n, 3) of numbers, NaN where it is masked."""
+    kind = type(data).__name__
+    if data is None or isinstance(data, str | bytes | int | float | complex):
+        raise InputError(f"{_with_article(kind)} is not a recording", where="data", do=WANTED)
+    try:
+        values = np.asarray(data)
+    except ValueError:
+        raise InputError("its rows differ in length", where=str(ARRAY), do=WANTED) from None
+    if values.dtype.kind not in "fiu":
+        what = f"{_with_article(kind)} of {values.dtype} does not hold numbers"
+        raise InputError(what, where="data", do=WANTED)
+    if values.ndim == 2 and values.shape[0] == 3 != values.shape[1]:
+        raise InputError(f"has shape {values.shape}", where=str(ARRAY), do="rows are samples: pass its transpose, .T")
+    if values.ndim != 2 or values.shape[1] != 3:
+        raise InputError(f"has shape {values.shape}, not (n, 3)", where=str(ARRAY), do=WANTED)
+    return np.asarray(np.ma.filled(np.ma.asarray(data, np.float64), np.nan))
+
+
+def _times(time_s: ArrayLike, samples: int) -> Array:
+    values = np.asarray(time_s)
+    if values.dtype.kind not in "fiu" or values.shape != (samples,):
+        what = f"has shape {values.shape} and type {values.dtype}, not ({samples},) numbers"
+        raise InputError(what, where="time_s", do="give the time of every sample, in seconds")
+    return values.astype(np.float64)
+
+
+def _with_article(kind: str) -> str:
+    return f"an {kind}" if kind[0].lower() in "aeiou" else f"a {kind}"
