@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel
@@ -27,8 +27,7 @@ from sim.effects.values import Parameter
 from sim.motion import Motion, drive
 from sim.scenario import Scenario, SensorSpec, load
 from sim.streams import stream
-from sim.vehicles.auv import AuvSpec
-from sim.vehicles.quadrotor import QuadrotorSpec
+from sim.vehicles import VEHICLES
 from validation.diagnosis.verdict import Verdict
 from validation.signals.conventions import euler_deg
 
@@ -38,6 +37,7 @@ COUNTS = {"effects": len(EFFECTS), "(?:calibrators|methods)": len(CALIBRATORS)}
 """What README counts."""
 MARKS = re.compile(r"(<!-- table: ([\w-]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 STAGES = ("field", "vehicle", "sensor", "electronics")
+KEY_HEADS = ("key", "value", "default", "range", "meaning")
 TRACKED = (
     *("auv-spiral", "auv-spiral-excited", "auv-comb"),
     *("quad-spiral", "quad-comb", "quad-calibration"),
@@ -164,7 +164,17 @@ def scenarios() -> str:
 
 def keys(*models: type[BaseModel]) -> Callable[[], str]:
     """Table of the keys of one or more tables of a scenario file."""
-    return lambda: _table(("key", "value", "default", "range", "meaning"), (row for m in models for row in _keys(m)))
+    return lambda: _table(KEY_HEADS, (row for m in models for row in _keys(m)))
+
+
+def vehicles() -> str:
+    """Every kind of vehicle with its keys."""
+    parts = []
+    for kind, cls in VEHICLES.items():
+        rows = list(_keys(cls.table))
+        head = f'**`kind = "{kind}"`**. {_summary(cls.table)}'
+        parts.append(head + ("\n\n" + _table(KEY_HEADS, rows) if rows else " No other keys.\n"))
+    return "\n".join(parts)
 
 
 def phases() -> str:
@@ -173,7 +183,7 @@ def phases() -> str:
     for kind, model in PHASES.items():
         who = ", ".join(model.vehicles)
         head = f'**`kind = "{kind}"`** ({who}). {_summary(model)}'
-        parts.append(head + "\n\n" + _table(("key", "value", "default", "range", "meaning"), _keys(model)))
+        parts.append(head + "\n\n" + _table(KEY_HEADS, _keys(model)))
     return "\n".join(parts)
 
 
@@ -188,11 +198,13 @@ def _keys(model: type[BaseModel]) -> Iterable[tuple[str, ...]]:
 
 
 def _kind(annotation: Any) -> str:
+    if get_origin(annotation) is Annotated:
+        return _kind(get_args(annotation)[0])
     if get_origin(annotation) is Literal:
         return ", ".join(f'"{word}"' for word in get_args(annotation))
     parts = [part for part in get_args(annotation) if part is not type(None)]
     if get_origin(annotation) is tuple:
-        return {"float": f"{len(parts)} numbers", "str": "list of names"}.get(parts[0].__name__, "array of tables")
+        return {"number": f"{len(parts)} numbers", "text": "list of names"}.get(_kind(parts[0]), "array of tables")
     if get_origin(annotation) is dict:
         return "tables"
     if parts:
@@ -293,8 +305,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "catalogue": scenarios,
     "phases": phases,
     "field": keys(FieldSpec),
-    "auv": keys(AuvSpec),
-    "quadrotor": keys(QuadrotorSpec),
+    "vehicles": vehicles,
     "sampling": keys(SamplingSpec),
     "thermal": keys(ThermalSpec),
     "navigation": keys(NavigationSpec),
