@@ -52,16 +52,17 @@ def _imported(path: Path, known: set[str]) -> Iterable[str]:
 def covering(path: str, imports: Imports, most: int) -> list[str]:
     """The files of tests for a source file, the likeliest first, at most `most` of its own package.
 
-    A mirror is a test file in the same place below `tests`; after it come those that share the most of the file's
-    place, and among them those that import it directly or over the fewest steps.
+    A mirror is a test file of the same name in the same place below `tests`; after it come those that import the file
+    directly or over the fewest steps, and among them those that share the most of its name and of its place.
     """
     steps = imports.users(path)
     package, stem = Path(path).parts[0], Path(path).stem
 
-    def order(test: str) -> tuple[bool, int, int, str]:
+    def order(test: str) -> tuple[bool, int, int, int, str]:
         inside = Path(test).relative_to("tests")
         mirrored = inside.stem == f"test_{stem}" and inside.parent in Path(path).parents
-        return not mirrored, steps.get(test, FAR), -_shared(inside, Path(path)), test
+        words = len(set(stem.split("_")) & set(inside.stem.split("_")))
+        return not mirrored, steps.get(test, FAR), -words, -_shared(inside, Path(path)), test
 
     tests = [p for p in imports.of if Path(p).name.startswith("test_") and p.startswith(f"tests/{package}/")]
     return sorted(tests, key=order)[:most]
