@@ -29,7 +29,12 @@ def figure(value: float, significant: int = 3, *, zeros: bool = False) -> str:
 def figures(values: Sequence[float] | Any, significant: int = 3) -> str:
     """Numbers for a sentence: one where all are the same, else every one of them."""
     texts = [figure(float(v), significant) for v in values]
-    return texts[0] if len(set(texts)) == 1 else ", ".join(texts[:-1]) + f" and {texts[-1]}"
+    return texts[0] if len(set(texts)) == 1 else listed(texts)
+
+
+def listed(texts: Sequence[str]) -> str:
+    """ "a", "a and b", "a, b and c"."""
+    return ", ".join(texts[:-1]) + f" and {texts[-1]}" if len(texts) > 1 else "".join(texts)
 
 
 def counted(number: int, what: str, many: str = "") -> str:

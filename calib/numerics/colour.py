@@ -33,6 +33,14 @@ def inflation(residual: Array) -> float:
     return worst
 
 
+def white_ratios(total: Array, count: Array) -> Array:
+    """W = T^2 / n (m, k) of sums T (m, k) over blocks of n (m,) samples: chi squared of mean 1 in unit white noise.
+
+    Their mean is the W_L of `inflation`, for residuals that only their sums over blocks are known of.
+    """
+    return np.asarray(total**2 / count[:, None])
+
+
 def lasting_nT2(residual: Array) -> Array:
     """Covariance (k, k) of what passes for a constant in residuals (n, k), in order of time; zero for passing noise.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from validation.text import counted, digits, duration, figure, figures, frequency, plainly
+from validation.text import counted, digits, duration, figure, figures, frequency, listed, plainly
 
 
 @pytest.mark.parametrize(
@@ -34,6 +34,10 @@ def test_given_numbers_stay_as_given() -> None:
 def test_figures_are_one_where_all_are_the_same() -> None:
     assert figures([5.0, 5.001, 5.002]) == "5"
     assert figures([1.0, 2.0, 30_000.0]) == "1, 2 and 30,000"
+
+
+def test_listed() -> None:
+    assert [listed(["a", "b", "c"][:k]) for k in range(4)] == ["", "a", "a and b", "a, b and c"]
 
 
 @pytest.mark.parametrize(("number", "text"), [(0, "no gap"), (1, "1 gap"), (2, "2 gaps"), (1500, "1,500 gaps")])

@@ -20,18 +20,27 @@ from validation.text import duration, figure
 
 Array = NDArray[np.float64]
 SECTION = "frames"
-AGREES, DISAGREES = 0.9, 0.7
+AGREEING_SHARE, DISAGREEING_SHARE = 0.9, 0.7
 """Share of the gyro's variance that the attitude's derivative explains."""
+AS_GOOD = 0.05
+"""Two conventions whose shares differ by less explain the same."""
 TURNED_DEG = 5.0
-STEADY, UNSTEADY = 0.95, 0.85
+"""A turn between attitude and gyro that is more than the estimate's own error."""
+UNIT_TOLERANCE, SCALE_TOLERANCE, FIELD_TOLERANCE = 0.2, 0.1, 0.3
+"""How far a gyro's scale may be off: that of a unit, of none, and of one told by a field with soft iron in it."""
+UPRIGHT_DEG = 30.0
+"""The mean specific force of a motion with accelerations in it is upright to within this."""
+OFF_NORTH_DEG, STEEP_DEG = 45.0, 80.0
+"""Declinations are smaller but near the poles, where the field is steeper."""
+KEPT_LENGTH, LOST_LENGTH = 0.95, 0.85
 """Length of the mean of unit vectors that keep, and do not keep, their direction."""
-GYRO = "gyro_and_attitude"
-LATE_S = 0.05
-OFF_NORM = 0.02
+GYRO_FINDING = "gyro_and_attitude"
+SERIOUS_LAG_S = 0.05
+NORM_TOLERANCE = 0.02
 GYRO_UNITS = {"deg/s": 180 / np.pi, "mrad/s": 1e3}
-CALM = 0.1
+CALM_SHARE = 0.1
 """Largest deviation of the specific force from its median, of the samples whose direction is gravity's."""
-FROM_FIELD = 0.5
+LEAST_FIELD_SHARE = 0.5
 """Least share of the field's derivative that the gyro must explain before its unit is judged by it."""
 
 
@@ -49,7 +58,7 @@ def _norm(look: Look) -> Finding:
     assert look.series.att_q is not None
     off = np.abs(np.linalg.norm(look.series.att_q, axis=1) - 1)
     off = off[np.isfinite(off)]
-    worst, wrong = float(off.max()), int(np.count_nonzero(off > OFF_NORM))
+    worst, wrong = float(off.max()), int(np.count_nonzero(off > NORM_TOLERANCE))
     if not wrong:
         return Finding(SECTION, "quaternion_norm", worst, "", "The quaternions have norm 1.")
     text = f"{wrong:,} quaternions are off norm 1, by {figure(worst)} at most: check order and scale of the columns."
@@ -64,18 +73,18 @@ def _gyro_by_attitude(look: Look, q: Array) -> Finding | None:
     tried = {text: match_rates(series.time_s, read_as(q, text), series.gyro_rad_s) for text in CONVENTIONS}
     matches = {text: match for text, match in tried.items() if match is not None}
     if EXPECTED not in matches:
-        return Finding(SECTION, GYRO, {}, "", "It turns too little to compare gyro and attitude.", "note")
+        return Finding(SECTION, GYRO_FINDING, {}, "", "It turns too little to compare gyro and attitude.", "note")
     given, best = matches[EXPECTED], _likeliest(matches)
     value = {"share": given.share, "scale": given.scale, "angle_deg": given.angle_deg, "lag_s": given.lag_s}
     if best != EXPECTED:
-        text = f"The quaternion looks like ({best}), here ({EXPECTED}) is expected: read so, its rate explains "
-        text += f"{100 * matches[best].share:.3g} % of the gyro's variance, as it stands {100 * given.share:.3g} %"
+        text = f"The quaternion looks like ({best}) where ({EXPECTED}) is expected: its rate explains "
+        text += f"{100 * matches[best].share:.3g} % of the gyro's variance, read as expected {100 * given.share:.3g} %"
         text += "." if not given.angle_deg > TURNED_DEG else f" after a turn by {given.angle_deg:.3g} degrees."
-        return Finding(SECTION, GYRO, value, "", text, "warning")
-    if given.share < DISAGREES:
+        return Finding(SECTION, GYRO_FINDING, value, "", text, "warning")
+    if given.share < DISAGREEING_SHARE:
         share = max(0.0, 100 * given.share)
         text = f"The attitude's rate explains {share:.2g} % of the gyro's variance: the two disagree."
-        return Finding(SECTION, GYRO, value, "", text, "warning")
+        return Finding(SECTION, GYRO_FINDING, value, "", text, "warning")
     return _agreeing(value, given)
 
 
@@ -85,9 +94,9 @@ def _likeliest(matches: dict[str, RateMatch]) -> str:
     Two conventions always explain the same, after a turn by a multiple of 90 degrees about the axes.
     """
     most = max(match.share for match in matches.values())
-    if most < AGREES:
+    if most < AGREEING_SHARE:
         return EXPECTED
-    good = {text: match for text, match in matches.items() if match.share > most - 0.05}
+    good = {text: match for text, match in matches.items() if match.share > most - AS_GOOD}
     straight = [text for text, match in good.items() if match.angle_deg < TURNED_DEG]
     if EXPECTED in good and (EXPECTED in straight or not straight):
         return EXPECTED
@@ -100,17 +109,17 @@ def _agreeing(value: dict[str, float], given: RateMatch) -> Finding:
     unit, lag, turn = _wrong_unit(given.scale), _lag(given.lag_s), _turn(given.angle_deg)
     faults = [fault for fault in (unit, lag, turn) if fault]
     if not faults:
-        return Finding(SECTION, GYRO, value, "", text + ": order, sense, units and time agree.")
-    level: Level = "warning" if unit or abs(given.lag_s) > LATE_S else "note"
-    return Finding(SECTION, GYRO, value, "", f"{text}; {'; '.join(faults)}.", level)
+        return Finding(SECTION, GYRO_FINDING, value, "", text + ": order, sense, units and time agree.")
+    level: Level = "warning" if unit or abs(given.lag_s) > SERIOUS_LAG_S else "note"
+    return Finding(SECTION, GYRO_FINDING, value, "", f"{text}; {'; '.join(faults)}.", level)
 
 
 def _wrong_unit(scale: float) -> str:
     """What is wrong with the gyro's scale, with the option that mends it; nothing where it is about 1."""
     for unit, factor in GYRO_UNITS.items():
-        if abs(scale / factor - 1) < 0.2:
+        if abs(scale / factor - 1) < UNIT_TOLERANCE:
             return f"the gyro is {figure(scale)} times as large, as in {unit} ({_gyro_flag(unit)})"
-    return f"the gyro is {figure(scale)} times as large: check its unit" if abs(scale - 1) > 0.1 else ""
+    return f"the gyro is {figure(scale)} times as large: check its unit" if abs(scale - 1) > SCALE_TOLERANCE else ""
 
 
 def _lag(lag_s: float) -> str:
@@ -131,14 +140,14 @@ def _gyro_by_field(look: Look) -> Finding | None:
     if series.gyro_rad_s is None:
         return None
     scale, share = gyro_scale_from_field(series.time_s, series.mag_nT, series.gyro_rad_s)
-    if not share > FROM_FIELD:
+    if not share > LEAST_FIELD_SHARE:
         text = "The field's turning does not follow the gyro: another motion, another frame, or too little of it."
         return Finding(SECTION, "gyro_and_field", share, "", text, "note")
     for unit, factor in GYRO_UNITS.items():
-        if abs(scale * factor - 1) < 0.3:
+        if abs(scale * factor - 1) < FIELD_TOLERANCE:
             text = f"The field turns {figure(scale)} times as fast as the gyro says: it looks like {unit} "
             return Finding(SECTION, "gyro_and_field", share, "", f"{text}({_gyro_flag(unit)}).", "warning")
-    if not 0.7 < scale < 1.3:
+    if abs(scale - 1) >= FIELD_TOLERANCE:
         text = f"The field turns {figure(scale)} times as fast as the gyro says: check its unit and axes."
         return Finding(SECTION, "gyro_and_field", share, "", text, "warning")
     return Finding(SECTION, "gyro_and_field", share, "", "The field turns as the gyro says: units and axes agree.")
@@ -150,17 +159,17 @@ def _gravity(look: Look, q: Array) -> Finding | None:
     if body is None:
         return None
     size = np.linalg.norm(body, axis=1)
-    calm = np.abs(size - np.nanmedian(size)) < CALM * np.nanmedian(size)
+    calm = np.abs(size - np.nanmedian(size)) < CALM_SHARE * np.nanmedian(size)
     finding, mean = _kept(q, np.where(calm[:, None], body, np.nan), "gravity")
     if finding is not None:
         return finding
     tilt_deg = float(np.degrees(np.arccos(np.clip(mean[2] / np.linalg.norm(mean), -1, 1))))
-    if tilt_deg < 30:
+    if tilt_deg < UPRIGHT_DEG:
         text = f"Turned to the world, the specific force points up, to within {tilt_deg:.2g} degrees."
         return Finding(SECTION, "gravity", tilt_deg, "deg", text)
-    if tilt_deg > 150:
-        text = "Turned to the world, the specific force points down: its sign, or a world with z down."
-        return Finding(SECTION, "gravity", tilt_deg, "deg", f"{text} East, north, up is expected.", "warning")
+    if tilt_deg > 180 - UPRIGHT_DEG:
+        text = "Turned to the world, the specific force points down: its sign is wrong, or the world's z axis points "
+        return Finding(SECTION, "gravity", tilt_deg, "deg", f"{text}down; east, north, up is expected.", "warning")
     text = f"Turned to the world, the specific force is {tilt_deg:.3g} degrees from up: the frames are turned."
     return Finding(SECTION, "gravity", tilt_deg, "deg", text, "warning")
 
@@ -177,8 +186,8 @@ def _field(look: Look, q: Array) -> Finding | None:
     side = f"{abs(from_north_deg):.3g} degrees {'east' if from_north_deg >= 0 else 'west'} of north"
     text = f"In the attitude's world the field points {vertical} and {side}"
     value = {"down_deg": down_deg, "east_of_north_deg": from_north_deg}
-    if abs(from_north_deg) > 45 and abs(down_deg) < 80:
-        text += ": its heading is not counted from true east, north, up, or the sensor is turned in it"
+    if abs(from_north_deg) > OFF_NORTH_DEG and abs(down_deg) < STEEP_DEG:
+        text += ": the heading is not counted from north, or the sensor is turned against the attitude's frame"
         return Finding(SECTION, "field_direction", value, "deg", text + ".", "note")
     return Finding(SECTION, "field_direction", value, "deg", text + ".")
 
@@ -188,10 +197,10 @@ def _kept(q: Array, body: Array, what: str) -> tuple[Finding | None, Array]:
     means = {name: mean_direction(read_as(q, name), body) for name in CONVENTIONS}
     steady = {name: float(np.linalg.norm(mean)) for name, mean in means.items()}
     best = max(steady, key=lambda name: steady[name])
-    if steady[EXPECTED] >= UNSTEADY:
+    if steady[EXPECTED] >= LOST_LENGTH:
         return None, means[EXPECTED]
     name = "gravity" if what == "gravity" else "field_direction"
-    if steady[best] > STEADY:
+    if steady[best] > KEPT_LENGTH:
         text = f"The {what} keeps its direction in the world only with the quaternion read as ({best})."
         return Finding(SECTION, name, steady, "", text, "warning"), means[EXPECTED]
     text = f"Turned to the world, the {what} does not keep its direction"

@@ -21,12 +21,12 @@ from validation.signals.intervals import gaps_after, usual_interval
 from validation.signals.lattice import Lattice, find_lattice
 
 Array = NDArray[np.float64]
-MOST_NOISE = 0.05
+MOST_NOISE_SHARE = 0.05
 """Differences of neighbours above this share of the field are motion between samples, not noise."""
 MOST_SPREAD = 0.1
 """Spread of the strength after the ellipsoid fit, beyond which the fit has not found the field."""
 LEAST_ROWS = 30
-UNEVEN, MOST_UNEVEN = 0.3, 0.2
+UNEVEN_INTERVAL, MOST_UNEVEN_SHARE = 0.3, 0.2
 """A spectrum bears intervals off by so much, for so large a share of the samples."""
 
 
@@ -68,7 +68,7 @@ class Look:
     def even(self) -> bool:
         """Whether the samples follow at even enough intervals for a spectrum."""
         step = np.diff(self.fresh_s)
-        return len(step) > 2 and bool(np.mean(np.abs(step / np.median(step) - 1) > UNEVEN) < MOST_UNEVEN)
+        return len(step) > 2 and bool(np.mean(np.abs(step / np.median(step) - 1) > UNEVEN_INTERVAL) < MOST_UNEVEN_SHARE)
 
     @property
     def rate_hz(self) -> float:
@@ -99,7 +99,7 @@ def look_at(series: Series, sensor: int | None) -> Look:
     fresh = runs(series.mag_nT)[0] if slower else np.arange(len(series))
     fresh_s = _spread_evenly(series.time_s[fresh]) if slower else series.time_s
     white_nT, settled = white_noise(series.mag_nT[fresh], gaps_after(fresh_s))
-    white_nT = np.where(white_nT < MOST_NOISE * median_strength(series.mag_nT), white_nT, np.nan)
+    white_nT = np.where(white_nT < MOST_NOISE_SHARE * median_strength(series.mag_nT), white_nT, np.nan)
     known = (fresh, fresh_s, white_nT, bool(settled.all()))
     look = Look(sensor, series, unit, lattices, *known, _ellipsoid(series), None)
     return replace(look, residual=_residual(look))

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 SECTION = "motion"
 SMALL_HOLE_DEG = 65.0
 """Radius of a hole that a calibration bears."""
-STILL = 0.01
+AT_REST_SHARE = 0.01
 """A field that varies by less than this share of its strength is that of a sensor at rest."""
 STEADY_RATE = 0.1
 """Relative deviation from the median rate that is still constant."""
@@ -64,11 +64,11 @@ def _extent(look: Look) -> Finding:
     noise = float(np.nanmax(look.white_nT, initial=0.0))
     if not np.ptp(look.series.mag_nT, axis=0).any():
         return Finding(SECTION, "extent", sizes.tolist(), "nT", "The field does not vary.", "note", look.sensor)
-    if sizes[0] < STILL * look.strength_nT:
+    if sizes[0] < AT_REST_SHARE * look.strength_nT:
         text += ": the sensor was at rest, or nearly so"
         return Finding(SECTION, "extent", sizes.tolist(), "nT", text + ".", "note", look.sensor)
     if planar_status(look.series.mag_nT, noise) is not None:
-        text += f": it lies in a plane, {axis_text(axes[:, 0])} upright on it"
+        text += f": it lies in a plane perpendicular to {axis_text(axes[:, 0])}"
         return Finding(SECTION, "extent", sizes.tolist(), "nT", text + ".", "note", look.sensor)
     return Finding(SECTION, "extent", sizes.tolist(), "nT", text + ".", "ok", look.sensor)
 

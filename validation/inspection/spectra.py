@@ -10,7 +10,7 @@ from validation.inspection.finding import Finding, Level
 from validation.inspection.look import Look, Residual
 from validation.signals.noise import BlockMeans, block_means
 from validation.signals.tones import Tone, mains_aliases, mains_named, spectrum, tones
-from validation.text import counted, figure, figures
+from validation.text import counted, figure, figures, listed
 
 Array = NDArray[np.float64]
 SECTION = "noise"
@@ -19,7 +19,7 @@ BASES = {
     "strength": "the strength after the ellipsoid fit",
     "mean": "the measured field",
 }
-MOTION = 10.0
+MOTION_RATIO = 10.0
 """Power over the noise floor that is motion's, not noise's."""
 MOST_LISTED = 5
 
@@ -48,7 +48,8 @@ def _white(look: Look) -> Finding | None:
     density = figures(look.white_nT * np.sqrt(2 / rate), 2)
     text = f"White noise {figures(look.white_nT)} nT rms a sample ({density} nT/sqrt(Hz))"
     if not look.settled:
-        text += " or less: higher differences go on falling, noise is not white or the motion is fast"
+        text += " at most: the estimate falls with each further difference, so the noise is not white, "
+        text += "or the motion is fast"
     return Finding(SECTION, "white", value, "nT", text + ".", "ok" if look.settled else "note", look.sensor)
 
 
@@ -75,11 +76,11 @@ def _slow(look: Look, residual: Residual) -> list[Finding]:
 
 
 def _slow_finding(look: Look, residual: Residual, found: list[BlockMeans]) -> Finding:
-    lengths = ", ".join(figure(blocks.length_s) for blocks in found)
-    excess = ", ".join(figure(float(np.max(blocks.excess)), 2) for blocks in found)
+    lengths = listed([figure(blocks.length_s) for blocks in found])
+    excess = listed([figure(float(np.max(blocks.excess)), 2) for blocks in found])
     coloured = any((blocks.excess > blocks.chance()).any() for blocks in found)
     text = f"Means over {lengths} s of {BASES[residual.base]} vary {excess} times as "
-    text += "much as white noise alone would make them" + (": slow changes are left." if coloured else ".")
+    text += "much as means of white noise" + (": slow changes are left." if coloured else ".")
     level: Level = "note" if coloured else "ok"
     return Finding(SECTION, "slow", [_as_value(blocks) for blocks in found], "", text, level, look.sensor)
 
@@ -99,7 +100,7 @@ def motion_edge_hz(look: Look) -> float:
     if found is None or not np.isfinite(look.white_nT).all():
         return float("inf")
     floor = 2 * look.white_nT**2 / look.rate_hz
-    above = np.any(found.background > MOTION * floor, axis=1)
+    above = np.any(found.background > MOTION_RATIO * floor, axis=1)
     return float(found.frequency_hz[np.flatnonzero(above)[-1]]) if above.any() else 0.0
 
 

@@ -18,7 +18,7 @@ from validation.text import figure
 
 Array = NDArray[np.float64]
 SECTION = "calibration"
-UNEXPLAINED = 20.0
+FIELD_CHANGE_RATIO = 20.0
 """Noise levels that the rest of an attitude fit may have before the field itself is said to change."""
 
 
@@ -61,7 +61,7 @@ def _enough(look: Look, statuses: dict[Kind, Status]) -> Finding:
         text = f"The recording is enough for {', '.join(kinds)}."
         return Finding(SECTION, "enough_for", kinds, "", text, "ok", look.sensor)
     reason = _reason(look, next(iter(statuses.values())))
-    text = f"The recording is enough for no calibration: {reason}."
+    text = f"The recording is not enough for any calibration: {reason}."
     return Finding(SECTION, "enough_for", kinds, "", text, "warning", look.sensor)
 
 
@@ -88,9 +88,9 @@ def _reason(look: Look, status: Status) -> str:
     wide = status.kind == "unobservable" and planar_status(look.series.mag_nT, noise) is None and noise > 0
     if wide and residual is not None and residual.base == "attitude":
         rms = float(np.sqrt(np.mean(residual.values**2)))
-        if rms > UNEXPLAINED * noise:
+        if rms > FIELD_CHANGE_RATIO * noise:
             times = figure(rms / noise, 2)
-            return f"{figure(rms)} nT rms, {times} times the noise, go with no attitude: the field itself changes"
+            return f"no attitude explains {figure(rms)} nT rms, {times} times the noise: the field itself changes"
     return status.reason
 
 

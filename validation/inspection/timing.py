@@ -16,19 +16,19 @@ from validation.text import counted, duration, figure, frequency
 
 Array = NDArray[np.float64]
 SECTION = "time"
-LONG = 1.5
+LONGEST_USUAL = 1.5
 """A gap is longer than this many usual intervals, the usual one being the larger of median and 95 % quantile."""
-CONSTANT = 1e-6
+CONSTANT_JITTER = 1e-6
 JITTER_NOTE, JITTER_WARNING = 0.05, 0.3
 MOST_LISTED = 20
 FEW_LENGTHS, RESOLUTION_DIGITS = 3, 9
 """Different intervals that an even clock in rounded stamps has; decimals of a second that a stamp can have."""
 STALE_SHARE = 0.02
-FARTHER = 3.0
+STALE_RATIO = 3.0
 """Rows repeat because the column is slower when next rows are equal this many times as often as rows further apart."""
-KINKS = 0.97
+KINK_SHARE = 0.97
 """Share of the second differences' sum that the kinks of an interpolated column hold."""
-LEAST_KINK = 6.0
+LEAST_KINK_ROWS = 6.0
 """Kinks nearer than this many rows run into each other."""
 
 
@@ -55,7 +55,7 @@ def find_gaps(time_s: Array) -> list[Gap]:
     step = np.diff(time_s)
     if len(step) < 2:
         return []
-    long = step > LONG * max(float(np.median(step)), float(np.quantile(step, 0.95)))
+    long = step > LONGEST_USUAL * max(float(np.median(step)), float(np.quantile(step, 0.95)))
     return [Gap(float(t), float(s)) for t, s in zip(time_s[:-1][long], step[long], strict=True)]
 
 
@@ -79,10 +79,10 @@ def _jitter(time_s: Array) -> Finding:
     """Rms deviation of the intervals from their median, gaps left out."""
     step = np.diff(time_s)
     usual = float(np.median(step))
-    kept = step[step <= LONG * max(usual, float(np.quantile(step, 0.95)))]
+    kept = step[step <= LONGEST_USUAL * max(usual, float(np.quantile(step, 0.95)))]
     jitter_s = float(np.sqrt(np.mean((kept - usual) ** 2)))
     share = jitter_s / usual
-    if share < CONSTANT:
+    if share < CONSTANT_JITTER:
         return Finding(SECTION, "jitter", jitter_s, "s", "The interval is constant.")
     text = f"The interval varies by {100 * share:.2g} % rms, from {duration(kept.min())} to {duration(kept.max())}"
     rounding_s = _rounding_s(time_s, kept)
@@ -129,10 +129,10 @@ def _order(stamps: Array) -> Finding:
     rows = np.flatnonzero(np.isfinite(stamps))
     step = np.diff(stamps[rows])
     counts = {"missing": missing, "repeated": int(np.sum(step == 0)), "decreasing": int(np.sum(step < 0))}
-    told = [f"{number:,} {name}" for name, number in counts.items() if number]
-    if not told:
+    listed = [f"{number:,} {name}" for name, number in counts.items() if number]
+    if not listed:
         return Finding(SECTION, "order", counts, "", "Every time stamp is later than the one before.")
-    text = f"Time stamps: {', '.join(told)}"
+    text = f"Time stamps: {', '.join(listed)}"
     if (step <= 0).any():
         text += f"; the first in row {rows[int(np.argmax(step <= 0)) + 1] + 1}"
     text += ". Sort the rows, or cut the file where a new recording begins." if counts["decreasing"] else "."
@@ -151,7 +151,7 @@ def stale(values: Array) -> bool:
     if near < STALE_SHARE or lag >= len(values) // 2:
         return False
     far = float(np.mean(np.all(values[lag:] == values[:-lag], axis=1)))
-    return near > FARTHER * far
+    return near > STALE_RATIO * far
 
 
 def interpolation_rows(values: Array) -> float | None:
@@ -161,7 +161,7 @@ def interpolation_rows(values: Array) -> float | None:
         return None
     strongest = np.sort(bend)[::-1]
     share = np.cumsum(strongest) / strongest.sum()
-    enough = int(np.searchsorted(share, KINKS)) + 1
+    enough = int(np.searchsorted(share, KINK_SHARE)) + 1
     if enough > 0.6 * len(bend):
         return None
     kink = np.flatnonzero(bend > 0.1 * np.quantile(bend, 1 - 0.5 * enough / len(bend)))
@@ -169,7 +169,7 @@ def interpolation_rows(values: Array) -> float | None:
         return None
     apart = float(len(bend) / np.count_nonzero(np.diff(np.r_[-10, kink]) > 1))
     regular = np.mean(np.abs(np.diff(kink[np.diff(np.r_[-10, kink]) > 1]) / apart - 1) < 0.5)
-    return apart if apart >= LEAST_KINK and regular > 0.5 else None
+    return apart if apart >= LEAST_KINK_ROWS and regular > 0.5 else None
 
 
 def _rates(log: Log, time_s: Array) -> list[Finding]:
@@ -221,7 +221,7 @@ def _rate(name: str, values: Array, stamps: Array) -> Finding | None:
     apart = interpolation_rows(values[known]) if fresh > 0.8 * rows else None
     if apart is not None:
         rate = rows / length_s / apart
-        text = f"{head}looks interpolated, from {frequency(rate)} (a kink each {apart:.3g} rows)."
+        text = f"{head}looks interpolated, from {frequency(rate)} (a kink every {apart:.3g} rows)."
         return Finding(SECTION, key, rate, "Hz", text, "note")
     return None if fresh > 0.9 * rows else _seldom(key, head, fresh, length_s)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sim.dataset.checks import FIELD_RANGE_NT
 from sim.dataset.columns import mag_names
 from sim.dataset.units import STANDARD_GRAVITY_M_S2
 from validation.inspection.finding import Finding
@@ -14,6 +15,9 @@ from validation.text import figure
 SECTION = "units"
 EARTH_NT = (20_000.0, 70_000.0)
 """Strengths of the Earth's field, rounded outwards."""
+USUAL_NT = 50_000.0
+GRAVITY_TOLERANCE = 0.2
+"""How far the median specific force may be from gravity."""
 
 
 def unit_findings(log: Log, look: Look, raw: Series) -> list[Finding]:
@@ -34,8 +38,8 @@ def _field(log: Log, look: Look, raw: Series) -> Finding:
         maps = " ".join(f"--map {name}={log.sources.get(name, name)},unit={look.unit}" for name in names)
         text = f"The median strength, {figure(strength)}, is no field in nT but one in {look.unit}: {maps}. "
         return found(text + f"This report takes it as {look.unit}.", "warning")
-    if not 1_000 <= strength <= 500_000:
-        scale = figure(50_000 / strength) if strength > 0 else "<nT a count>"
+    if not FIELD_RANGE_NT[0] <= strength <= FIELD_RANGE_NT[1]:
+        scale = figure(USUAL_NT / strength) if strength > 0 else "<nT a count>"
         maps = f"--map {names[0]}={log.sources.get(names[0], names[0])},scale={scale}"
         text = (
             f"The median strength, {figure(strength)}, is no field in any unit, perhaps raw counts: {maps} and alike "
@@ -53,11 +57,11 @@ def _gravity(log: Log, look: Look) -> list[Finding]:
     if accel is None:
         return []
     size = float(np.nanmedian(np.linalg.norm(accel, axis=1)))
-    if 0.8 < size / STANDARD_GRAVITY_M_S2 < 1.2:
+    if abs(size / STANDARD_GRAVITY_M_S2 - 1) < GRAVITY_TOLERANCE:
         text = f"The median specific force, {size:.3f} m/s^2, is gravity."
         return [Finding(SECTION, "gravity", size, "m/s^2", text)]
     for unit, gravity in (("g", 1.0), ("mg", 1000.0)):
-        if 0.8 < size / gravity < 1.2:
+        if abs(size / gravity - 1) < GRAVITY_TOLERANCE:
             name = log.sources.get("accel_x_m_s2", "accel_x_m_s2")
             text = f"The median specific force is {figure(size)}: it looks like {unit} "
             text += f"(--map accel_x_m_s2={name},unit={unit}, y and z alike)."

@@ -15,14 +15,14 @@ from validation.text import counted, duration, figure, figures
 
 Array = NDArray[np.float64]
 SECTION = "values"
-COARSE = 2.0
+COARSE_STEP = 2.0
 """A step of so many standard deviations of noise hides the noise."""
-FINE = 0.1
+FINE_STEP = 0.1
 """A step below this share of the noise does no harm."""
 ON_LATTICE = 0.999
 """Share of the values beyond which all are said to be multiples of the step."""
 MOST_LISTED = 20
-MOST_GAPS = 0.1
+MOST_GAP_SHARE = 0.1
 """Share of the samples before a gap, beyond which neighbours tell nothing."""
 
 
@@ -32,9 +32,9 @@ def missing_finding(log: Log) -> Finding:
     counts = {name: count for name, count in counts.items() if count}
     if not counts:
         return Finding(SECTION, "missing", {}, "cells", "No cell is empty.")
-    told = ", ".join(f"{name} {count:,}" for name, count in counts.items())
+    listed = ", ".join(f"{name} {count:,}" for name, count in counts.items())
     needed = any(name == "time_s" or name.startswith("mag") for name in counts)
-    text = f"Empty or infinite cells: {told}."
+    text = f"Empty or infinite cells: {listed}."
     return Finding(SECTION, "missing", counts, "cells", text, "warning" if needed else "note")
 
 
@@ -58,14 +58,14 @@ def _constant(look: Look) -> Finding | None:
 def _lattice(look: Look) -> Finding:
     steps = [lattice.step if lattice else float("nan") for lattice in look.lattices]
     if not np.isfinite(steps).any():
-        text = "No least significant bit shows: the values are finer than it, or were computed with since."
+        text = "No least significant bit shows: it is below the log's last digit, or later arithmetic hid it."
         return Finding(SECTION, "step", steps, "nT", text, "ok", look.sensor)
     if any(lattice and lattice.floating for lattice in look.lattices):
         text = f"Steps grow with the value, {figures(steps)} nT at least: the log keeps a fixed number of digits."
         return Finding(SECTION, "step", steps, "nT", text, "note", look.sensor)
     coarsest = float(np.nanmax(np.array(steps) / look.white_nT, initial=0.0))
     text = f"Least significant bit {figures(steps, 5)} nT{_off_lattice(look)}{_against_noise(coarsest)}."
-    return Finding(SECTION, "step", steps, "nT", text, "note" if coarsest > COARSE else "ok", look.sensor)
+    return Finding(SECTION, "step", steps, "nT", text, "note" if coarsest > COARSE_STEP else "ok", look.sensor)
 
 
 def _off_lattice(look: Look) -> str:
@@ -76,9 +76,9 @@ def _off_lattice(look: Look) -> str:
 
 def _against_noise(ratio: float) -> str:
     """A step that is this many times the noise, in words; nothing where the noise is not known."""
-    if ratio > COARSE:
-        return f", {figure(ratio, 2)} times the noise: rounding is most of what differences show"
-    harm = ": it does no harm" if ratio < FINE else ""
+    if ratio > COARSE_STEP:
+        return f", {figure(ratio, 2)} times the noise: neighbouring samples differ by rounding rather than by noise"
+    harm = ": it does no harm" if ratio < FINE_STEP else ""
     return f", {figure(ratio, 2)} of the noise{harm}" if ratio > 0 else ""
 
 
@@ -102,8 +102,8 @@ def _full_scale(look: Look) -> Finding:
     value = [{"axis": "xyz"[p.axis], "side": p.side, "level_nT": p.level, "samples": p.count} for p in found]
     if not found:
         return Finding(SECTION, "full_scale", value, "nT", "No axis stands at a full scale.", "ok", look.sensor)
-    told = ", ".join(f"{'xyz'[p.axis]} at {figure(p.level, 6)} nT ({counted(p.count, 'sample')})" for p in found)
-    text = f"Cut off at full scale: {told}; leave these samples out, or choose a wider range."
+    listed = ", ".join(f"{'xyz'[p.axis]} at {figure(p.level, 6)} nT ({counted(p.count, 'sample')})" for p in found)
+    text = f"Cut off at full scale: {listed}; leave these samples out, or choose a wider range."
     return Finding(SECTION, "full_scale", value, "nT", text, "warning", look.sensor)
 
 
@@ -133,7 +133,7 @@ def _spikes(look: Look) -> Finding | None:
     """Single wrong values; where neighbours are too far apart nothing can be said."""
     series, rows = look.series, look.fresh
     gaps = gaps_after(series.time_s[rows])
-    if not np.isfinite(look.white_nT).all() or len(rows) < LEAST_ROWS or len(gaps) > MOST_GAPS * len(rows):
+    if not np.isfinite(look.white_nT).all() or len(rows) < LEAST_ROWS or len(gaps) > MOST_GAP_SHARE * len(rows):
         return None
     steps = np.array([lattice.step if lattice else 0.0 for lattice in look.lattices])
     found = spikes(series.mag_nT[rows], steps, gaps)

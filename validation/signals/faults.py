@@ -15,20 +15,20 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 TIE_FREE = 0.01
 """Values that repeat more rarely than this share of the time do not repeat by themselves."""
-CHANCE = 1e-3
+FROZEN_CHANCE = 1e-3
 """Expected number of runs as long by chance, below which a run counts as frozen."""
 LEAST_AT_LEVEL = 3
 OVERSHOOT = 4.0
 """How far a smooth motion would have gone beyond the level, in steps or noise, to count as cut off."""
 LEAST_VISITS = 2
-PILE = 4.0
+PILE_RATIO = 4.0
 """Least ratio of the outermost code's count to its neighbour's."""
-SPIKE = 8.0
+SPIKE_SIGMAS = 8.0
 """Size of a spike in local standard deviations of the interpolation error."""
-AGREED = 0.25
+SLOPE_TOLERANCE = 0.25
 """Share of a spike's size by which the slopes beside it and across it may differ."""
-WINDOW = 256
-_SPAN = 50
+NOISE_WINDOW = 256
+LONGEST_SLOPE = 50
 Side = Literal["low", "high"]
 SIDES: tuple[tuple[int, Side], ...] = ((-1, "low"), (1, "high"))
 
@@ -68,7 +68,7 @@ def repeats(values: Array) -> Repeats:
     longer = length > hold
     excess = length - hold
     chance = np.clip(np.mean(longer), 1 / len(length), 0.999)
-    frozen = longer & (np.log(len(length)) + excess * np.log(chance) < np.log(CHANCE))
+    frozen = longer & (np.log(len(length)) + excess * np.log(chance) < np.log(FROZEN_CHANCE))
     if _ties(values[first]) > TIE_FREE:
         frozen &= _jumps_after(values, first, length)
     found = tuple((int(f), int(c)) for f, c in zip(first[frozen], length[frozen], strict=True))
@@ -98,9 +98,9 @@ def _jumps_after(values: Array, first: NDArray[np.intp], length: NDArray[np.intp
 def pile_up(values: Array, lattices: tuple[Lattice | None, ...]) -> list[PileUp]:
     """Axes of values (n, k) that stand at their least or greatest value; lattices as `find_lattice` gives them.
 
-    Without ties three equal extremes suffice. With noise above the step the outermost code must hold PILE times its
-    neighbour. With less noise the motion before and after a run must lead OVERSHOOT steps beyond it, the other axes
-    moving on meanwhile, on two visits at least.
+    Without ties three equal extremes suffice. With noise above the step the outermost code must hold PILE_RATIO times
+    its neighbour. With less noise the motion before and after a run must lead OVERSHOOT steps beyond it, the other
+    axes moving on meanwhile, on two visits at least.
     """
     values = values[np.isfinite(values).all(axis=1)]
     if len(values) < 2:
@@ -129,7 +129,7 @@ def _is_pile(values: Array, axis: int, at: Mask, step: float, noise: float, ties
     if noise >= step > 0:
         inner = values[~at, axis]
         beside = np.count_nonzero(inner >= inner.max() - 0.5 * step)
-        return bool(at.sum() >= 10 and at.sum() > PILE * beside)
+        return bool(at.sum() >= 10 and at.sum() > PILE_RATIO * beside)
     edges = np.flatnonzero(np.diff(np.r_[False, at, False]))
     visits = (_overshoots(values, axis, a, b, max(step, noise)) for a, b in edges.reshape(-1, 2))
     return sum(visits) >= LEAST_VISITS
@@ -138,7 +138,7 @@ def _is_pile(values: Array, axis: int, at: Mask, step: float, noise: float, ties
 def _overshoots(values: Array, axis: int, start: int, stop: int, unit: float) -> bool:
     """Whether a parabola with the slopes beside rows start to stop goes beyond their level, and the rest moves on."""
     length = stop - start
-    span = min(max(length // 2, 2), _SPAN)
+    span = min(max(length // 2, 2), LONGEST_SLOPE)
     if start < span + 1 or stop + span + 1 > len(values) or length < 2:
         return False
     column = values[:, axis]
@@ -155,9 +155,9 @@ def spikes(values: Array, steps: Array | None = None, gaps: NDArray[np.intp] | N
 
     e_i = v_i - (4 (v_{i-1} + v_{i+1}) - v_{i-2} - v_{i+2}) / 6
 
-    A spike's e is SPIKE local standard deviations; its neighbours' e have the other sign and two thirds of it, and the
-    neighbours agree with each other: a jump or a rough stretch is none. steps : (k,) least significant bits, a floor to
-    the noise. gaps : samples after which a gap follows; the two on either side of it are not judged.
+    A spike's e is SPIKE_SIGMAS local standard deviations; its neighbours' e have the other sign and two thirds of it,
+    and the neighbours agree with each other: a jump or a rough stretch is none. steps : (k,) least significant bits, a
+    floor to the noise. gaps : samples after which a gap follows; the two on either side of it are not judged.
     """
     found = np.zeros(values.shape, np.bool_)
     if len(values) < 8:
@@ -175,19 +175,19 @@ def _single(column: Array, floor: float) -> NDArray[np.intp]:
     e = column[2:-2] - (4 * (column[1:-3] + column[3:-1]) - column[:-4] - column[4:]) / 6
     size = np.abs(e)
     std = np.maximum(_local_std(size), floor)
-    large = np.flatnonzero(size[1:-1] > SPIKE * std[1:-1]) + 1
+    large = np.flatnonzero(size[1:-1] > SPIKE_SIGMAS * std[1:-1]) + 1
     height, at = size[large], large + 2
     highest = height > 1.2 * np.maximum(size[large - 1], size[large + 1])
     opposite = np.minimum(-np.sign(e[large]) * e[large - 1], -np.sign(e[large]) * e[large + 1]) > 0.2 * height
     slopes = column[at + 1] - column[at - 1], column[at - 1] - column[at - 2] + column[at + 2] - column[at + 1]
-    agreed = np.abs(slopes[0] - slopes[1]) / 2 < np.maximum(AGREED * height, 3 * std[large])
+    agreed = np.abs(slopes[0] - slopes[1]) / 2 < np.maximum(SLOPE_TOLERANCE * height, 3 * std[large])
     return np.asarray(at[highest & opposite & agreed], np.intp)
 
 
 def _local_std(size: Array) -> Array:
     """Robust standard deviation (n,) of an error of size (n,): of all of it, or of its surroundings where larger."""
     overall = np.median(size) / 0.6745
-    blocks = max(len(size) // WINDOW, 1)
+    blocks = max(len(size) // NOISE_WINDOW, 1)
     parts = np.array_split(size, blocks)
     local = np.array([np.median(part) for part in parts]) / 0.6745
     widest = np.maximum(local, np.maximum(np.r_[local[1:], 0], np.r_[0, local[:-1]]))

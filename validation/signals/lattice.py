@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 LEAST_CODES = 4
 """Distinct values below which a step cannot be checked."""
-NEAR = 0.2
+ON_LATTICE_STEPS = 0.2
 """Distance from the lattice, in steps, within which a value counts as on it."""
 LEAST_SHARE = 0.85
 CHANCE = 1e-9
@@ -140,15 +140,15 @@ def _checked(distinct: Array, values: Array, step: float, tried: int) -> Lattice
     place = (distinct - offset) / step
     code = np.rint(place)
     off = np.abs(place - code)
-    codes = np.unique(code[off < NEAR])
+    codes = np.unique(code[off < ON_LATTICE_STEPS])
     spread = max(float(np.quantile(off, LEAST_SHARE)), 1e-12)
-    if spread > NEAR or (len(codes) - 3) * _surprise(2 * spread) < np.log(tried / CHANCE):
+    if spread > ON_LATTICE_STEPS or (len(codes) - 3) * _surprise(2 * spread) < np.log(tried / CHANCE):
         return None
     factor = float(np.gcd.reduce((codes - codes[0]).astype(np.int64))) or 1.0
     step *= factor
     place = (values - offset) / step
     off = place - np.rint(place)
-    on = np.abs(off) < NEAR
+    on = np.abs(off) < ON_LATTICE_STEPS
     share, scatter = float(on.mean()), float(np.sqrt(np.mean(off[on] ** 2)))
     return Lattice(step, float(offset), share, scatter, len(codes), _is_floating(distinct, step))
 
@@ -170,7 +170,7 @@ def _refined(distinct: Array, step: float) -> tuple[float, float] | None:
         turn = np.angle(np.mean(np.exp(2j * np.pi * (inside - offset) / step))) / (2 * np.pi)
         offset += turn * step
         code = np.rint((inside - offset) / step)
-        on = np.abs(inside - offset - code * step) < NEAR * step
+        on = np.abs(inside - offset - code * step) < ON_LATTICE_STEPS * step
         if np.count_nonzero(on) < max(3, 0.8 * len(inside)) or np.ptp(code[on]) == 0:
             return None
         x, y = code[on] - code[on].mean(), inside[on]
@@ -195,4 +195,4 @@ def _is_floating(distinct: Array, step: float) -> bool:
 def _all_on(values: Array, step: float) -> bool:
     """Whether all values are multiples of a step."""
     place = values / step
-    return bool(np.all(np.abs(place - np.rint(place)) < NEAR / 4))
+    return bool(np.all(np.abs(place - np.rint(place)) < ON_LATTICE_STEPS / 4))

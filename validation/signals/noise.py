@@ -12,7 +12,7 @@ from validation.signals.intervals import gaps_after
 
 Array = NDArray[np.float64]
 LENGTHS_S = (1.0, 5.0, 20.0)
-FILLED = 0.8
+LEAST_FILLED = 0.8
 """Share of its samples that a block must have."""
 
 
@@ -37,7 +37,7 @@ class BlockMeans:
 def block_means(time_s: Array, residual: Array, lengths_s: tuple[float, ...] = LENGTHS_S) -> list[BlockMeans]:
     """Means of a residual (n, k) over blocks of time_s (n,), against its white noise; lengths with too few left out.
 
-    Blocks must hold at least two samples and FILLED of what the median interval promises; four blocks at least.
+    Blocks must hold at least two samples and LEAST_FILLED of what the median interval promises; four blocks at least.
     """
     if len(time_s) < LEAST_SAMPLES:
         return []
@@ -62,7 +62,7 @@ def _means(time_s: Array, residual: Array, length_s: float, interval_s: float) -
     sound = np.isfinite(residual).all(axis=1)
     counts = np.bincount(block[sound], minlength=int(block.max(initial=0)) + 1)
     sums = np.column_stack([np.bincount(block[sound], column[sound], minlength=len(counts)) for column in residual.T])
-    full = counts >= FILLED * expected
+    full = counts >= LEAST_FILLED * expected
     return sums[full] / counts[full, None], float(counts[full].mean()) if full.any() else expected
 
 

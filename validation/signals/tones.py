@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 MAINS_HZ = (50.0, 60.0)
 MAINS_DRIFT = 0.001
 """Largest relative deviation of the mains' frequency from its nominal value."""
-MOST_REACH = 0.02
+MOST_MAINS_REACH = 0.02
 """A reach beyond this share of the sampling rate would name any tone."""
 HARMONICS = (1, 2, 3)
 FALSE_ALARM = 1e-5
@@ -154,6 +154,6 @@ def mains_named(tone: Tone, rate_hz: float, resolution_hz: float) -> tuple[str, 
     for name, alias in mains_aliases(rate_hz).items():
         nominal = float(np.prod([float(part) for part in name.removesuffix(" Hz").split(" x ")]))
         reach = resolution_hz + MAINS_DRIFT * nominal
-        if reach < MOST_REACH * rate_hz and abs(tone.frequency_hz - alias) < reach:
+        if reach < MOST_MAINS_REACH * rate_hz and abs(tone.frequency_hz - alias) < reach:
             names.append(name)
     return tuple(names)

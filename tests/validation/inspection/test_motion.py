@@ -58,7 +58,7 @@ def test_a_level_turn_lies_in_a_plane() -> None:
     found = one(motion_findings(look(np.arange(3000) / 50, field_nT + noise(3000, 5.0))), "extent")
     assert found.value[:2] == pytest.approx([20_000 / np.sqrt(2)] * 2, rel=0.01)
     assert found.value[2] == pytest.approx(5.0, rel=0.05)
-    assert "it lies in a plane, body z upright on it" in found.text
+    assert "it lies in a plane perpendicular to body z" in found.text
 
 
 def test_a_sensor_at_rest() -> None:

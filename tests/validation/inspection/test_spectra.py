@@ -92,7 +92,7 @@ def test_noise_that_is_not_white_is_an_upper_bound() -> None:
     for _ in range(8):
         smooth = (smooth[1:] + smooth[:-1]) / 2
     found = one(noise_findings(look(time_s, smooth + 2e4)), "white")
-    assert "or less" in found.text
+    assert "at most" in found.text
     assert found.level == "note"
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from calib.numerics.colour import white_ratios
 from sim.state import Array
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.blocks import Cut
@@ -74,7 +75,7 @@ def _scaled_means(residual: Array, usable: Array, length: int, variance: Array, 
     if np.count_nonzero(full) < policy.least_tested_means:
         return None
     total = cut.blocks(residual).sum(axis=1)[full]
-    return np.asarray(total**2 / count[full, None] / variance)
+    return white_ratios(total, count[full]) / variance
 
 
 def _kurtosis(residual: Array, usable: Array) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.numerics.colour import white_ratios
 from sim.state import Array
 from validation.diagnosis.policy import Policy
 
@@ -126,7 +127,7 @@ def block_sums(s: Sums, f: Fit) -> Array:
 def colour(total: Array, count: Array, policy: Policy) -> float:
     """W: variance of block means over that of white noise of variance one, averaged over outputs; 1 if white."""
     full = count > policy.filled_block * count.max()
-    return float((total[full] ** 2 / count[full, None]).mean()) if full.any() else 1.0
+    return float(white_ratios(total[full], count[full]).mean()) if full.any() else 1.0
 
 
 def inflation(s: Sums, f: Fit, policy: Policy) -> float:

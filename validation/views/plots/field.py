@@ -126,8 +126,8 @@ def draw_residuals(outcome: Outcome) -> Figure:
         residual_nT = outcome.residual_nT(name)
         mark = "†" if outcome.rotation_removed(name) else ""
         lines(axis, outcome, residual_nT, XYZ, alpha=0.7)
-        each = ",  ".join(f"{c} {digits(rms_length(residual_nT[:, k]))}" for k, c in enumerate("xyz"))
-        title = f"{name}{mark}    rms {digits(rms_length(residual_nT))} nT   ({each})"
+        components = ",  ".join(f"{c} {digits(rms_length(residual_nT[:, k]))}" for k, c in enumerate("xyz"))
+        title = f"{name}{mark}    rms {digits(rms_length(residual_nT))} nT   ({components})"
         axis.set_title(title, pad=15 if axis is axes[0] else 4)
         axis.axhline(0, color=INK, linewidth=0.6)
         keep_readable(axis, residual_nT)
