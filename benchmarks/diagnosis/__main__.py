@@ -1,8 +1,10 @@
 """Run what is missing of the bench and report it.
 
     python -m benchmarks.diagnosis --seeds 10 --jobs 2 -o out/diagnosis-bench
+    python -m benchmarks.diagnosis --tuning --seeds 2 --set alpha=0.001
 
-Trials land one by one in trials.jsonl; the same command goes on where it was stopped.
+Trials land one by one in trials.jsonl; the same command goes on where it was stopped. With --set a number of the
+diagnosis' policy is another one, and the rows have a directory of their own.
 """
 
 from __future__ import annotations
@@ -14,41 +16,69 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a trial a core; bef
 
 import argparse  # noqa: E402
 import json  # noqa: E402
+from collections.abc import Sequence  # noqa: E402
+from functools import partial  # noqa: E402
 from pathlib import Path  # noqa: E402
+from typing import Any  # noqa: E402
 
 from benchmarks.diagnosis.report import write_report  # noqa: E402
-from benchmarks.diagnosis.trials import run, trials  # noqa: E402
+from benchmarks.diagnosis.trials import Trial, run, trials  # noqa: E402
+from scenarios.errors import InputError  # noqa: E402
 from sim.pool import map_unordered  # noqa: E402
+from validation.diagnosis.policy import STANDARD, Policy, changed  # noqa: E402
 
 SCORED, TUNED = 2000, 0
 """First seed of the scoring set, which is run once a release, and of the tuning set."""
+Row = dict[str, Any]
 
 
 def main() -> None:
     """Run the trials that are not in the log yet, and report."""
+    given = _arguments().parse_args()
+    try:
+        policy = changed(STANDARD, given.set)
+    except InputError as wrong:
+        raise SystemExit(str(wrong)) from wrong
+    out = given.out.joinpath(*sorted(given.set))  # rows of two policies never mix
+    out.mkdir(parents=True, exist_ok=True)
+    first = TUNED if given.tuning else SCORED
+    kinds = given.only.split(",") if given.only else None
+    wanted = [trial for trial in trials(first, given.seeds) if kinds is None or trial.kind in kinds]
+    done = _run_missing(wanted, out / "trials.jsonl", policy, given.jobs)
+    seeds = f"seeds {first} to {first + given.seeds - 1} ({'tuning' if given.tuning else 'scoring'})"
+    write_report([done[trial.key] for trial in wanted], out, ", ".join([seeds, *given.set]))
+    print((out / "report.md").read_text().split("```json")[0])
+
+
+def _arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--tuning", action="store_true", help="the tuning seeds instead of the scoring ones")
     parser.add_argument("--only", help="kinds of trials, e.g. single,left-out")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="another number of the policy: alpha=0.001",
+    )
     parser.add_argument("-o", "--out", type=Path, default=Path("out/diagnosis-bench"))
-    given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
-    log = given.out / "trials.jsonl"
+    return parser
+
+
+def _run_missing(wanted: Sequence[Trial], log: Path, policy: Policy, jobs: int) -> dict[str, Row]:
+    """The rows of all trials by key; those that the log does not hold are run and put there."""
     done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
-    first = TUNED if given.tuning else SCORED
-    wanted = [t for t in trials(first, given.seeds) if not given.only or t.kind in given.only.split(",")]
     still = [trial for trial in wanted if trial.key not in done]
     with log.open("a") as file:
-        for count, (trial, row) in enumerate(map_unordered(run, still, given.jobs), 1):
+        for count, (trial, row) in enumerate(map_unordered(partial(run, policy=policy), still, jobs), 1):
             done[trial.key] = row
             file.write(json.dumps(row) + "\n")
             file.flush()
             if count % 20 == 0:
                 print(f"{count} of {len(still)}", flush=True)
-    seeds = f"seeds {first} to {first + given.seeds - 1} ({'tuning' if given.tuning else 'scoring'})"
-    write_report([done[trial.key] for trial in wanted], given.out, seeds)
-    print((given.out / "report.md").read_text().split("```json")[0])
+    return done
 
 
 if __name__ == "__main__":

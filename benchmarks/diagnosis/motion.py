@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,38 +13,55 @@ from sim.dataset import Recording
 from sim.dataset.assemble import recording_of
 from sim.processes import GaussMarkov
 from sim.rotation import matrix_from_q, multiply_q, q_from_rotation_vector, to_body
-from sim.scenario import load
+from sim.scenario import Scenario, load
 from sim.simulate import blocks, plan
 from sim.state import Array, State
 
-MOTIONS = {"auv": "auv-spiral-excited", "quadrotor": "quad-calibration"}
+SCENARIOS = ("auv-spiral-excited", "quad-calibration")
 QUIET = ("navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0")
 ATTITUDE_DEG, CORRELATION_S, JITTER_S = 0.01, 60.0, 0.5e-3
 
 
+@cache
+def motions() -> dict[str, Scenario]:
+    """The scenarios without errors, by the vehicle that moves."""
+    bare = {"effects": {}, "effect_order": None, "vary": {}}
+    quiet = (load(name, list(QUIET)).model_copy(update=bare) for name in SCENARIOS)
+    return {scenario.vehicle.kind: scenario for scenario in quiet}
+
+
 @lru_cache(maxsize=4)
-def flown(name: str) -> tuple[Recording, State, Array]:
+def flown(vehicle: str) -> tuple[Recording, State, Array]:
     """A vehicle's recording without magnetometer errors, the true state along it, and the field (east, north, up)."""
-    scenario = load(MOTIONS[name], list(QUIET)).model_copy(update={"effects": {}, "effect_order": None, "vary": {}})
-    made = plan(scenario, 0, 0)
+    made = plan(motions()[vehicle], 0, 0)
     columns: dict[str, list[Any]] = {}
     for block in blocks(made):
         for key, values in block.items():
             columns.setdefault(key, []).append(values)
     whole = {key: np.concatenate(parts) for key, parts in columns.items()}
-    truth_q = np.ascontiguousarray(np.stack([whole[f"true_q{a}"] for a in "wxyz"], axis=1))
     recording = recording_of({k: v for k, v in whole.items() if not k.startswith(("true_", "effect"))})
+    return recording, _true_state(whole, recording, made.field_enu_nT), made.field_enu_nT
+
+
+def _true_state(whole: dict[str, Array], recording: Recording, field_enu_nT: Array) -> State:
+    truth_q = np.ascontiguousarray(np.stack([whole[f"true_q{a}"] for a in "wxyz"], axis=1))
     R_wb = matrix_from_q(truth_q)
-    body = to_body(R_wb, made.field_enu_nT[None])
+    field_nT = to_body(R_wb, field_enu_nT[None])
     rate = body_rate(Recording(time_s=recording.time_s, mag_nT=np.zeros((len(recording), 3)), att_q=truth_q))
     assert rate is not None
-    state = State(
-        time_s=recording.time_s, interval_s=float(recording.time_s[1] - recording.time_s[0]),
-        pos_enu_m=np.stack([whole[f"true_pos_{a}_m"] for a in ("east", "north", "up")], axis=1), R_wb=R_wb,
-        rate_rad_s=rate, field_enu_nT=made.field_enu_nT, field_nT=body, field_rate_nT_s=-np.cross(rate, body),
-        temperature_degC=whole["temperature_degC"], current_A=recording.current_A, attitude="navigation",
-    )  # fmt: skip
-    return recording, state, made.field_enu_nT
+    return State(
+        time_s=recording.time_s,
+        interval_s=float(recording.time_s[1] - recording.time_s[0]),
+        pos_enu_m=np.stack([whole[f"true_pos_{a}_m"] for a in ("east", "north", "up")], axis=1),
+        R_wb=R_wb,
+        rate_rad_s=rate,
+        field_enu_nT=field_enu_nT,
+        field_nT=field_nT,
+        field_rate_nT_s=-np.cross(rate, field_nT),
+        temperature_degC=whole["temperature_degC"],
+        current_A=recording.current_A,
+        attitude="navigation",
+    )
 
 
 def turned(recording: Recording, seed: int) -> Recording:

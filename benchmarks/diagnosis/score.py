@@ -3,55 +3,33 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from benchmarks.diagnosis.outside import OUTSIDE
-from benchmarks.diagnosis.truth import EQUIVALENT
+from benchmarks.diagnosis.truth import EQUIVALENT, EXACT
+from sim.effects import EFFECTS
+from validation.diagnosis.verdict import Verdict
 
 Row = dict[str, Any]
-NOISES = {"flicker_noise", "offset_random_walk"}
-CONFIDENT = ("named", "composite")
-WITHIN = {
-    "offset_jump.time_s": (0.25, "s"),
-    "local_dipole.position_enu_m": (0.5, "m"),
-    "current_ripple.frequency_hz": (1e-3, "Hz"),
-    "latency.delay_s": (0.05, ""),
-}
-"""Most error of a parameter, and its unit; without one it is relative."""
-EXACT = ("attitude_misalignment", "hard_iron_drift", "diurnal_drift", "field_gradient", "nonlinearity", "offset_jump")
-"""Effects whose truth has the candidate's own form, so that intervals can be held against it."""
+NOISES = {effect.name for effect in EFFECTS if effect.clues.spectrum is not None}
+CONFIDENT = (Verdict.NAMED, Verdict.COMPOSITE)
+WITHIN = {"time_s": (0.25, "s"), "position_enu_m": (0.5, "m"), "frequency_hz": (1e-3, "Hz"), "delay_s": (0.05, "")}
+"""Most error of a parameter that a search finds, and its unit; without one it is relative."""
 
 
 def figures(rows: Sequence[Row]) -> dict[str, Any]:
     """Every group of the bar, by name."""
-    out: dict[str, Any] = {}
-    by = {kind: [r for r in rows if r["kind"] == kind] for kind in sorted({r["kind"] for r in rows})}
-    if "null" in by:
-        out["null, white"] = _nulls(by["null"], allowed=set())
-    if "coloured" in by:
-        out["null, coloured"] = _nulls(by["coloured"], allowed=NOISES)
-    for strength in sorted({r["strengths"][0] for r in by.get("single", [])}):
-        out[f"single, {strength:g} sigma"] = _single([r for r in by["single"] if r["strengths"][0] == strength])
-    if "direct" in by:
-        out["direct"] = _single(by["direct"])
-    if "left-out" in by:
-        out["left out"] = _left_out(by["left-out"])
-    if "outside" in by:
-        out["outside the library"] = _outside(by["outside"])
-    for ratio in sorted({r["strengths"][0] for r in by.get("two", [])}):
-        out[f"two effects, {ratio:g} to 1"] = _two([r for r in by["two"] if r["strengths"][0] == ratio])
-    strong = [r for r in by.get("single", []) if r["strengths"][0] >= 0.3 and r["explained"] is not None]
+    out = {title: score(some) for group in GROUPS for title, some, score in _parts(group, rows)}
+    strong = [r for r in rows if r["kind"] == "single" and r["strengths"][0] >= 0.3 and r["explained"] is not None]
     if strong:
         explained = [r["explained"] for r in strong]
         out["gap"] = {"median": float(np.median(explained)), "tenth_percentile": float(np.quantile(explained, 0.1))}
         out["parameters"] = _parameters(strong)
-    out["seconds"] = {
-        "slowest": max(r["seconds"] for r in rows),
-        "median": float(np.median([r["seconds"] for r in rows])),
-    }
+    seconds = [r["seconds"] for r in rows]
+    out["seconds"] = {"slowest": max(seconds), "median": float(np.median(seconds))}
     return out
 
 
@@ -75,7 +53,7 @@ def failures(rows: Sequence[Row]) -> list[str]:
         "single": lambda r: not _hit(r),
         "direct": lambda r: not _hit(r),
         "left-out": _misnamed,
-        "outside": lambda r: r["verdict"] != "unknown" or not _driver(r),
+        "outside": lambda r: r["verdict"] != Verdict.UNKNOWN or not _driver(r),
         "two": lambda r: len(_found(r)) < 2,
     }
     return [
@@ -103,6 +81,14 @@ def _single(rows: Sequence[Row]) -> Row:
     }
 
 
+def _white_nulls(rows: Sequence[Row]) -> Row:
+    return _nulls(rows, allowed=set())
+
+
+def _coloured_nulls(rows: Sequence[Row]) -> Row:
+    return _nulls(rows, allowed=NOISES)
+
+
 def _left_out(rows: Sequence[Row]) -> Row:
     wrong = [r for r in rows if _misnamed(r)]
     return {
@@ -116,7 +102,7 @@ def _left_out(rows: Sequence[Row]) -> Row:
 def _outside(rows: Sequence[Row]) -> Row:
     return {
         "runs": len(rows),
-        "unknown": float(np.mean([r["verdict"] == "unknown" for r in rows])),
+        "unknown": float(np.mean([r["verdict"] == Verdict.UNKNOWN for r in rows])),
         "driver_in_first_two": float(np.mean([_driver(r) for r in rows])),
         "confidently_wrong": float(np.mean([r["verdict"] in CONFIDENT for r in rows])),
         "verdicts": dict(Counter(r["verdict"] for r in rows)),
@@ -134,22 +120,33 @@ def _two(rows: Sequence[Row]) -> Row:
 
 def _parameters(rows: Sequence[Row]) -> Row:
     """Share of runs whose error is within the bar's limit, and the intervals' coverage."""
-    out: Row = {}
-    for key, (most, unit) in WITHIN.items():
-        errors = [_error(r["parameters"][key], relative=not unit) for r in rows if key in r["parameters"]]
-        if errors:
-            limit = f"within {most:g} {unit}" if unit else f"within {100 * most:g} %"
-            out[key] = {"runs": len(errors), limit: float(np.mean(np.array(errors) <= most))}
-    inside = [
-        a <= t <= b
-        for r in rows
-        for key, (_, low, high, true) in r["parameters"].items()
-        if key.split(".")[0] in EXACT and low is not None
-        for a, b, t in zip(low, high, true, strict=True)
-    ]
+    found: dict[str, list[Sequence[Any]]] = {}
+    for r in rows:
+        for key, values in r["parameters"].items():
+            found.setdefault(key, []).append(values)
+    out = {key: _within(several, *WITHIN[name]) for key, several in found.items() if (name := _of(key)[1]) in WITHIN}
+    inside = [hit for key, several in found.items() if _of(key)[0] in EXACT for one in several for hit in _covered(one)]
     if inside:
         out["interval_coverage"] = {"intervals": len(inside), "share": float(np.mean(inside))}
     return out
+
+
+def _of(key: str) -> tuple[str, str]:
+    """Effect and parameter of a key."""
+    effect, _, parameter = key.partition(".")
+    return effect, parameter
+
+
+def _within(several: Sequence[Sequence[Any]], most: float, unit: str) -> Row:
+    errors = np.array([_error(values, relative=not unit) for values in several])
+    limit = f"within {most:g} {unit}" if unit else f"within {100 * most:g} %"
+    return {"runs": len(errors), limit: float(np.mean(errors <= most))}
+
+
+def _covered(values: Sequence[Any]) -> list[bool]:
+    """Whether the interval of each component holds the truth; none where there is no interval."""
+    _, low, high, true = values
+    return [] if low is None else [a <= t <= b for a, b, t in zip(low, high, true, strict=True)]
 
 
 def _error(values: Sequence[Any], *, relative: bool) -> float:
@@ -188,3 +185,23 @@ def _found(r: Row) -> set[str]:
 
 def _driver(r: Row) -> bool:
     return bool(set(r["where"][:2]) & set(OUTSIDE[r["hidden"][0]][1]))
+
+
+Score = Callable[[Sequence[Row]], Row]
+GROUPS: tuple[tuple[str, str, bool, Score], ...] = (
+    ("null", "null, white", False, _white_nulls),
+    ("coloured", "null, coloured", False, _coloured_nulls),
+    ("single", "single, {:g} sigma", True, _single),
+    ("direct", "direct", False, _single),
+    ("left-out", "left out", False, _left_out),
+    ("outside", "outside the library", False, _outside),
+    ("two", "two effects, {:g} to 1", True, _two),
+)
+"""Kind of trial, title, whether each strength of the first effect is a group of its own, score."""
+
+
+def _parts(group: tuple[str, str, bool, Score], rows: Sequence[Row]) -> Iterator[tuple[str, list[Row], Score]]:
+    kind, title, by_strength, score = group
+    some = [r for r in rows if r["kind"] == kind]
+    for strength in sorted({r["strengths"][0] for r in some}) if by_strength else [None] * bool(some):
+        yield title.format(strength), [r for r in some if strength in (None, *r["strengths"][:1])], score

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.diagnosis.motion import MOTIONS, flown, jittered, turned
+from benchmarks.diagnosis.motion import flown, jittered, motions, turned
 from benchmarks.diagnosis.outside import OUTSIDE, disturbed
-from benchmarks.diagnosis.truth import BASE, DIRECT, HIDDEN, Tables, felt_by, hidden
+from benchmarks.diagnosis.truth import BASE, DIRECT, FLICKER, HIDDEN, PAIRS, Tables, felt_by, hidden
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.dataset import Recording
@@ -25,10 +25,6 @@ STRENGTHS = (0.1, 0.3, 1.0)
 NULLS, COLOURED = 15, 10
 """Null runs of each motion for one seed of the others: 300 and 200 for ten seeds."""
 COLOURS = ("attitude", "flicker", "jitter", "all")
-PAIRS = (
-    ("motor_current", "hysteresis"), ("eddy_current", "temperature_offset"), ("offset_jump", "nonlinearity"),
-    ("diurnal_drift", "motor_current"), ("local_dipole", "current_ripple"), ("hard_iron_drift", "latency"),
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -52,7 +48,7 @@ class Trial:
 def trials(first_seed: int, seeds: int) -> Iterator[Trial]:
     """Every trial of the bench, a seed at a time."""
     for seed in range(first_seed, first_seed + seeds):
-        for motion in MOTIONS:
+        for motion in motions():
             for k in range(NULLS):
                 yield Trial("null", motion, (), (), seed * NULLS + k)
             for k in range(COLOURED):
@@ -94,7 +90,7 @@ def made(trial: Trial) -> tuple[Recording, Tables, Array]:
         for name, strength in zip(trial.hidden, trial.strengths, strict=True):
             tables |= hidden(name, strength, trial.seed, state)
     if "flicker" in trial.hidden or "all" in trial.hidden:
-        tables["flicker_noise"] = {"density_nT_sqrt_hz": [0.2] * 3}
+        tables |= FLICKER
     mag_nT = _measured(tables, state, trial)
     recording = replace(recording, mag_nT=mag_nT)
     if trial.kind == "coloured":

@@ -112,6 +112,15 @@ EQUIVALENT = {
     "field_gradient": {"local_dipole"},
 }
 """Declared equivalents and supersets: the same signal in smooth motion, in the base, or as a distant source's field."""
+EXACT = ("attitude_misalignment", "hard_iron_drift", "diurnal_drift", "field_gradient", "nonlinearity", "offset_jump")
+"""Effects whose truth has the candidate's own form, so that intervals can be held against it."""
+PAIRS = (
+    ("motor_current", "hysteresis"), ("eddy_current", "temperature_offset"), ("offset_jump", "nonlinearity"),
+    ("diurnal_drift", "motor_current"), ("local_dipole", "current_ripple"), ("hard_iron_drift", "latency"),
+)  # fmt: skip
+"""What is hidden two at a time."""
+FLICKER: Tables = {"flicker_noise": {"density_nT_sqrt_hz": [0.2] * 3}}
+"""The colour of the sensor's own noise in a coloured null."""
 POWER = {"delay_s": 1.0, "angles_deg": 1.0, "cutoff_hz": -1.0}
 """Parameters that scale with the strength, and its power, beside those that the effect is linear in."""
 

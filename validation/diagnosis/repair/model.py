@@ -13,13 +13,15 @@ from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.scenario import Model, ModelSpec, Scenario
 from sim.state import Array, State
+from sim.vehicles.auv import Auv
+from sim.vehicles.turntable import Turntable
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.chain import joined
 from validation.diagnosis.result import Named
 
-TABLE: dict[str, Any] = {"vehicle": {"kind": "turntable"}, "phases": [{"kind": "tumble", "duration_s": 380.0}]}
+TABLE: dict[str, Any] = {"vehicle": {"kind": Turntable.name}, "phases": [{"kind": "tumble", "duration_s": 380.0}]}
 CIRCLES: dict[str, Any] = {
-    "vehicle": {"kind": "auv"},
+    "vehicle": {"kind": Auv.name},
     "phases": [
         {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 1.0, "duration_s": 400.0,
          "roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 25.0},

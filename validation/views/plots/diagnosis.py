@@ -15,7 +15,16 @@ from validation.scoring.outcome import Array
 from validation.signals.thin import every_nth
 from validation.views.palette import LINES, RAW, SOFT
 from validation.views.plots.style import WIDTH_IN, keep_readable
-from validation.views.series import as_they_stand, axes_of, block_means, from_first, gap_to_show, length_for, places
+from validation.views.series import (
+    Places,
+    as_they_stand,
+    axes_of,
+    block_means,
+    from_first,
+    gap_to_show,
+    length_for,
+    places,
+)
 
 BEFORE, AFTER = LINES[1], LINES[0]
 FINE, COARSE, MOST_POINTS = 1500, 200, 4000
@@ -23,22 +32,20 @@ FINE, COARSE, MOST_POINTS = 1500, 200, 4000
 LEAST_HEIGHT_M, LEAST_SHARE = 0.5, 0.02
 """A path's height is drawn from this extent on, and from this share of the horizontal one."""
 BINS = 24
+DIRECTIONS = ("east", "north", "up")
 
 
 def draw_gap(found: Diagnosis) -> Figure:
     """Measured minus simulated over time, before and after: means over short (pale) and long (bold) parts."""
-    labels, usable = axes_of(found), found.problem.usable
+    labels = axes_of(found)
     figure = Figure(figsize=(WIDTH_IN, 1.7 * len(labels) + 0.8), layout="constrained")
     axes = figure.subplots(len(labels), 1, sharex=True, squeeze=False)[:, 0]
     time, unit = _time(found)
-    for gap, colour, label in _curves(*gap_to_show(found)):
-        for most, style in ((FINE, {"alpha": 0.3}), (COARSE, {"linewidth": 1.6, "label": label})):
-            length = length_for(len(gap), most)
-            t, thin = block_means(time, length), block_means(gap, length, usable)
-            for i, axis in enumerate(axes):
-                axis.plot(t, thin[:, i], color=colour, **style)
+    for curve in _curves(*gap_to_show(found)):
+        _draw_means(axes, found, time, curve)
+    least = block_means(found.before_nT, length_for(len(time), FINE), found.problem.usable)
     for i, axis in enumerate(axes):
-        keep_readable(axis, block_means(found.before_nT, length_for(len(time), FINE), usable)[:, i])
+        keep_readable(axis, least[:, i])
         axis.set_ylabel(f"{labels[i]} (nT)")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     how = "the models as they stand" if as_they_stand(found) else "iron fitted anew"
@@ -47,40 +54,73 @@ def draw_gap(found: Diagnosis) -> Figure:
     return figure
 
 
+def _draw_means(axes: Any, found: Diagnosis, time: Array, curve: tuple[Array, str, str]) -> None:
+    gap, colour, label = curve
+    styles: tuple[tuple[int, dict[str, Any]], ...] = (
+        (FINE, {"alpha": 0.3}),
+        (COARSE, {"linewidth": 1.6, "label": label}),
+    )
+    for most, style in styles:
+        length = length_for(len(gap), most)
+        t, thin = block_means(time, length), block_means(gap, length, found.problem.usable)
+        for i, axis in enumerate(axes):
+            axis.plot(t, thin[:, i], color=colour, **style)
+
+
 def draw_map(found: Diagnosis) -> Figure:
     """Size of the gap along the path, before and after: from above, and from the side where the height changes."""
     where, position = places(found), found.problem.recording.pos_enu_m
-    assert where.pos_m is not None
     assert position is not None
     path_m = from_first(position)[every_nth(len(position), MOST_POINTS)]
-    extent = np.ptp(path_m, axis=0)
-    side = int(extent[1] > extent[0])
-    planes = [(0, 1)]
-    if extent[2] > max(LEAST_HEIGHT_M, LEAST_SHARE * extent[:2].max()):
-        planes.append((side, 2))
+    planes = _planes(path_m)
     figure = Figure(figsize=(WIDTH_IN, 3.6 * len(planes) + 0.2), layout="constrained")
     axes = figure.subplots(len(planes), 2, sharex="row", sharey="row", squeeze=False)
     sizes = [np.linalg.norm(gap, axis=1) for gap in (where.before_nT, where.after_nT)]
     most = max(float(np.nanquantile(sizes[0], 0.98)), 1e-9)
-    for (i, j), row in zip(planes, axes, strict=True):
+    for plane, row in zip(planes, axes, strict=True):
         for axis, size, title in zip(row, sizes, ("before", "after"), strict=True):
-            axis.plot(path_m[:, i], path_m[:, j], color=RAW, linewidth=0.4, zorder=1)
-            order = np.argsort(size)  # large ones on top
-            dots = axis.scatter(
-                where.pos_m[order, i], where.pos_m[order, j], c=size[order], s=7, cmap="viridis_r", vmin=0, vmax=most,
-                linewidths=0, zorder=2, rasterized=True,
-            )  # fmt: skip
-            axis.set(
-                xlabel=f"{('east', 'north')[i]} (m)", title=f"{'From above' if j == 1 else 'From the side'}, {title}"
-            )
-            if j == 1:
-                axis.set_aspect("equal")
-        row[0].set_ylabel(("north (m)", "up (m)")[j - 1])
-    noise = float(np.linalg.norm(found.problem.sigma_nT)) / np.sqrt(where.samples)
-    figure.colorbar(
-        dots, ax=axes, shrink=0.8, pad=0.01, label=f"size of the gap (nT); noise alone: {noise:.2g}", extend="max"
-    )
+            axis.plot(*path_m[:, plane].T, color=RAW, linewidth=0.4, zorder=1)
+            dots = _draw_places(axis, where, plane, size, most)
+            _label_plane(axis, plane, title)
+        row[0].set_ylabel(f"{DIRECTIONS[plane[1]]} (m)")
+    figure.colorbar(dots, ax=axes, shrink=0.8, pad=0.01, label=_size_label(found, where), extend="max")
     return figure
+
+
+def _size_label(found: Diagnosis, where: Places) -> str:
+    noise = float(np.linalg.norm(found.problem.sigma_nT)) / np.sqrt(where.samples)
+    return f"size of the gap (nT); noise alone: {noise:.2g}"
+
+
+def _planes(path_m: Array) -> list[list[int]]:
+    """The planes a path is seen in: from above, and from its longer side where its height changes."""
+    extent = np.ptp(path_m, axis=0)
+    rises = extent[2] > max(LEAST_HEIGHT_M, LEAST_SHARE * extent[:2].max())
+    return [[0, 1], [int(extent[1] > extent[0]), 2]] if rises else [[0, 1]]
+
+
+def _draw_places(axis: Any, where: Places, plane: list[int], size: Array, most: float) -> Any:
+    """Dots coloured by size (m,), large ones on top."""
+    assert where.pos_m is not None
+    order = np.argsort(size)
+    return axis.scatter(
+        *where.pos_m[order][:, plane].T,
+        c=size[order],
+        s=7,
+        cmap="viridis_r",
+        vmin=0,
+        vmax=most,
+        linewidths=0,
+        zorder=2,
+        rasterized=True,
+    )
+
+
+def _label_plane(axis: Any, plane: list[int], title: str) -> None:
+    above = plane == [0, 1]
+    axis.set(xlabel=f"{DIRECTIONS[plane[0]]} (m)", title=f"{'From above' if above else 'From the side'}, {title}")
+    if above:
+        axis.set_aspect("equal")
 
 
 def draw_spectrum(found: Diagnosis) -> Figure:
