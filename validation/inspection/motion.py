@@ -19,6 +19,8 @@ SMALL_HOLE_DEG = 65.0
 """Radius of a hole that a calibration bears."""
 AT_REST_SHARE = 0.01
 """A field that varies by less than this share of its strength is that of a sensor at rest."""
+ALONG = 0.98
+"""Cosine of the angle to an axis, above which a direction is the axis'."""
 STEADY_RATE = 0.1
 """Relative deviation from the median rate that is still constant."""
 STEADY_SHARE = 0.8
@@ -45,15 +47,18 @@ def _coverage(look: Look) -> Finding | None:
     hole_deg, middle = largest_hole(seen)
     of = "as measured" if corrected is None else "after an ellipsoid fit"
     text = f"The field's direction in the body frame, {of}, was in {100 * share:.2g} % of the sphere; the largest hole "
-    text += f"has a radius of {figure(hole_deg, 2)} degrees, about {axis_text(middle).replace('body ', _sign(middle))}"
+    text += f"has a radius of {figure(hole_deg, 2)} degrees, about {_pointing(middle)}"
     level: Level = "ok" if hole_deg <= SMALL_HOLE_DEG else "note"
     value = {"share": share, "hole_deg": hole_deg, "hole_at": middle.tolist()}
     return Finding(SECTION, "coverage", value, "", text + ".", level, look.sensor)
 
 
-def _sign(direction: Array) -> str:
-    """Plus or minus, of the main component of a direction (3,)."""
-    return "+" if direction[int(np.argmax(np.abs(direction)))] > 0 else "-"
+def _pointing(direction: Array) -> str:
+    """A unit vector (3,) in words: the half axis that is nearest, and its components where it is not along it."""
+    main = int(np.argmax(np.abs(direction)))
+    text = f"{'+' if direction[main] > 0 else '-'}{'xyz'[main]}"
+    x, y, z = direction
+    return text if abs(direction[main]) > ALONG else f"{text} (direction {x:.2f}, {y:.2f}, {z:.2f})"
 
 
 def _extent(look: Look) -> Finding:

@@ -43,6 +43,15 @@ def test_coverage_of_a_cap(half_angle_deg: float) -> None:
     assert "-z" in found.text
 
 
+def test_the_largest_hole_is_told_where_it_is() -> None:
+    """Half a sphere about (0, 0.8, -0.6): the hole's middle is on the other side."""
+    field_nT = cap(90.0)[:, [0, 2, 1]] @ np.array([[1, 0, 0], [0, 0.8, -0.6], [0, 0.6, 0.8]])
+    found = one(motion_findings(look(np.arange(len(field_nT)) / 50, field_nT)), "coverage")
+    x, y, z = found.value["hole_at"]
+    assert y == pytest.approx(-0.8, abs=0.15)
+    assert f"about -y (direction {x:.2f}, {y:.2f}, {z:.2f})" in found.text
+
+
 def test_the_whole_sphere_has_no_hole() -> None:
     field_nT = STRENGTH_NT * noise(20_000, 1.0)
     field_nT *= STRENGTH_NT / np.linalg.norm(field_nT, axis=1, keepdims=True)
