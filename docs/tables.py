@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Calibrator
 from scenarios.load import catalogue
-from scenarios.paths import PHASES
+from scenarios.paths import PHASES, Ability
 from scenarios.spec import FieldSpec, NavigationSpec, SamplingSpec, ThermalSpec
 from sim.dataset.units import UNITS
 from sim.effects import EFFECTS
@@ -27,7 +27,7 @@ from sim.effects.values import Parameter
 from sim.motion import Motion, drive
 from sim.scenario import Scenario, SensorSpec, load
 from sim.streams import stream
-from sim.vehicles import VEHICLES
+from sim.vehicles import VEHICLES, able
 from validation.diagnosis.verdict import Verdict
 from validation.signals.conventions import euler_deg
 
@@ -177,11 +177,20 @@ def vehicles() -> str:
     return "\n".join(parts)
 
 
+def fleet() -> str:
+    """Every vehicle: what it is, how many motors draw current, and the phases that it can do."""
+    rows = (
+        (f"`{name}`", cls.summary, str(cls.motors), ", ".join(kind for kind, phase in PHASES.items() if cls.can(phase)))
+        for name, cls in VEHICLES.items()
+    )
+    return _table(("name", "what it is", "motor currents", "phases"), rows)
+
+
 def phases() -> str:
     """Every kind of phase with its keys."""
     parts = []
     for kind, model in PHASES.items():
-        who = ", ".join(model.vehicles)
+        who = ", ".join(able(model))
         head = f'**`kind = "{kind}"`** ({who}). {_summary(model)}'
         parts.append(head + "\n\n" + _table(KEY_HEADS, _keys(model)))
     return "\n".join(parts)
@@ -250,25 +259,25 @@ def _tracked(scenario: Scenario) -> Iterable[tuple[str, ...]]:
         parts.setdefault(motion.phase, []).append(motion)
     for index, motions in parts.items():
         settled = np.concatenate([m.phase_time_s for m in motions]) > scenario.phases[index].settle_s
-        figures = np.concatenate([_errors(scenario.vehicle.kind, m) for m in motions])[settled]
-        yield (f"`{scenario.name}`", scenario.phases[index].kind, *_cells(scenario.vehicle.kind, figures))
+        phase, tilts = scenario.phases[index], Ability.SWAY not in VEHICLES[scenario.vehicle.kind].abilities
+        figures = np.concatenate([_errors(tilts, m) for m in motions])[settled]
+        yield (f"`{scenario.name}`", phase.kind, *_cells(phase.tracked, figures))
 
 
-def _errors(vehicle: str, motion: Motion) -> Any:
+def _errors(tilts: bool, motion: Motion) -> Any:
     """Rows (n, 4): distance from the reference in m, angle from it in degrees, pitch and roll in degrees."""
     apart_m = np.linalg.norm(motion.reference[:, :3] - motion.kinematics.pos_enu_m, axis=1)
     wanted = Rotation.from_euler("ZYX", motion.reference[:, 9:12])
     apart_deg = np.degrees((wanted.inv() * Rotation.from_matrix(motion.R_wb)).magnitude())
     yaw_deg, pitch_deg, roll_deg = euler_deg(motion.kinematics.q).T
-    if vehicle == "quadrotor":  # its tilt follows from its acceleration: only the heading is commanded
+    if not tilts:  # its tilt follows from its acceleration: only the heading is commanded
         apart_deg = (yaw_deg - np.degrees(motion.reference[:, 9]) + 180.0) % 360.0 - 180.0
     return np.column_stack([apart_m, apart_deg, pitch_deg, roll_deg])
 
 
-def _cells(vehicle: str, figures: Any) -> tuple[str, ...]:
+def _cells(tracked: bool, figures: Any) -> tuple[str, ...]:
     rms = np.sqrt(np.mean(figures[:, :2] ** 2, axis=0))
-    still = vehicle == "turntable"
-    distance = ("–", "–") if still else (_length(rms[0]), _length(figures[:, 0].max()))
+    distance = (_length(rms[0]), _length(figures[:, 0].max())) if tracked else ("–", "–")
     low, high = np.round(figures[:, 2:], 1).min(axis=0) + 0.0, np.round(figures[:, 2:], 1).max(axis=0) + 0.0
     turns = (f"{a:.1f} to {b:.1f}°" for a, b in zip(low, high, strict=True))
     return (*distance, "< 0.001°" if rms[1] < 1e-3 else f"{rms[1]:.2g}°", *turns)
@@ -306,6 +315,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "phases": phases,
     "field": keys(FieldSpec),
     "vehicles": vehicles,
+    "fleet": fleet,
     "sampling": keys(SamplingSpec),
     "thermal": keys(ThermalSpec),
     "navigation": keys(NavigationSpec),

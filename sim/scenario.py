@@ -10,14 +10,14 @@ from pydantic import Field, model_validator
 
 from scenarios import load as files
 from scenarios.names import find
-from scenarios.paths import Phase
-from scenarios.paths.excited import Excited
+from scenarios.paths import Ability, Phase
 from scenarios.problems import misfit
 from scenarios.spec import BaseScenario, FieldSpec, Table
 from scenarios.vary import check_vary
 from sim.effects import EffectName, Effects, check_order, in_order
 from sim.effects.base import Effect
-from sim.vehicles import VEHICLES, VehicleSpec
+from sim.vehicles import VEHICLES, VehicleSpec, able
+from sim.vehicles.base import Vehicle
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Metres = Annotated[float, Field(ge=-1000, le=1000)]
@@ -43,7 +43,7 @@ class Scenario(BaseScenario):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         for index, phase in enumerate(self.phases):
-            _check_phase(self.vehicle.kind, phase, index)
+            _check_phase(VEHICLES[self.vehicle.kind], phase, index)
         for sensor in self.sensors:
             check_order(self.effect_order, (*self.effects, *sensor.effects))
         return self
@@ -98,11 +98,11 @@ def json_schema() -> dict[str, Any]:
     return {"$schema": DIALECT, **Scenario.model_json_schema(by_alias=True)}
 
 
-def _check_phase(vehicle: str, phase: Phase, index: int) -> None:
+def _check_phase(vehicle: type[Vehicle], phase: Phase, index: int) -> None:
     """A phase that the vehicle can do; ValidationError at its place otherwise."""
-    if vehicle not in phase.vehicles:
-        what = f'the {vehicle} cannot do a "{phase.kind}" phase'
-        raise misfit(("phases", index, "kind"), what, "vehicles that can: " + ", ".join(phase.vehicles))
-    if isinstance(phase, Excited) and phase.excited and not VEHICLES[vehicle].tilts:
-        what = f"the {vehicle} cannot roll or pitch without moving away"
+    if not vehicle.can(phase):
+        what = f'the {vehicle.name} cannot do a "{phase.kind}" phase'
+        raise misfit(("phases", index, "kind"), what, "vehicles that can: " + ", ".join(able(phase)))
+    if phase.tilted and Ability.TILT not in vehicle.abilities:
+        what = f"the {vehicle.name} cannot {Ability.TILT}"
         raise misfit(("phases", index), what, 'leave the amplitudes out, or add a "rotate" phase')

@@ -43,7 +43,7 @@ class Tracker:
     def see(self, motion: Motion) -> None:
         """Take in the next block."""
         phase = self._phases[motion.phase]
-        if phase.vehicles == ("turntable",) or not phase.powered:
+        if not phase.tracked:
             return
         apart_m = (motion.reference[:, :3] - motion.kinematics.pos_enu_m)[motion.phase_time_s > phase.settle_s]
         apart_m2 = np.sum(apart_m**2, axis=1)

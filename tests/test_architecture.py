@@ -61,13 +61,6 @@ LONG_LEFT: set[str] = {
     "workflow.diagnose",
 }
 NAMES_LEFT: set[str] = {
-    "scenarios/load.py",
-    "scenarios/paths/base.py",
-    "scenarios/paths/dive.py",
-    "scenarios/paths/hover.py",
-    "scenarios/paths/turntable.py",
-    "scenarios/spec.py",
-    "sim/tracking.py",
     "validation/diagnosis/decision/select.py",
     "validation/diagnosis/decision/verdict.py",
     "validation/diagnosis/evidence/direct.py",
@@ -78,18 +71,16 @@ NAMES_LEFT: set[str] = {
     "validation/diagnosis/repair/model.py",
     "validation/diagnosis/repair/patch.py",
     "validation/diagnosis/workflow.py",
-    "validation/views/recording/outcome.py",
     "validation/views/series.py",
-    "validation/views/shapes.py",
-    "validation/views/words/outcome.py",
 }
 WORDS = {
     "validation/reproduce/ding2021/rows.py": {"scale", "misalignment"},
     "validation/inspection/frames.py": {"scale"},
     "validation/inspection/values.py": {"spikes"},
     "sim/dataset/units.py": {"scale"},
+    "scenarios/paths/turntable.py": {"turntable"},
 }
-"""Where the word is a quantity's, a factor's or a fault's and no effect is meant."""
+"""Where the word is a quantity's, a factor's, a fault's or a phase's and no effect or vehicle is meant."""
 
 
 def package_of(path: Path) -> str:

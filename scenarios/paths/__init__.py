@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from scenarios.paths.base import REFERENCE_COLUMNS, PhaseBase, Start
+from scenarios.paths.base import REFERENCE_COLUMNS, Ability, PhaseBase, Start
 from scenarios.paths.comb import Comb
 from scenarios.paths.dive import Ascent, Descent
 from scenarios.paths.hover import Hover, Rotate
@@ -31,4 +31,4 @@ Phase = Annotated[
     Field(discriminator="kind"),
 ]
 
-__all__ = ["PHASES", "REFERENCE_COLUMNS", "Phase", "PhaseBase", "Start"]
+__all__ = ["PHASES", "REFERENCE_COLUMNS", "Ability", "Phase", "PhaseBase", "Start"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import ClassVar
 
 import numpy as np
@@ -28,18 +29,38 @@ class Start:
     speed_m_s: float = 0.0
 
 
+class Ability(StrEnum):
+    """What a vehicle may be able to do, and a phase may need; the value ends "the vehicle cannot ..."."""
+
+    TRAVEL = "follow a path through space"
+    TILT = "roll or pitch without moving away"
+    SWAY = "tilt by swaying on the spot"
+    DIVE = "sink and rise by its weight alone"
+    POINT = "turn to every attitude in its place"
+
+
 class PhaseBase(BaseModel, ABC):
-    """One phase. A subclass has a `kind`, its parameters, and the reference as a pure function of time."""
+    """One phase. A subclass has a `kind`, its parameters, and the reference as a pure function of time.
+
+    `needs`: what a vehicle must be able to do. `tracked`: whether guidance steers its position all along, so that
+    the distance from the reference says how well the vehicle follows.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     kind: str
-    vehicles: ClassVar[tuple[str, ...]] = ("auv", "quadrotor")
+    needs: ClassVar[Ability] = Ability.TRAVEL
     powered: ClassVar[bool] = True
+    tracked: ClassVar[bool] = True
 
     @property
     def label(self) -> str:
         """Value of the dataset's `phase` column."""
         return self.kind
+
+    @property
+    def tilted(self) -> bool:
+        """Whether roll or pitch is commanded on top of the path, which needs Ability.TILT."""
+        return False
 
     @property
     @abstractmethod

@@ -6,15 +6,16 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from scenarios.paths.base import PhaseBase, Start
+from scenarios.paths.base import Ability, PhaseBase, Start
 from scenarios.paths.jet import Array, assemble, constant
 
 
 class Dive(PhaseBase):
     """An unpowered change of depth; a force along the vertical acts trim_m ahead of the centre of gravity."""
 
-    vehicles: ClassVar[tuple[str, ...]] = ("auv",)
+    needs: ClassVar[Ability] = Ability.DIVE
     powered: ClassVar[bool] = False
+    tracked: ClassVar[bool] = False
     max_duration_s: float = Field(10_800.0, gt=0, le=86_400, description="the phase ends then at the latest")
     trim_m: float = Field(0.1, ge=-1, le=1, description="lever arm of the ballast ahead of the centre of gravity")
 

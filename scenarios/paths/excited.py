@@ -32,8 +32,7 @@ class Excited(RunIn):
     pitch_period_s: float = Field(47.0, ge=1, le=3600)
 
     @property
-    def excited(self) -> bool:
-        """Whether any roll or pitch is commanded."""
+    def tilted(self) -> bool:
         return self.roll_amplitude_deg > 0 or self.pitch_amplitude_deg > 0
 
     def pitch_roll(self, t_s: Array) -> tuple[Jet, Jet]:

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from scenarios.paths.base import Start
+from scenarios.paths.base import Ability, Start
 from scenarios.paths.excited import RunIn
 from scenarios.paths.jet import Array, Jet, assemble, constant, run, run_up, sine, window
 
@@ -40,7 +40,7 @@ class Rotate(RunIn):
     """
 
     kind: Literal["rotate"]
-    vehicles: ClassVar[tuple[str, ...]] = ("quadrotor",)
+    needs: ClassVar[Ability] = Ability.SWAY
     time_s: float = Field(120.0, gt=0, le=864_000, alias="duration_s")
     turn_rate_deg_s: float = Field(20.0, ge=-180, le=180, description="positive: to the left")
     tilt_amplitude_deg: float = Field(15.0, ge=0, le=45)

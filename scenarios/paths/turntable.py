@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from scenarios.paths.base import Start
+from scenarios.paths.base import Ability, Start
 from scenarios.paths.excited import RunIn
 from scenarios.paths.jet import Array, Jet, assemble, constant, run, sine, smoothstep, window
 
@@ -17,8 +17,13 @@ AXES = ("yaw", "pitch", "roll")
 class Turntable(RunIn):
     """A motion of the three hinges; the position stays."""
 
-    vehicles: ClassVar[tuple[str, ...]] = ("turntable",)
+    needs: ClassVar[Ability] = Ability.POINT
+    tracked: ClassVar[bool] = False
     run_in_s: float = Field(2.0, gt=0, le=60)
+
+    @property
+    def label(self) -> str:
+        return "turntable"
 
     def place(self, start: Start, angles: tuple[Jet, Jet, Jet], t_s: Array) -> Array:
         """The reference with these hinge angles (yaw, pitch, roll; yaw from the start's)."""
@@ -38,10 +43,6 @@ class TurntableStops(Turntable):
     step_deg: float = Field(-30.0, ge=-180, le=180, description="about the hinge's axis; yaw: negative is clockwise")
     dwell_s: float = Field(20.0, gt=0, le=3600)
     move_s: float = Field(5.0, gt=0, le=600)
-
-    @property
-    def label(self) -> str:
-        return "turntable"
 
     @property
     def settle_s(self) -> float:
@@ -84,10 +85,6 @@ class TurntableTurns(Turntable):
     rate_deg_s: float = Field(10.0, ge=0.1, le=90)
 
     @property
-    def label(self) -> str:
-        return "turntable"
-
-    @property
     def turn_s(self) -> float:
         """Time of one full turn from rest to rest."""
         return 360.0 / self.rate_deg_s + self.run_in_s
@@ -127,6 +124,10 @@ class Tumble(Turntable):
     pitch_period_s: float = Field(118.5507, ge=1, le=3600)
     pitch_phase_deg: float = Field(0.0, ge=-360, le=360)
     yaw_rate_deg_s: float = Field(6.3025, ge=-90, le=90)
+
+    @property
+    def label(self) -> str:
+        return self.kind
 
     @model_validator(mode="after")
     def _room(self) -> Tumble:

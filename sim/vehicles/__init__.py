@@ -8,18 +8,31 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
+from scenarios.paths.base import PhaseBase
 from sim.vehicles.auv import Auv
 from sim.vehicles.base import Vehicle, VehicleTable
 from sim.vehicles.quadrotor import Quadrotor
 from sim.vehicles.turntable import Turntable
 
-VEHICLES: dict[str, type[Vehicle]] = {"auv": Auv, "quadrotor": Quadrotor, "turntable": Turntable}
+VEHICLES: dict[str, type[Vehicle]] = {
+    cls.name: cls
+    for cls in (
+        Auv,
+        Quadrotor,
+        Turntable,
+    )
+}
 
 if TYPE_CHECKING:
     VehicleSpec = VehicleTable
 else:
     VehicleSpec = Annotated[reduce(or_, (cls.table for cls in VEHICLES.values())), Field(discriminator="kind")]
 """The `vehicle` table of a scenario: that of any vehicle here, told by its kind."""
+
+
+def able(phase: PhaseBase | type[PhaseBase]) -> list[str]:
+    """Names of the vehicles that can do a phase."""
+    return [name for name, cls in VEHICLES.items() if cls.can(phase)]
 
 
 def vehicle_for(spec: VehicleTable) -> Vehicle:

@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from typing import Annotated, Any, ClassVar, Literal
 
 import mujoco
 import numpy as np
 from pydantic import Field
 
-from scenarios.paths.base import PhaseBase
+from scenarios.paths.base import Ability, PhaseBase
 from scenarios.paths.dive import Ascent, Descent
 from sim.engine import Log, mass_matrix
-from sim.portable import product, pseudo_inverse
+from sim.portable import pseudo_inverse
 from sim.state import Array
 from sim.vehicles.auv_control import GAINS_SIZE, MEMORY_SIZE, THRUSTERS, follow
 from sim.vehicles.base import Kinematics, Vehicle, VehicleTable, free_body_kinematics
+from sim.vehicles.fluid import added_mass, drag, righting_arm, wrenches
 
 FEEDBACK = np.array([2.25, 3.0, 0.8, 6.25, 5.0, 4.0, 1.0])
 """Position 1/s^2, velocity 1/s, integral 1/s^3; attitude, rate, integral likewise; limit of linear feedback, m/s^2."""
 
 AMPERE_PER_N_1_5 = 0.068
 """Current of a thruster: 24 A at 50 N on 16 V, as small commercial ones draw in static tests."""
-
-FIRST_COEFFICIENT, FIRST_MASS, FIRST_INERTIA = 0, 6, 9
-"""Columns of geom_fluid: whether the ellipsoid model acts, virtual mass (3) and inertia (3) at unit density."""
 
 
 WaterSpeed = Annotated[float, Field(ge=-10, le=10)]
@@ -47,6 +44,8 @@ class Auv(Vehicle):
     name: ClassVar[str] = "auv"
     table: ClassVar[type[VehicleTable]] = AuvSpec
     summary: ClassVar[str] = "neutral torpedo with eight thrusters: drag, added mass, righting moment, ocean current"
+    noun: ClassVar[str] = "an AUV"
+    abilities: ClassVar[frozenset[Ability]] = frozenset({Ability.TRAVEL, Ability.TILT, Ability.DIVE})
     model_file: ClassVar[str] = "auv.xml"
     body: ClassVar[str] = "auv"
     motors: ClassVar[int] = THRUSTERS
@@ -64,32 +63,18 @@ class Auv(Vehicle):
         ballast = np.zeros(2)
         if isinstance(phase, Descent | Ascent):
             ballast = -phase.ballast_N * np.array([1.0 - phase.trim_m, phase.trim_m])
-        mass = mass_matrix(model) + self.added_mass(model)
-        allocation = pseudo_inverse(_thruster_wrenches(model))
+        mass = mass_matrix(model) + added_mass(model)
+        allocation = pseudo_inverse(wrenches(model, THRUSTERS))
         limit_N = model.actuator_ctrlrange[:THRUSTERS, 1].min()
         powered = float(phase.powered)
-        parts = (powered, ballast, FEEDBACK, _righting_arm(model), mass, _drag(model), allocation, limit_N)
+        parts = (powered, ballast, FEEDBACK, righting_arm(model), mass, drag(model), allocation, limit_N)
         gains = np.concatenate([np.ravel(part) for part in parts])
         assert gains.size == GAINS_SIZE
         return gains
 
     def added_mass(self, model: mujoco.MjModel) -> Array:
-        """M_A = sum over ellipsoids of T^T rho diag(m_A, I_A) T; T (6, 6) takes the body's velocity to the geom's.
-
-        The virtual masses and inertias are the engine's own ([Tuckerman1925]), so that they match its Coriolis terms.
-        Transformation of a mass matrix to another origin: [Fossen2011] section 7.5.
-        """
-        data = _at_identity(model)
-        total = np.zeros((6, 6))
-        for geom in np.flatnonzero(model.geom_fluid[:, FIRST_COEFFICIENT]):
-            fluid = model.geom_fluid[geom]
-            turn, offset = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]
-            to_geom = np.zeros((6, 6))
-            to_geom[:3, :3] = to_geom[3:, 3:] = turn.T
-            to_geom[:3, 3:] = -product(turn.T, _skew(offset))
-            virtual = np.diag(fluid[FIRST_MASS : FIRST_INERTIA + 3]) * model.opt.density
-            total += fluid[FIRST_COEFFICIENT] * product(to_geom.T, product(virtual, to_geom))
-        return total
+        """That of hull and planes, 6 x 6."""
+        return added_mass(model)
 
     def flow(self, n: int, rng: np.random.Generator, memory: dict[str, Any]) -> Array:
         """The uniform current (n, 3), m/s, ENU."""
@@ -103,46 +88,3 @@ class Auv(Vehicle):
     def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
         """Motion of the hull's centre."""
         return free_body_kinematics(log)
-
-
-def _skew(v: Array) -> Array:
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-
-
-def _at_identity(model: mujoco.MjModel) -> mujoco.MjData:
-    """The vehicle at the origin, level, at rest, in still water."""
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return data
-
-
-def _righting_arm(model: mujoco.MjModel) -> Array:
-    """a = sum of g m (c - 1) r (3,), N m, with c the buoyancy per weight of the part at r; the moment is a x R^T z."""
-    data = _at_identity(model)
-    lift_N = -model.opt.gravity[2] * model.body_mass * (model.body_gravcomp - 1.0)
-    return np.asarray(product(lift_N[None], data.xipos)[0])
-
-
-def _drag(model: mujoco.MjModel) -> Array:
-    """Drag D (6, 6), column j the force against unit velocity j, by asking the engine (without its added mass)."""
-    viscous = copy(model)
-    viscous.geom_fluid[:, FIRST_MASS:] = 0.0
-    data = _at_identity(viscous)
-    rest = data.qfrc_passive.copy()
-    columns = []
-    for velocity in np.eye(6):
-        data.qvel[:] = velocity
-        mujoco.mj_forward(viscous, data)
-        columns.append(rest - data.qfrc_passive)
-    return np.array(columns).T
-
-
-def _thruster_wrenches(model: mujoco.MjModel) -> Array:
-    """Wrench (6, 8) in the body frame of each thruster's unit thrust."""
-    data = _at_identity(model)
-    columns = []
-    for thrust in np.eye(model.nu)[:THRUSTERS]:
-        data.ctrl[:] = thrust
-        mujoco.mj_forward(model, data)
-        columns.append(data.qfrc_actuator.copy())
-    return np.array(columns).T

@@ -1,4 +1,4 @@
-"""A vehicle: its MuJoCo model, its controller, and what its motors draw."""
+"""A vehicle: its table in a scenario, its MuJoCo model, its controller, its looks, and what its motors draw."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from typing import Any, ClassVar
 import mujoco
 import numpy as np
 
-from scenarios.paths.base import PhaseBase
+from scenarios.paths.base import Ability, PhaseBase
 from scenarios.spec import Table
 from sim.engine import Log
 from sim.state import Array
+from sim.vehicles.geoms import Geom, visible_geoms
 
 MODELS = Path(__file__).parent.parent / "models"
 STEP_S = 0.02
@@ -40,23 +41,44 @@ class VehicleTable(Table):
 
 @dataclass(frozen=True)
 class Vehicle(ABC):
-    """One vehicle, made from its table of the scenario (`spec`).
+    """One vehicle, made from its table of the scenario (`spec`). A subclass says all about it:
 
-    `control` is a numba function of signature `sim.engine.control_signature`; its reference row has the columns of
-    scenarios.paths.base.REFERENCE_COLUMNS.
+    ===========  =================================================================================================
+    name         the `kind` in its table
+    table        its table in a scenario, with what a user may set
+    summary      a line for lists
+    noun         the vehicle in a sentence, with its article
+    abilities    what it can do; a phase that needs another ability is refused
+    model_file   its MJCF in sim/models; the geoms that are not transparent are its picture
+    body         the body that carries the magnetometer
+    motors       how many currents `currents_A` gives
+    control      numba function of signature `sim.engine.control_signature`, run each STEP_S; its reference row has
+                 the columns of scenarios.paths.base.REFERENCE_COLUMNS
+    memory_size  how many numbers the control keeps from step to step
+    ===========  =================================================================================================
     """
 
     spec: Any
     name: ClassVar[str]
     table: ClassVar[type[VehicleTable]]
     summary: ClassVar[str]
+    noun: ClassVar[str]
+    abilities: ClassVar[frozenset[Ability]]
     model_file: ClassVar[str]
     body: ClassVar[str]
     motors: ClassVar[int]
-    memory_size: ClassVar[int] = 1
-    tilts: ClassVar[bool] = True
-    """Whether it can roll and pitch without moving away."""
     control: ClassVar[Callable[..., None]]
+    memory_size: ClassVar[int] = 1
+
+    def __init_subclass__(cls) -> None:
+        unsaid = [name for name in REQUIRED if not hasattr(cls, name)]
+        if unsaid:
+            raise TypeError(f"vehicle {cls.__name__} does not say its {', '.join(unsaid)}")
+
+    @classmethod
+    def can(cls, phase: PhaseBase | type[PhaseBase]) -> bool:
+        """Whether it is able to do a phase, level."""
+        return phase.needs in cls.abilities
 
     def model(self) -> mujoco.MjModel:
         """The compiled MJCF; its step is STEP_S, its integrator RK4."""
@@ -85,6 +107,22 @@ class Vehicle(ABC):
     @abstractmethod
     def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
         """Motion from the engine's log."""
+
+    def channels(self, log: Log) -> dict[str, Array]:
+        """Simulated channels of its own, (n,) by name, such as a battery's charge; none by default."""
+        return {}
+
+    def turns(self, q: Array) -> dict[str, Array]:
+        """Attitude (n, 4) of each body that turns on its own, from that of the main body, which is the first."""
+        return {self.body: q}
+
+    def geoms(self) -> tuple[Geom, ...]:
+        """Its picture: each solid in the frame of its body, one of `turns` or the world."""
+        return visible_geoms(self.model(), self.turns(np.zeros((0, 4))))
+
+
+REQUIRED = ("name", "table", "summary", "noun", "abilities", "model_file", "body", "motors", "control")
+"""What a vehicle must say; a class without is refused when it is made."""
 
 
 def free_body_kinematics(log: Log) -> Kinematics:

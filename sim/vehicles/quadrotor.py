@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from scenarios.paths.base import PhaseBase
+from scenarios.paths.base import Ability, PhaseBase
 from sim.engine import Log
 from sim.state import Array
 from sim.vehicles.base import STEP_S, Kinematics, Vehicle, VehicleTable, free_body_kinematics
@@ -53,8 +53,9 @@ class Quadrotor(Vehicle):
     name: ClassVar[str] = "quadrotor"
     table: ClassVar[type[VehicleTable]] = QuadrotorSpec
     summary: ClassVar[str] = "1.5 kg quadrotor with four rotors, aerodynamic drag, wind and gusts"
+    noun: ClassVar[str] = "a quadrotor"
+    abilities: ClassVar[frozenset[Ability]] = frozenset({Ability.TRAVEL, Ability.SWAY})
     model_file: ClassVar[str] = "quadrotor.xml"
-    tilts: ClassVar[bool] = False
     body: ClassVar[str] = "quadrotor"
     motors: ClassVar[int] = 4
     memory_size: ClassVar[int] = SIZE

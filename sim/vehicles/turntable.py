@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numba import njit
 
-from scenarios.paths.base import PhaseBase
+from scenarios.paths.base import Ability, PhaseBase
 from sim.engine import Log, control_signature
 from sim.rotation import multiply_q, q_from_rotation_vector
 from sim.state import Array
@@ -16,7 +16,7 @@ from sim.vehicles.base import Kinematics, Vehicle, VehicleTable
 
 BANDWIDTH_RAD_S = 15.0
 """Natural frequency of the critically damped error; at 50 Hz the loop is stable up to 0.83 / 0.02 s = 41 rad/s."""
-FRAMES = ("yaw_frame", "pitch_frame", "platform")
+FRAMES = YAW_FRAME, PITCH_FRAME, PLATFORM = ("yaw_frame", "pitch_frame", "platform")
 
 
 @njit(cache=True)
@@ -79,8 +79,10 @@ class Turntable(Vehicle):
     name: ClassVar[str] = "turntable"
     table: ClassVar[type[VehicleTable]] = TurntableSpec
     summary: ClassVar[str] = "three-axis non-magnetic turntable of the laboratory: yaw outside, pitch, roll inside"
+    noun: ClassVar[str] = "a three-axis turntable"
+    abilities: ClassVar[frozenset[Ability]] = frozenset({Ability.POINT})
     model_file: ClassVar[str] = "turntable.xml"
-    body: ClassVar[str] = "platform"
+    body: ClassVar[str] = PLATFORM
     motors: ClassVar[int] = 0
     memory_size: ClassVar[int] = 6
     control = staticmethod(control)
@@ -104,6 +106,15 @@ class Turntable(Vehicle):
         yaw, pitch, roll = (q_from_rotation_vector(log.qpos[:, [i]] * np.eye(3)[2 - i]) for i in range(3))
         still = np.zeros((len(log.qpos), 3))
         return Kinematics(still, multiply_q(multiply_q(yaw, pitch), roll), still, _body_rate(log), still)
+
+    def turns(self, q: Array) -> dict[str, Array]:
+        """Outside the platform: the pitch frame has its yaw and pitch, the yaw frame its yaw."""
+        w, x, y, z = q.T
+        yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+        outer = q_from_rotation_vector(yaw[:, None] * np.eye(3)[2])
+        middle = multiply_q(outer, q_from_rotation_vector(pitch[:, None] * np.eye(3)[1]))
+        return {PLATFORM: q, PITCH_FRAME: middle, YAW_FRAME: outer}
 
 
 def _body_rate(log: Log) -> Array:

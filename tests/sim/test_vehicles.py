@@ -1,28 +1,34 @@
-"""What every vehicle promises: one entry in VEHICLES inherits these tests."""
+"""What every vehicle promises: one line in VEHICLES inherits these tests."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
-from scenarios.paths import PHASES, Phase
+from scenarios.paths import PHASES, Ability, Phase
 from sim.engine import CONTROL, Log, mass_matrix
-from sim.vehicles import VEHICLES, VehicleSpec, vehicle_for
+from sim.motion import drive
+from sim.scenario import Scenario, json_schema
+from sim.tracking import LIMIT_M, Tracker
+from sim.vehicles import VEHICLES, VehicleSpec, able, vehicle_for
 from sim.vehicles.base import STEP_S, Vehicle
 
-TABLES = {
-    "hover": {"kind": "hover"},
-    "descent": {"kind": "descent", "to_depth_m": 10},
-    "ascent": {"kind": "ascent"},
-    "spiral": {"kind": "spiral", "radius_m": 20, "turn_rate_deg_s": 5, "turns": 1},
-    "comb": {"kind": "comb", "line_length_m": 100, "line_spacing_m": 20, "lines": 2, "speed_m_s": 1},
-    "rotate": {"kind": "rotate"},
-    "turntable_stops": {"kind": "turntable_stops"},
-    "turntable_turns": {"kind": "turntable_turns"},
-    "tumble": {"kind": "tumble"},
+SHORT: dict[str, dict[str, Any]] = {
+    "hover": {"duration_s": 30, "run_in_s": 5},
+    "descent": {"to_depth_m": 5},
+    "ascent": {"to_depth_m": 3},
+    "spiral": {"radius_m": 20, "turn_rate_deg_s": 2, "duration_s": 60},
+    "comb": {"line_length_m": 40, "line_spacing_m": 20, "lines": 2, "speed_m_s": 1},
+    "rotate": {"duration_s": 40},
+    "turntable_stops": {"dwell_s": 2, "stops": 3},
+    "turntable_turns": {"rate_deg_s": 40},
+    "tumble": {"duration_s": 40},
 }
+"""Every kind of phase, short."""
 
 
 @pytest.fixture(params=VEHICLES)
@@ -36,12 +42,55 @@ def model(vehicle: Vehicle) -> mujoco.MjModel:
 
 
 def test_every_phase_kind_is_tried() -> None:
-    assert set(TABLES) == set(PHASES)
+    assert set(SHORT) == set(PHASES)
+
+
+def scenario(vehicle: str, kind: str, **changes: Any) -> Scenario:
+    """A short phase of this kind; something must sink before it can rise."""
+    about = {"name": "trial", "summary": "trial", "field": {"enu_nT": [0.0, 2e4, -4e4]}}
+    kinds = ("descent", kind) if kind == "ascent" else (kind,)
+    phases = [{"kind": kind} | SHORT[kind] | changes for kind in kinds]
+    return Scenario.model_validate({**about, "vehicle": {"kind": vehicle}, "phases": phases})
 
 
 def test_names_itself(vehicle: Vehicle) -> None:
     assert VEHICLES[vehicle.name] is type(vehicle)
     assert len(vehicle.summary) > 20
+    assert vehicle.noun.split()[0] in ("a", "an", "the")
+
+
+def test_the_schema_shows_it(vehicle: Vehicle) -> None:
+    shown = json_schema()["$defs"][vehicle.table.__name__]
+    assert shown["properties"]["kind"]["const"] == vehicle.name
+    assert shown["description"]
+
+
+def test_a_vehicle_that_leaves_something_unsaid_is_refused_when_it_is_made() -> None:
+    with pytest.raises(TypeError, match=r"vehicle Raft does not say its table, .*noun, abilities"):
+        type("Raft", (Vehicle,), {"name": "raft", "summary": "drifts"})
+
+
+@pytest.mark.parametrize("kind", SHORT)
+def test_drives_what_it_is_able_to_and_refuses_the_rest(vehicle: Vehicle, kind: str) -> None:
+    if vehicle.name not in able(PHASES[kind]):
+        with pytest.raises(ValidationError, match=f"the {vehicle.name} cannot do a"):
+            scenario(vehicle.name, kind)
+        return
+    wanted = scenario(vehicle.name, kind)
+    tracker = Tracker(wanted.phases)
+    for motion in drive(wanted, np.random.default_rng(0)):
+        tracker.see(motion)
+        assert motion.current_A.shape == (len(motion.time_s), vehicle.motors)
+        assert np.isfinite(motion.current_A).all()
+        np.testing.assert_allclose(np.linalg.norm(motion.kinematics.q, axis=1), 1.0)
+    assert tracker.tracking is None or tracker.tracking.max_m < LIMIT_M
+    assert (tracker.tracking is None) != wanted.phases[0].tracked
+
+
+def test_commanded_tilt_is_refused_where_it_cannot_be_done(vehicle: Vehicle) -> None:
+    if Ability.TRAVEL in vehicle.abilities and Ability.TILT not in vehicle.abilities:
+        with pytest.raises(ValidationError, match="cannot roll or pitch without moving away"):
+            scenario(vehicle.name, "spiral", roll_amplitude_deg=10)
 
 
 def test_model_steps_by_runge_kutta_and_names_the_body(vehicle: Vehicle, model: mujoco.MjModel) -> None:
@@ -62,9 +111,9 @@ def test_starts_from_a_finite_state(vehicle: Vehicle, model: mujoco.MjModel) -> 
 def test_controller_accepts_the_gains_of_every_phase_it_flies(vehicle: Vehicle, model: mujoco.MjModel) -> None:
     data, tried = mujoco.MjData(model), 0
     vehicle.place(model, data)
-    for table in TABLES.values():
-        phase = TypeAdapter(Phase).validate_python(table)
-        if vehicle.name in phase.vehicles:
+    for kind, table in SHORT.items():
+        phase = TypeAdapter(Phase).validate_python({"kind": kind} | table)
+        if vehicle.can(phase):
             gains, ctrl, tried = vehicle.gains(model, phase), np.full(model.nu, np.nan), tried + 1
             assert (gains.ndim, gains.dtype) == (1, np.float64)
             vehicle.control(data.qpos, data.qvel, np.zeros(18), gains, np.zeros(vehicle.memory_size), ctrl)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from calib.result import Calibration, Status
+from scenarios.paths import PHASES, Ability
 from sim.dataset.recording import Recording, Truth
 from sim.scenario import Scenario
+from sim.vehicles import VEHICLES, able
 from validation.scoring.outcome import Array, Outcome
 from validation.scoring.scores import Score
 
@@ -22,19 +24,19 @@ RANGES = {"descent": 0.2, "spiral": 0.35, "comb": 0.45}
 
 def example_scenario(vehicle: str = "auv") -> Scenario:
     """The scenario of the example."""
-    motions = {"turntable": [{"kind": "tumble", "duration_s": 600.0}]}
-    sea = [
+    tables = (
         {"kind": "descent", "to_depth_m": 40.0},
         {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 3.0, "turns": 2.0},
         {"kind": "comb", "line_length_m": 60.0, "line_spacing_m": 12.0, "lines": 5, "speed_m_s": 1.0},
-    ]
+        {"kind": "tumble", "duration_s": 600.0},
+    )
     return Scenario.model_validate({
         "name": "auv-example",
         "summary": "An AUV sinks, circles and surveys; a <b>steel</b> frame and its motors disturb the magnetometer.",
         "seed": 7,
         "field": {"enu_nT": FIELD_ENU_NT.tolist()},
         "vehicle": {"kind": vehicle},
-        "phases": motions.get(vehicle, sea),
+        "phases": [table for table in tables if vehicle in able(PHASES[str(table["kind"])])],
     })  # fmt: skip
 
 
@@ -44,7 +46,7 @@ def example_outcome(
     """An outcome of n samples; with several sensors, each has an offset of its own."""
     rng = np.random.default_rng(seed)
     time_s = np.linspace(0.0, duration_s, n)
-    phase, pos_m, q = _tumble(n) if vehicle == "turntable" else _motion(n)
+    phase, pos_m, q = _motion(n) if Ability.TRAVEL in VEHICLES[vehicle].abilities else _tumble(n)
     rotation = _matrices(q)
     field_nT = np.einsum("nji,j->ni", rotation, FIELD_ENU_NT)
     current_A = np.abs(2 + np.sin(time_s[:, None] / (40 + 11 * np.arange(4))) + 0.05 * rng.standard_normal((n, 4)))

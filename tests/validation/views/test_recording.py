@@ -12,10 +12,11 @@ import pytest
 from rerun.chunk import RrdReader
 
 from scenarios.errors import InputError
+from sim.vehicles import VEHICLES
+from sim.vehicles.turntable import Turntable, TurntableSpec
 from tests.validation.views import outcome_example as example
 from validation.scoring.outcome import Array, Outcome
 from validation.views.recording import read_series, verify, write_recording
-from validation.views.shapes import gimbals, solids
 
 
 @pytest.fixture(scope="module")
@@ -107,36 +108,23 @@ def test_poses_are_the_true_ones(outcome: Outcome, path: Path) -> None:
     np.testing.assert_allclose(turned[:, [3, 0, 1, 2]], outcome.truth.q, atol=1e-6)
 
 
-@pytest.mark.parametrize("vehicle", ["quadrotor", "turntable"])
-def test_other_vehicles(vehicle: str, tmp_path: Path) -> None:
-    write_recording(example.example_outcome(300, vehicle=vehicle), tmp_path / "r.rrd")
+@pytest.mark.parametrize("name", VEHICLES)
+def test_every_vehicle_is_recorded_with_its_solids(name: str, tmp_path: Path) -> None:
+    vehicle = VEHICLES[name](VEHICLES[name].table(kind=name))
+    write_recording(example.example_outcome(300, vehicle=name), tmp_path / "r.rrd")
     verify(tmp_path / "r.rrd")
+    drawn = {c.entity_path.rpartition("/")[2] for c in RrdReader(tmp_path / "r.rrd").stream().to_chunks()}
+    assert {geom.name for geom in vehicle.geoms()} <= drawn
 
 
 def test_gimbals_compose_to_the_tables_attitude() -> None:
     """Outer frame: yaw alone; middle: yaw and pitch; the table differs from it by roll about its own x axis."""
     truth = example.example_outcome(500, vehicle="turntable").truth
-    frames = gimbals(truth.q)
-    table, outer, middle = (example._matrices(q) for q in (truth.q, frames["gimbal_yaw"], frames["gimbal_pitch"]))
+    turns = Turntable(TurntableSpec(kind="turntable")).turns(truth.q)
+    table, middle, outer = (example._matrices(q) for q in turns.values())
     np.testing.assert_allclose(outer[:, :, 2], np.tile([0, 0, 1], (500, 1)), atol=1e-12)
     np.testing.assert_allclose(middle[:, :, 0], table[:, :, 0], atol=1e-9)
     np.testing.assert_allclose(middle[:, :, 1], outer[:, :, 1], atol=1e-12)
-
-
-@pytest.mark.parametrize("vehicle", ["auv", "quadrotor", "turntable"])
-def test_shapes_are_sound(vehicle: str) -> None:
-    for solid in solids(vehicle):
-        assert solid.corners_m.shape == solid.normals.shape
-        assert len(solid.corners_m) % 3 == 0
-        np.testing.assert_allclose(np.linalg.norm(solid.normals, axis=1), 1, atol=1e-9)
-
-
-@pytest.mark.parametrize("vehicle", ["auv", "quadrotor"])
-def test_faces_look_outward(vehicle: str) -> None:
-    """The volume that the faces enclose is positive (divergence theorem)."""
-    for solid in solids(vehicle):
-        if solid.name != "nose" or vehicle == "quadrotor":
-            assert np.sum(solid.corners_m[::3] * np.cross(solid.corners_m[1::3], solid.corners_m[2::3])) > 0
 
 
 def test_failure_leaves_nothing(outcome: Outcome, tmp_path: Path) -> None:

@@ -14,6 +14,8 @@ import pytest
 
 from calib.result import Calibration, Status
 from scenarios.errors import InputError
+from scenarios.paths import Ability
+from sim.vehicles import VEHICLES
 from tests.validation.views import outcome_example as example
 from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.scoring.scores import Score
@@ -157,11 +159,15 @@ def test_same_outcome_gives_the_same_words(outcome: Outcome, tmp_path: Path) -> 
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
 
 
-def test_a_vehicle_that_stays_has_no_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", VEHICLES)
+def test_every_vehicle_is_reported_and_one_that_stays_has_no_path(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("validation.views.pages.outcome.SECTIONS", [s for s in SECTIONS if s.key in ("path", "sizes")])
-    for vehicle, there in (("turntable", False), ("auv", True)):
-        write_report(example.example_outcome(200, vehicle=vehicle), tmp_path / "r.html")
-        assert ('id="path"' in (tmp_path / "r.html").read_text(encoding="utf-8")) is there
+    write_report(example.example_outcome(200, vehicle=name), tmp_path / "r.html")
+    text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert ('id="path"' in text) is (Ability.TRAVEL in VEHICLES[name].abilities)
+    assert VEHICLES[name].noun[1:] + " moved through" in text
 
 
 def test_pictures_show_sensor_1_of_an_array() -> None:

@@ -9,6 +9,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from sim.dataset import Recording
+from sim.vehicles import vehicle_for
+from sim.vehicles.base import Vehicle
 from validation.scoring.outcome import Outcome
 from validation.signals.thin import envelope, every_nth
 from validation.views.palette import LINES, RAW, phase_colours, rgb
@@ -28,7 +30,7 @@ from validation.views.recording.stream import (
     write_whole,
     xyz,
 )
-from validation.views.shapes import gimbals, reach_m, solids
+from validation.views.shapes import reach_m, solids
 from validation.views.words.outcome import notes_markdown
 
 MOST_POINTS, THIN_BUCKETS = 20_000, 25_000
@@ -88,23 +90,32 @@ def _send_world(stream: rr.RecordingStream, outcome: Outcome) -> None:
 
 def _send_vehicle(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> None:
     time_s, pos_m, q = outcome.recording.time_s[keep], outcome.truth.pos_enu_m[keep], outcome.truth.q[keep]
-    for solid in solids(outcome.scenario.vehicle.kind):
+    vehicle = vehicle_for(outcome.scenario.vehicle)
+    for solid in solids(vehicle):
         mesh = rr.Mesh3D(
             vertex_positions=solid.corners_m, vertex_normals=solid.normals, albedo_factor=solid.colour,
             triangle_indices=np.arange(len(solid.corners_m)).reshape(-1, 3),
         )  # fmt: skip
-        static(stream, f"{PLACE}/{solid.carrier}/{solid.name}", mesh)
-    frames = {"vehicle": q} | (gimbals(q) if outcome.scenario.vehicle.kind == "turntable" else {})
+        static(stream, f"{_frame(vehicle, solid.body)}/{solid.name}", mesh)
     send(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
-    for name, quaternion in frames.items():
-        send(stream, f"{PLACE}/{name}", time_s, rr.Transform3D.columns(quaternion=quaternion[:, [1, 2, 3, 0]]))
+    for body, turned in vehicle.turns(q).items():
+        send(stream, _frame(vehicle, body), time_s, rr.Transform3D.columns(quaternion=turned[:, [1, 2, 3, 0]]))
     here = rr.Points3D([[0, 0, 0]], radii=rr.Radius.ui_points(5), colors=rgb(LINES[4]))
     static(stream, f"{PLACE}/here", here)
 
 
+def _frame(vehicle: Vehicle, body: str) -> str:
+    """Where the solids of a body of the model hang."""
+    return VEHICLE if body == vehicle.body else f"{PLACE}/{body}"
+
+
+def _reach_m(outcome: Outcome) -> float:
+    return reach_m(solids(vehicle_for(outcome.scenario.vehicle)))
+
+
 def _send_arrows(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> None:
     """True and measured field as arrows of the vehicle, and their difference drawn to a scale of its own."""
-    reach = reach_m(outcome.scenario.vehicle.kind)
+    reach = _reach_m(outcome)
     true_nT, mag_nT = outcome.truth.field_nT[keep], outcome.recording.mag_nT[keep]
     wrong_nT = mag_nT - true_nT
     scale, usual = 1.6 * reach / outcome.field_strength_nT, float(np.nanmedian(np.linalg.norm(wrong_nT, axis=1)))
@@ -187,7 +198,7 @@ def _blueprint(outcome: Outcome) -> rrb.Blueprint:
 
 
 def _spaces(outcome: Outcome) -> list[rrb.Spatial3DView]:
-    reach, pos_m = reach_m(outcome.scenario.vehicle.kind), outcome.truth.pos_enu_m
+    reach, pos_m = _reach_m(outcome), outcome.truth.pos_enu_m
     best = [f"cloud/corrected/{name_part(name)}" for name in outcome.shown()[:1]]
     clouds = ["cloud/raw", "cloud/reference", "cloud/now", *best]
     near = rrb.EyeControls3D(position=reach * np.array([-2.0, -2.6, 1.2]), look_target=(0, 0, -0.3 * reach))

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from sim.tracking import warning
+from sim.vehicles import VEHICLES
 from validation.scoring.outcome import Array, Outcome
 from validation.scoring.scores import Score
 from validation.text import digits, plainly, words
 
 CALIBRATORS_A_TABLE = 4
 ALIGNED = "† after the rotation that the field's strength alone cannot tell was taken out."
-VEHICLES = {"auv": "an AUV", "quadrotor": "a quadrotor", "turntable": "a three-axis turntable"}
 STATUS_WORDS = {
     "ok": "ok", "not_converged": "not converged", "unobservable": "unobservable", "not_applicable": "not applicable",
 }  # fmt: skip
@@ -43,7 +43,7 @@ def what_was_simulated(outcome: Outcome) -> str:
     sensors = "one three-axis magnetometer" if outcome.sensors == 1 else f"{outcome.sensors} three-axis magnetometers"
     names = [words(name) for name in outcome.effects]
     injected = f"Effects injected ({len(names)}): {', '.join(names)}." if names else "No effect was injected."
-    moved, length = VEHICLES[scenario.vehicle.kind], plainly(round(duration_s(outcome), 1))
+    moved, length = VEHICLES[scenario.vehicle.kind].noun, plainly(round(duration_s(outcome), 1))
     return (
         f"{moved[0].upper()}{moved[1:]} moved through {phases} in {place} for {length} s, "
         f"carrying {sensors} sampled at {scenario.sampling.rate_hz:g} Hz. {injected}"
