@@ -92,6 +92,15 @@ def test_a_gyro_whose_axes_are_turned() -> None:
     assert "turned by 90 degrees" in found.text
 
 
+@pytest.mark.parametrize(("angle_deg", "level"), [(3.0, "ok"), (7.0, "note")])
+def test_a_mount_turned_by_a_few_degrees_is_named_and_by_fewer_not(angle_deg: float, level: str) -> None:
+    c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    turned = MOTION.rate_rad_s @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    found = one(findings(gyro=turned), "gyro_and_attitude")
+    assert found.value["angle_deg"] == pytest.approx(angle_deg, abs=0.2)
+    assert found.level == level
+
+
 def test_a_gyro_of_another_motion() -> None:
     gyro = noise(SAMPLES, 1.0, seed=3)
     assert "the two disagree" in one(findings(gyro=gyro), "gyro_and_attitude").text
