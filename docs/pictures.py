@@ -35,7 +35,7 @@ from validation.views.plots.style import STYLE
 
 PICTURES = Path(__file__).parent / "pictures"
 WIDTH_PX, COLOURS, MOST_BYTES = 1400, 256, 200_000
-PORT, MOST_WAIT_S, BAR_PX = 9897, 120.0, 36
+PORT, MOST_WAIT_S, BAR_PX = 9897, 300.0, 36
 EYE = np.array([-0.45, -0.6, 0.55])
 """From the middle of the path to the eye, in lengths of the path's diagonal."""
 
@@ -68,9 +68,9 @@ def main() -> None:
                 if figure.scenario == name:
                     save(figure.file, drawn(partial(figure.draw, outcome)))
         save(shown.COVERAGE.file, drawn(partial(shown.COVERAGE.draw, Path(folder) / shown.COVERAGE.scenario)))
-        look(Path(folder), VIEWS)
+        viewed = dict(look(Path(folder), VIEWS))
     tables.write_all()
-    shown.keep(verdicts.kept())
+    shown.keep(verdicts.kept(), viewed)
 
 
 def drawn(draw: Callable[[], MplFigure]) -> bytes:
@@ -99,8 +99,8 @@ def save(name: str, png: bytes) -> None:
     print(f"{name}: {file.tell() // 1000} kB")
 
 
-def look(folder: Path, views: Iterable[View]) -> None:
-    """Screenshots of the viewer, without a display."""
+def look(folder: Path, views: Iterable[View]) -> Iterator[tuple[str, str]]:
+    """Screenshots of the viewer, without a display; file and scenario of each that is made."""
     program = Path(next(iter(rerun_cli.__path__))) / "rerun"
     try:
         with (
@@ -116,6 +116,7 @@ def look(folder: Path, views: Iterable[View]) -> None:
                 if view.phases:
                     aim(viewer, folder / view.scenario, view)
                 save(view.file, cropped(settled(viewer)))
+                yield view.file, view.scenario
                 viewer.close("all")
     except (RuntimeError, OSError, ConnectionError) as error:
         reason = str(error).strip().splitlines()[0]

@@ -96,9 +96,16 @@ def kept() -> dict[str, Any]:
     return found
 
 
-def keep(diagnosed: Mapping[str, Shown]) -> None:
-    """Write what the pictures show now; the verdicts' are known to the caller."""
-    made = {"names": names(), "reports": reports(), "verdicts": diagnosed}
+def keep(diagnosed: Mapping[str, Shown], viewed: Mapping[str, str]) -> None:
+    """Write what the pictures show now: the verdicts', and of the viewer's those made now, each of a scenario.
+
+    A picture that the viewer did not make anew is as old as it was, and the test run says so.
+    """
+    found = reports()
+    views = kept().get("views", {}) | {
+        file: {"scenario": scenario, "shows": found[scenario]} for file, scenario in viewed.items()
+    }
+    made = {"names": names(), "reports": found, "views": views, "verdicts": diagnosed}
     FILE.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
 
 

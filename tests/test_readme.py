@@ -187,8 +187,9 @@ def test_the_pages_leave_nothing_out() -> None:
 
 
 def test_the_pictures_show_what_the_program_draws_today() -> None:
-    now = shown.reports()
-    old = {name: shown.changed(parts, now.get(name, {})) for name, parts in shown.kept()["reports"].items()}
+    now, made = shown.reports(), shown.kept()
+    old = {name: shown.changed(parts, now.get(name, {})) for name, parts in made["reports"].items()}
+    old |= {file: shown.changed(view["shows"], now[view["scenario"]]) for file, view in made["views"].items()}
     assert not {name: parts for name, parts in old.items() if parts}, "run `make docs`"
 
 
