@@ -14,10 +14,11 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.measure import Call, Row, paired_ratio
 from calib import Reference
-from calib.families.population import PopulationCalibrator, Problem
+from calib.families.norm_search import NormSpace, PopulationCalibrator
 from calib.methods.ga import Ga
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
+from calib.search.population import Population
 from sim.dataset import Recording
 
 MOST_COST = 1.5
@@ -28,7 +29,7 @@ TARGET_NT = 12.0
 BUDGETS = (100, 200, 400, 800, 1600)
 SEEDS = 3
 GIVEN_UP = 50.0
-Peer = Callable[[Problem, int, int], float]
+Peer = Callable[[NormSpace, int, int], float]
 """(problem, iterations, seed) -> final cost, 100 individuals."""
 
 
@@ -45,7 +46,7 @@ def recording() -> Recording:
 def rows() -> list[Row]:
     """A row a method against its fitness calls, and a row a peer."""
     measured = recording()
-    problem = Problem.of(measured.mag_nT, STRENGTH_NT, Pso.most_gain)
+    problem = NormSpace.of(measured.mag_nT, STRENGTH_NT, Pso.most_gain)
     assert problem is not None
     cost = [
         _cost(method, calls, measured, problem)
@@ -59,9 +60,9 @@ def rows() -> list[Row]:
     return cost + [_against(name, peer, problem) for name, peer in PEERS.items()]
 
 
-def _cost(method: PopulationCalibrator, calls: tuple[int, int], measured: Recording, problem: Problem) -> Row:
+def _cost(method: PopulationCalibrator, calls: tuple[int, int], measured: Recording, problem: NormSpace) -> Row:
     """Whole fit over the calls that it makes: of the whole population, and of its worse half."""
-    x, half = problem.start(100, np.random.default_rng(0)), problem.start(50, np.random.default_rng(0))
+    x, half = (Population.spread(problem, count, np.random.default_rng(0)).x for count in (100, 50))
 
     def bare() -> None:
         for _ in range(calls[0]):
@@ -75,7 +76,7 @@ def _cost(method: PopulationCalibrator, calls: tuple[int, int], measured: Record
     return Row(what, ratio, MOST_COST, False, f"fit {1e3 * top:.1f} ms, calls {1e3 * bottom:.1f} ms")
 
 
-def _against(name: str, peer: Peer, problem: Problem) -> Row:
+def _against(name: str, peer: Peer, problem: NormSpace) -> Row:
     """Our swarm over the peer, each with the fewest iterations of BUDGETS that reach the target in three seeds.
 
     A peer that has not reached it when a search takes GIVEN_UP times ours is timed there: the ratio is then a bound.
@@ -88,7 +89,7 @@ def _against(name: str, peer: Peer, problem: Problem) -> Row:
     return Row(f"pso / {name}, equal final cost", ratio, MOST_OF_PEER, False, f"ours {our_note}; {name} {their_note}")
 
 
-def _reaching(search: Peer, problem: Problem, most_s: float) -> tuple[Call, str, float]:
+def _reaching(search: Peer, problem: NormSpace, most_s: float) -> tuple[Call, str, float]:
     """A search with the fewest iterations that reach the target, a note, and its CPU seconds."""
     search(problem, BUDGETS[0], 0)
     for iterations in BUDGETS:
@@ -103,11 +104,11 @@ def _reaching(search: Peer, problem: Problem, most_s: float) -> tuple[Call, str,
     return lambda: search(problem, iterations, next(seeds)), note, used_s
 
 
-def _own(problem: Problem, iterations: int, seed: int) -> float:
+def _own(problem: NormSpace, iterations: int, seed: int) -> float:
     return float(replace(Pso(), iterations=iterations).search(problem, np.random.default_rng(seed)).costs[-1])
 
 
-def _scipy(problem: Problem, iterations: int, seed: int) -> float:
+def _scipy(problem: NormSpace, iterations: int, seed: int) -> float:
     bounds = list(zip(problem.lower, problem.upper, strict=True))
     found = differential_evolution(
         lambda x: problem.costs(np.ascontiguousarray(x.T)),
@@ -123,7 +124,7 @@ def _scipy(problem: Problem, iterations: int, seed: int) -> float:
     return float(found.fun)
 
 
-def _pyswarms(problem: Problem, iterations: int, seed: int) -> float:
+def _pyswarms(problem: NormSpace, iterations: int, seed: int) -> float:
     from pyswarms.single import GlobalBestPSO
 
     np.random.seed(seed)  # noqa: NPY002 - the peer draws from the global state
@@ -131,7 +132,7 @@ def _pyswarms(problem: Problem, iterations: int, seed: int) -> float:
     return float(swarm.optimize(lambda x: problem.costs(np.ascontiguousarray(x)), iterations, verbose=False)[0])
 
 
-def _pygad(problem: Problem, iterations: int, seed: int) -> float:
+def _pygad(problem: NormSpace, iterations: int, seed: int) -> float:
     import pygad
 
     width, least = 0.1 * (problem.upper - problem.lower), 1e-3
@@ -162,7 +163,7 @@ def _pygad(problem: Problem, iterations: int, seed: int) -> float:
     return -float(ga.best_solution()[1])
 
 
-def _pymoo(problem: Problem, iterations: int, seed: int) -> float:
+def _pymoo(problem: NormSpace, iterations: int, seed: int) -> float:
     from pymoo.algorithms.soo.nonconvex.pso import PSO
     from pymoo.core.problem import Problem as Base
     from pymoo.optimize import minimize

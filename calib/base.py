@@ -5,21 +5,23 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.numerics.colour import inflation, lasting_nT2, residual_of
-from calib.observability import covariance_status
+from calib.judgement import flat_status, planar, residual_of, unsupported, widened
+from calib.numerics.rates import world_to_body
+from calib.observability import motion_status
 from calib.reference import Reference
-from calib.result import OFFSET_NAMES, Calibration, Status
+from calib.result import Calibration, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
 CONSTANT_FRACTION = 1e-9
 """A field that varies by less than this fraction of the strength is constant."""
+ATTITUDE_STD_RAD = 3.5e-4
 
 NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
     "attitude": (lambda recording, _: recording.att_q, "the attitude: record att_qw, att_qx, att_qy, att_qz"),
@@ -36,18 +38,23 @@ NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
     ),
 }
 """What a calibrator can need beside the field's strength: how to find it, and what to say when it is missing."""
+VECTOR = {"attitude", "field_vector"}
+"""Who needs these knows the field in the body frame, and fits its vector; who does not fits the strength."""
 
 
 @dataclass(frozen=True)
 class Calibrator(ABC):
     """A calibration method: a frozen dataclass of hyperparameters that writes `_solve`.
 
-    Class attributes: `name` (fixed by DESIGN), `summary` (one line), `needs` (keys of NEEDS), `min_samples`,
-    `sequential` (the order of the samples matters), `recovers` (the standard motions whose noise-free recording it
-    must give back), `tolerance_nT` and `tolerance_matrix` (how closely; a turned frame or another unit may change a
-    twentieth and a tenth of that), `unit_free` (no setting is in nT: data in another unit give the same result),
-    `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame of sensor
-    1, whose matrix is upper triangular).
+    To write one: `name`, `summary` (one line), `_solve`, and what is true of it among these facts: `needs` (keys of
+    NEEDS), `min_samples`, `sequential` (the order of the samples matters), `whole_array` (takes all sensors of an array
+    at once), `triangular` (the corrected field is in the frame of sensor 1, whose matrix is upper triangular),
+    `one_axis` (made for a turn about one axis, whose measurements lie in a plane).
+
+    The base sees to the rest: what the recording must have, that the motion shows what the method fits, that the
+    computation did not break down, and that the answer bears out an "ok" (`calib.judgement`). A parameter
+    `noise_std_nT`, the noise of a measured component, lets it tell motion from noise. `attitude_std_rad`: the
+    attitude's own error; where the attitude is used, motion smaller than five times it is no excitation.
     """
 
     name: ClassVar[str]
@@ -55,12 +62,10 @@ class Calibrator(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     min_samples: ClassVar[int] = 9
     sequential: ClassVar[bool] = False
-    recovers: ClassVar[tuple[str, ...]] = ("full", "pitch", "auv")
-    tolerance_nT: ClassVar[float] = 0.02
-    tolerance_matrix: ClassVar[float] = 1e-6
-    unit_free: ClassVar[bool] = True
     whole_array: ClassVar[bool] = False
     triangular: ClassVar[bool] = False
+    one_axis: ClassVar[bool] = False
+    attitude_std_rad: float = field(default=ATTITUDE_STD_RAD, kw_only=True)
 
     @final
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None) -> Calibration:
@@ -80,43 +85,59 @@ class Calibrator(ABC):
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         """The method itself, on a recording that has all it needs; a status where there is no estimate."""
 
+    def _failed(self, status: Status, history: tuple[float, ...] = ()) -> Calibration:
+        return Calibration(name=self.name, status=status, history=history)
+
     def _guarded(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
+        """The method's answer after all checks; a computation that breaks down has not converged."""
         try:
             with np.errstate(divide="raise", invalid="raise", over="raise"):
-                solved = self._solve(recording, reference, rng)
+                solved = self._unexcited(recording, reference) or self._solve(recording, reference, rng)
+                return self._checked(solved, recording, reference)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             return self._failed(Status("not_converged", f"the computation broke down: {error}"))
+
+    def _checked(self, solved: Calibration | Status, recording: Recording, reference: Reference) -> Calibration:
+        """The answer with the status that it bears out."""
         result = self._failed(solved) if isinstance(solved, Status) else solved
         if not _finite(result):
             return self._failed(Status("not_converged", "the computation gave values that are not finite"))
         if result.status.kind not in ("ok", "not_converged"):
             return result
-        result = self._inflated(result, recording, reference)
-        worse = covariance_status(result, reference.strength_nT)
-        return result if worse is None else replace(result, status=worse)
+        return self._judged(result, recording, reference)
 
-    def _failed(self, status: Status) -> Calibration:
-        return Calibration(name=self.name, status=status)
+    def _judged(self, result: Calibration, recording: Recording, reference: Reference) -> Calibration:
+        """The answer, its claim widened where the residual is not white, and its status lowered where it must be.
 
-    def _inflated(self, result: Calibration, recording: Recording, reference: Reference) -> Calibration:
-        """The result with its claimed covariance made true to coloured residuals, see `calib.numerics.colour`.
-
-        With known attitude the residual is an offset's, so noise that lasts is added to the offset's covariance.
-        A sequential filter is left alone: its process noise is in its covariance, and its last estimate need not fit
-        the beginning of the recording.
+        Left alone are the claim of a sequential filter, whose process noise is in its covariance, and the vector
+        field beside a scalar magnetometer, which such a method does not correct.
         """
-        if self.sequential or result.covariance is None or result.offset_covariance_nT2 is None:
+        residual_nT = residual_of(result, recording, reference, vector=self._fits_vector)
+        from_strength = not (self._fits_vector or self.one_axis)
+        flat = flat_status(result, recording, residual_nT) if from_strength else None
+        if flat is not None:
+            return self._failed(flat, result.history)
+        if not self.sequential:
+            result = widened(result, residual_nT, vector=self._fits_vector)
+        worse = None if "scalar" in self.needs else unsupported(result, residual_nT, reference)
+        if worse is None or worse.kind == result.status.kind:
             return result
-        vector = {"attitude", "field_vector"} <= set(self.needs)
-        residual_nT = residual_of(result, recording, reference, vector=vector)
-        factor = inflation(residual_nT)
-        covariance = factor * result.covariance
-        if vector:
-            offset = [result.covariance_names.index(name) for name in OFFSET_NAMES]
-            S = np.linalg.pinv(result.matrix)
-            covariance[np.ix_(offset, offset)] += S @ lasting_nT2(residual_nT) @ S.T
-        parameters = result.parameters | {"covariance_inflation": factor}
-        return replace(result, covariance=covariance, parameters=parameters)
+        return replace(result, status=worse)
+
+    @property
+    def _fits_vector(self) -> bool:
+        """Whether the field is known in the body frame, not its strength alone."""
+        return set(self.needs) >= VECTOR
+
+    def _unexcited(self, recording: Recording, reference: Reference) -> Status | None:
+        """Unobservable when the measurements lie in a plane, or the known field moves by no more than its error."""
+        if self.one_axis:
+            return None
+        if not self._fits_vector:
+            return planar(recording)
+        assert recording.att_q is not None
+        field_nT = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
+        return motion_status(field_nT, reference.strength_nT, self.attitude_std_rad)
 
     def _usable(self, recording: Recording, reference: Reference) -> Status | None:
         if len(recording) < self.min_samples:

@@ -11,19 +11,19 @@ import numpy as np
 import scipy.optimize
 
 from calib.base import Calibrator
-from calib.models.gradiometer import (
+from calib.models.array_spread import Spread
+from calib.models.sensor_array import (
     SENSOR_NAMES,
     Array,
-    Problem,
+    ArrayObjective,
+    array_objective,
     free_parameters,
     maps,
     parameter_units,
-    problem,
     residual_size,
     residuals,
 )
-from calib.models.gradiometer_spread import Spread
-from calib.observability import MAX_STD_FRACTION, planar_status
+from calib.observability import MAX_STD_FRACTION
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from sim.dataset import Recording
@@ -36,7 +36,7 @@ OK = Status("ok")
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class ArrayEstimate:
     """Where a search ended: parameters (12 k,), the rms of its objective in nT after each round, and how it ended."""
 
     parameters: Array
@@ -50,7 +50,7 @@ class GradiometerCalibrator(Calibrator):
 
     h = T_gamma T_alpha T_beta (K C)^-1 (m - b) for every sensor, h the same for all of them [Ding2021] eq. 6, 16
 
-    `components`, `tensor`, `invariants`: weights of the objective's terms (`gradiometer.problem`). `polish`: finish
+    `components`, `tensor`, `invariants`: weights of the objective's terms (`array_objective`). `polish`: finish
     with Levenberg-Marquardt on the same objective. Covariance: linearised at the solution for white noise, equal on all
     axes, whose deviation comes from the residual. Result: in the frame of sensor 1, whose matrix K and C make
     triangular, since the strength tells no turn of the whole array.
@@ -66,17 +66,18 @@ class GradiometerCalibrator(Calibrator):
     polish: bool = True
 
     @abstractmethod
-    def search(self, task: Problem, recording: Recording, reference: Reference, rng: np.random.Generator) -> Found:
+    def search(
+        self, task: ArrayObjective, recording: Recording, reference: Reference, rng: np.random.Generator
+    ) -> ArrayEstimate:
         """The method itself."""
 
     @final
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         array_nT, strength_nT = recording.array_mag_nT, reference.strength_nT
         assert array_nT is not None
-        unusable = _unusable(array_nT)
-        if unusable is not None:
-            return unusable
-        task = problem(array_nT, strength_nT, self.components, self.tensor, self.invariants)
+        if len(array_nT) < 2:
+            return Status("not_applicable", "an array of magnetometers is needed, the recording has one sensor")
+        task = array_objective(array_nT, strength_nT, self.components, self.tensor, self.invariants)
         found = self.search(task, recording, reference, rng)
         if found.status.kind not in ("ok", "not_converged"):
             return Calibration(name=self.name, status=found.status, history=found.history)
@@ -85,7 +86,7 @@ class GradiometerCalibrator(Calibrator):
         return _calibration(self.name, task, found, array_nT, strength_nT)
 
 
-def polished(task: Problem, start: Found) -> Found:
+def polished(task: ArrayObjective, start: ArrayEstimate) -> ArrayEstimate:
     """The minimum of the objective next to a start, by Levenberg-Marquardt, with the start's history."""
     free, p, out = free_parameters(len(task.total)), start.parameters.copy(), np.empty(residual_size(task))
 
@@ -101,25 +102,12 @@ def polished(task: Problem, start: Found) -> Found:
     status = Status.settled(
         found.status > 0, f"no minimum after {found.nfev} steps of Levenberg-Marquardt: record more attitudes"
     )
-    return Found(p, start.history, status)
+    return ArrayEstimate(p, start.history, status)
 
 
-def _unusable(array_nT: Array) -> Status | None:
-    """Too few sensors, or a sensor whose measurements lie in a plane."""
-    if len(array_nT) < 2:
-        return Status("not_applicable", "an array of magnetometers is needed, the recording has one sensor")
-    return _planar(array_nT, 0.0)
-
-
-def _planar(array_nT: Array, noise_std_nT: float) -> Status | None:
-    for one in array_nT:
-        flat = planar_status(one, noise_std_nT)
-        if flat is not None:
-            return flat
-    return None
-
-
-def _calibration(name: str, task: Problem, found: Found, array_nT: Array, strength_nT: float) -> Calibration:
+def _calibration(
+    name: str, task: ArrayObjective, found: ArrayEstimate, array_nT: Array, strength_nT: float
+) -> Calibration:
     k, p = len(array_nT), found.parameters
     matrix, _ = maps(p, k)
     spread = Spread.of(task, p)
@@ -134,12 +122,7 @@ def _calibration(name: str, task: Problem, found: Found, array_nT: Array, streng
     covariance = None if spread.covariance is None else spread.covariance * np.outer(units[free], units[free])
     offset_nT = p.reshape(k, -1)[:, :3] * strength_nT
     free_names = tuple(names[i] for i in free)
-    status = (
-        _far(noise_nT, strength_nT)
-        or _planar(array_nT, noise_nT)
-        or _loose(covariance, free_names, strength_nT)
-        or found.status
-    )
+    status = _far(noise_nT, strength_nT) or _loose(covariance, free_names, strength_nT) or found.status
     return Calibration(
         name=name,
         status=status,

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from calib.families.evolution import Evolved, EvolvingGradiometer, Schedule, differential_evolution
-from calib.models.gradiometer import Array, Problem
+from calib.families.array_search import EvolvingGradiometer
+from calib.search.differential import Schedule, TwoStrategies
 
 
 @dataclass(frozen=True)
@@ -26,11 +24,8 @@ class DeGradiometer(EvolvingGradiometer):
     summary: ClassVar[str] = "classic differential evolution (fixed F, CR) of a whole array"
     mutation: float = 0.5
     crossover: float = 0.9
-    tolerance: float = 1e-6
 
-    def evolve(self, task: Problem, low: Array, high: Array, rng: np.random.Generator) -> Evolved:
+    def move(self) -> TwoStrategies:
         """[StornPrice1997]."""
-        schedule = Schedule(
-            self.population, self.iterations, (self.mutation,) * 2, (self.crossover,) * 2, (1.0, 1.0), self.tolerance
-        )
-        return differential_evolution(task, low, high, schedule, rng)
+        fixed = (self.mutation,) * 2, (self.crossover,) * 2, (1.0, 1.0)
+        return TwoStrategies(Schedule(*fixed, self.iterations))

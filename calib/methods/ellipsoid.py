@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.models.norm import NormFit, Standardised
-from calib.models.quadric import QuadricFit, ellipsoid_jacobian, ellipsoid_of, fit_ellipsoid_specific, refit
-from calib.observability import planar_status, thinnest_direction, unobservable
+from calib.models.ellipsoid import Ellipsoid, EllipsoidFit, Standardised
+from calib.models.quadric import QuadricFit, fit_ellipsoid_specific, refit
+from calib.observability import thinnest_direction, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from sim.dataset import Recording
@@ -39,21 +39,15 @@ class EllipsoidCalibrator(Calibrator):
     tolerance: float = 1e-3
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
-        flat = planar_status(recording.mag_nT, 0.0)
-        if flat is not None:
-            return flat
         scaled = Standardised.of(recording.mag_nT)
         fit, history, settled = self._rounds(scaled.x)
-        found = ellipsoid_of(fit.theta)
-        flat = planar_status(recording.mag_nT, fit.noise_std * scaled.scale_nT)
-        if found is None or flat is not None:
-            return Calibration(name=self.name, status=flat or _no_ellipsoid(recording.mag_nT), history=history)
+        if Ellipsoid.of_quadric(fit.theta) is None:
+            why = "the quadric that fits the measurements best is not an ellipsoid"
+            return unobservable(thinnest_direction(recording.mag_nT), why)
         status = Status.settled(
             settled, f"after {self.rounds} rounds the estimate still moves by {history[-1]:.2g} standard deviations"
         )
-        jacobian = ellipsoid_jacobian(fit.theta, found)
-        covariance = jacobian @ fit.covariance @ jacobian.T
-        estimate = NormFit(found.centre, found.root, covariance, fit.noise_std, history)
+        estimate = EllipsoidFit.of_quadric(fit.theta, fit.covariance, fit.noise_std, history)
         return scaled.calibration(self.name, status, estimate, reference)
 
     def _rounds(self, x: Array) -> tuple[QuadricFit, tuple[float, ...], bool]:
@@ -68,7 +62,3 @@ class EllipsoidCalibrator(Calibrator):
             if history[-1] < self.tolerance:
                 return fit, tuple(history), True
         return fit, tuple(history), False
-
-
-def _no_ellipsoid(mag_nT: Array) -> Status:
-    return unobservable(thinnest_direction(mag_nT), "the quadric that fits the measurements best is not an ellipsoid")

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from calib.base import Calibrator
 from calib.methods.ellipsoid import EllipsoidCalibrator
 from calib.models.change_points import PARAMETERS, Rows, find_cuts
-from calib.models.norm import SYMMETRIC_NAMES, symmetric
+from calib.models.ellipsoid import SYMMETRIC_NAMES, symmetric
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Segment, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
+NAMES = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
 
 
 @dataclass(frozen=True)
@@ -81,32 +82,34 @@ class EllipsoidSegmented(Calibrator):
     def _together(self, recording: Recording, pieces: list[Piece]) -> Calibration:
         """The segments, and their mean over all samples."""
         fits = [piece.fit for piece in pieces]
-        share = np.array([piece.last - piece.first for piece in pieces]) / len(recording)
-        names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
-        values = share @ np.array([[fit.parameters[name] for name in names] for fit in fits])
-        covariance = sum(
-            (w**2 * fit.covariance for w, fit in zip(share, fits, strict=True) if fit.covariance is not None),
-            np.zeros((9, 9)),
-        )
-        noise_nT = float(np.sqrt(share @ np.array([fit.parameters["noise_std_nT"] ** 2 for fit in fits])))
-        parameters = dict(zip(names, values.tolist(), strict=True)) | {
-            "noise_std_nT": noise_nT,
-            "segments": float(len(fits)),
-        }
         starts_s = [float(recording.time_s[piece.first]) for piece in pieces]
-        segments = tuple(Segment(t, fit.offset_nT, fit.matrix) for t, fit in zip(starts_s, fits, strict=True))
-        history = tuple(value for fit in fits for value in fit.history)
+        share = np.array([piece.last - piece.first for piece in pieces]) / len(recording)
+        values = share @ np.array([[fit.parameters[name] for name in NAMES] for fit in fits])
+        told = {"noise_std_nT": _pooled_noise_nT(share, fits), "segments": float(len(fits))}
         return Calibration(
             name=self.name,
             status=Status("ok"),
             offset_nT=values[:3],
             matrix=np.asarray(np.linalg.inv(symmetric(values[3:]))),
-            parameters=parameters,
-            covariance=covariance,
-            covariance_names=names,
-            history=history,
-            segments=segments,
+            parameters=dict(zip(NAMES, values.tolist(), strict=True)) | told,
+            covariance=_mean_covariance(share, fits),
+            covariance_names=NAMES,
+            history=tuple(itertools.chain.from_iterable(fit.history for fit in fits)),
+            segments=tuple(Segment(t, fit.offset_nT, fit.matrix) for t, fit in zip(starts_s, fits, strict=True)),
         )
+
+
+def _mean_covariance(share: Array, fits: list[Calibration]) -> Array:
+    """Covariance (9, 9) of the mean of independent fits."""
+    covariance = np.zeros((len(NAMES), len(NAMES)))
+    for weight, fit in zip(share, fits, strict=True):
+        assert fit.covariance is not None
+        covariance += weight**2 * fit.covariance
+    return covariance
+
+
+def _pooled_noise_nT(share: Array, fits: list[Calibration]) -> float:
+    return float(np.sqrt(share @ np.array([fit.parameters["noise_std_nT"] ** 2 for fit in fits])))
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from calib.families.evolution import Evolved, EvolvingGradiometer, Schedule, differential_evolution
-from calib.models.gradiometer import Array, Problem
+from calib.families.array_search import EvolvingGradiometer
+from calib.search.differential import Schedule, TwoStrategies
 
 
 @dataclass(frozen=True)
@@ -29,16 +27,14 @@ class IdeGradiometer(EvolvingGradiometer):
     crossover: float = 0.8
     explore_most: float = 1.0
     explore_least: float = 0.1
-    tolerance: float = 1e-6
 
-    def evolve(self, task: Problem, low: Array, high: Array, rng: np.random.Generator) -> Evolved:
+    def move(self) -> TwoStrategies:
         """[Ding2021] section 2."""
-        schedule = Schedule(
-            self.population,
-            self.iterations,
-            (2 * self.mutation, self.mutation),
-            (self.crossover, self.crossover / 2),
-            (self.explore_most, self.explore_least),
-            self.tolerance,
+        return TwoStrategies(
+            Schedule(
+                factor=(2 * self.mutation, self.mutation),
+                crossover=(self.crossover, self.crossover / 2),
+                explore=(self.explore_most, self.explore_least),
+                generations=self.iterations,
+            )
         )
-        return differential_evolution(task, low, high, schedule, rng)

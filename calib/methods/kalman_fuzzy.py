@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from typing import ClassVar
 
-from calib.methods.kalman import Adapt, KalmanSettings, VectorFilter
+import numpy as np
+
+from calib.families.vector_filter import KalmanSettings, VectorFilter
 from calib.methods.kalman_rescaled import MICROTESLA
 from calib.numerics.fuzzy import GRID, RULES, MamdaniRatio
+from calib.numerics.kalman import NoiseRule
 
 
 @dataclass(frozen=True)
@@ -26,30 +28,14 @@ class KalmanFuzzyCalibrator(VectorFilter):
 
     name: ClassVar[str] = "kalman_fuzzy"
     summary: ClassVar[str] = "kalman_rescaled with measurement noise adapted by Mamdani rules"
-    recovers: ClassVar[tuple[str, ...]] = ("full", "pitch")
     settings: KalmanSettings = MICROTESLA
     window: int = 50
     exponent: float = 1.0
     floor_nT2: float = 1.0
     rules: MamdaniRatio = RULES
 
-    def adapt(self) -> Adapt:
-        """What gives the next sample's R; it remembers the window, so make one for each run."""
-        squares = deque([0.0] * self.window, maxlen=self.window)
-        factors = [s**self.exponent for s in self.rules.table()]
-        low, step = 1.0 - self.rules.width, (GRID - 1) / (2.0 * self.rules.width)
-        seen, total = 0, 0.0
-
-        def adapted(innovation: list[float], predicted_nT2: float, noise_nT2: float) -> float:
-            nonlocal seen, total
-            x, y, z = innovation
-            square = x * x + y * y + z * z
-            seen, total = seen + 1, total + square - squares[0]
-            squares.append(square)
-            if seen < self.window:
-                return noise_nT2
-            place = round((total / self.window / predicted_nT2 - low) * step)
-            adapted_nT2: float = max(noise_nT2 * factors[min(max(place, 0), GRID - 1)], self.floor_nT2)
-            return adapted_nT2
-
-        return adapted
+    def noise_rule(self) -> NoiseRule:
+        """The rules' table, to the exponent."""
+        factors = np.array(self.rules.table()) ** self.exponent
+        per_ratio = (GRID - 1) / (2.0 * self.rules.width)
+        return NoiseRule(factors, 1.0 - self.rules.width, per_ratio, self.window, self.floor_nT2)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from calib.methods.kalman import KalmanSettings, VectorFilter
+from calib.families.vector_filter import KalmanSettings, VectorFilter
+from calib.numerics.kalman import STEADY, NoiseRule
 
 MICROTESLA = KalmanSettings(offset_unit_nT=1000.0)
 
@@ -22,8 +23,8 @@ class KalmanRescaledCalibrator(VectorFilter):
 
     name: ClassVar[str] = "kalman_rescaled"
     summary: ClassVar[str] = "Kalman filter of 21 parameters, T_p in microtesla so that it converges"
-    recovers: ClassVar[tuple[str, ...]] = ("full", "pitch")
     settings: KalmanSettings = MICROTESLA
 
-    def adapt(self) -> None:
+    def noise_rule(self) -> NoiseRule:
         """R stays."""
+        return STEADY

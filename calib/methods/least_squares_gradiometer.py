@@ -7,9 +7,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from calib.families.gradiometer import Found, GradiometerCalibrator
+from calib.families.gradiometer import ArrayEstimate, GradiometerCalibrator
 from calib.methods.two_step_gradiometer import two_steps
-from calib.models.gradiometer import Problem
+from calib.models.sensor_array import ArrayObjective
 from calib.reference import Reference
 from sim.dataset import Recording
 
@@ -28,9 +28,11 @@ class LeastSquaresGradiometer(GradiometerCalibrator):
     summary: ClassVar[str] = "Levenberg-Marquardt of a whole array from a nominal or a two-step start"
     start: Literal["nominal", "two_step"] = "nominal"
 
-    def search(self, task: Problem, recording: Recording, reference: Reference, rng: np.random.Generator) -> Found:
+    def search(
+        self, task: ArrayObjective, recording: Recording, reference: Reference, rng: np.random.Generator
+    ) -> ArrayEstimate:
         """The start; the polish that follows is the method."""
         if self.start == "two_step":
             return two_steps(recording, reference)
         nominal = np.tile([0.0] * 3 + [1.0] * 3 + [0.0] * 6, len(task.total))
-        return Found(nominal)
+        return ArrayEstimate(nominal)

@@ -10,17 +10,10 @@ from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.methods.twostep import TwoStep
-from calib.models.norm import (
-    Standardised,
-    norm_cost,
-    norm_derivatives,
-    norm_fit,
-    parameters_of,
-    symmetric,
-)
-from calib.models.quadric import ellipsoid_of, fit_ellipsoid_specific, refit
+from calib.models.ellipsoid import Ellipsoid, Standardised, norm_coordinates, symmetric, symmetric_root
+from calib.models.norm import norm_cost, norm_derivatives, norm_fit
+from calib.models.quadric import fit_ellipsoid_specific, refit
 from calib.numerics.rates import world_to_body
-from calib.observability import planar_status
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from scenarios.errors import InputError
@@ -71,20 +64,15 @@ class MaximumLikelihoodNewton(Calibrator):
             )
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
-        flat = planar_status(recording.mag_nT, 0.0)
-        if flat is not None:
-            return flat
         scaled = Standardised.of(recording.mag_nT)
-        start, noise_std = _two_step_start(scaled.x)
-        flat = planar_status(recording.mag_nT, noise_std * scaled.scale_nT)
-        if flat is not None:
-            return flat
+        start, noise_std = two_step_start(scaled.x)
         if self.start_offset_nT is not None:
             start = self._given_start(scaled, reference)
         p, history, settled = self._newton(scaled.x, start)
         wrong = _wrong_minimum(p, scaled, noise_std)
         if wrong is not None:
-            return Calibration(name=self.name, status=wrong, history=history)
+            noise = {"noise_std_nT": noise_std * scaled.scale_nT}
+            return Calibration(name=self.name, status=wrong, parameters=noise, history=history)
         status = Status.settled(
             settled,
             f"after {len(history)} Newton steps the gradient is still {history[-1]:.2g} standard "
@@ -95,8 +83,8 @@ class MaximumLikelihoodNewton(Calibrator):
 
     def _given_start(self, scaled: Standardised, reference: Reference) -> Array:
         given, offset_nT = np.array(self.start_matrix), np.array(self.start_offset_nT)
-        T = _root_of(given.T @ given) * scaled.scale_nT / reference.strength_nT
-        return parameters_of(T, T @ (offset_nT - scaled.middle_nT) / scaled.scale_nT)
+        T = symmetric_root(given.T @ given) * scaled.scale_nT / reference.strength_nT
+        return norm_coordinates(T, T @ (offset_nT - scaled.middle_nT) / scaled.scale_nT)
 
     def _newton(self, x: Array, p: Array) -> tuple[Array, tuple[float, ...], bool]:
         """Damped Newton steps from p (9,); the gradient's size a step, and whether it fell below the tolerance."""
@@ -146,22 +134,16 @@ def _definite(p: Array) -> bool:
     return bool(np.linalg.eigvalsh(symmetric(p[:6]))[0] > 0)
 
 
-def _root_of(square: Array) -> Array:
-    values, axes = np.linalg.eigh(square)
-    return np.asarray((axes * np.sqrt(np.maximum(values, 0.0))) @ axes.T)
-
-
-def _two_step_start(x: Array) -> tuple[Array, float]:
-    """p (9,) and noise of a component; where step one gives no ellipsoid, from the ellipsoid-specific fit."""
+def two_step_start(x: Array) -> tuple[Array, float]:
+    """Norm coordinates (9,) and noise of a component; from the ellipsoid-specific fit where step one fails."""
     found = TwoStep().estimate(x)
     if found is not None:
         return found.start(), found.noise_std
     theta = fit_ellipsoid_specific(x)
-    ellipsoid = ellipsoid_of(theta)
+    ellipsoid = Ellipsoid.of_quadric(theta)
     if ellipsoid is None:
         raise np.linalg.LinAlgError("the measurements do not start an ellipsoid")
-    T = np.asarray(np.linalg.inv(ellipsoid.root), dtype=np.float64)
-    return parameters_of(T, T @ ellipsoid.centre), refit(x, theta).noise_std
+    return ellipsoid.norm, refit(x, theta).noise_std
 
 
 def _wrong_minimum(p: Array, scaled: Standardised, noise_std: float) -> Status | None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from calib.families.population import PopulationCalibrator, Problem, Search
-from calib.methods.ga import Ga, evolve, fitness
-from calib.methods.pso import Pso, Swarm
+from calib.families.norm_search import NormSpace, PopulationCalibrator
+from calib.methods.ga import Ga
+from calib.methods.pso import Pso
+from calib.search.genetic import Heredity, SwarmWithHeredity
+from calib.search.swarm import Swarm
 
 
 @dataclass(frozen=True)
@@ -32,36 +32,9 @@ class PsoGa(PopulationCalibrator):
     mutating: tuple[float, float] = Ga.mutating
     mutation: float = Ga.mutation
 
-    def search(self, problem: Problem, rng: np.random.Generator) -> Search:
+    def move(self, space: NormSpace) -> SwarmWithHeredity:
         """[Zhang2018] section 3.4, fig. 4."""
-        pso = Pso(
-            self.population, self.iterations, inertia=self.inertia, c1=self.c1, c2=self.c2, most_speed=self.most_speed
+        return SwarmWithHeredity(
+            Swarm(self.inertia, self.c1, self.c2, self.most_speed, self.iterations),
+            Heredity(self.crossing, self.mutating, self.mutation, space.strength_nT**2),
         )
-        swarm = Swarm.begin(problem, self.population, pso.fastest(problem), rng)
-        history = np.empty(self.iterations)
-        for t in range(self.iterations):
-            pso.move(swarm, problem, t, rng)
-            swarm.cost = problem.costs(swarm.x)
-            self._evolve_worse_half(swarm, problem, rng)
-            swarm.remember()
-            history[t] = swarm.own_cost.min()
-        return Search(swarm.own[swarm.leader].copy(), history)
-
-    def _evolve_worse_half(self, swarm: Swarm, problem: Problem, rng: np.random.Generator) -> None:
-        g = fitness(problem, swarm.cost)
-        worse = rng.permutation(np.argsort(swarm.cost)[len(g) // 2 :])
-        x = swarm.x[worse]
-        evolve(
-            x,
-            g[worse],
-            g.mean(),
-            g.max(),
-            self.crossing,
-            self.mutating,
-            self.mutation * (problem.upper - problem.lower),
-            problem.lower,
-            problem.upper,
-            rng,
-        )
-        swarm.x[worse] = x
-        swarm.cost[worse] = problem.costs(x)

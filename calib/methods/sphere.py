@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
+from calib.models.ellipsoid import Standardised
 from calib.models.quadric import design, shape_matrix
-from calib.observability import MAX_STD_FRACTION, planar_status
+from calib.observability import MAX_STD_FRACTION
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
+NAMES = (*OFFSET_NAMES, "scale")
 
 
 @dataclass(frozen=True)
@@ -33,55 +35,90 @@ class SphereCalibrator(Calibrator):
     min_samples: ClassVar[int] = 12
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
-        middle = recording.mag_nT.mean(axis=0)
-        size = float(np.sqrt(((recording.mag_nT - middle) ** 2).sum(axis=1).mean()))
-        x = (recording.mag_nT - middle) / size
-        flat = planar_status(recording.mag_nT, 0.0)
-        if flat is not None:
-            return flat
-        rows = np.concatenate((2 * x, np.ones((len(x), 1))), axis=1)
-        q, r = np.linalg.qr(rows)
-        squared = (x * x).sum(axis=1)
-        solution = np.linalg.solve(r, q.T @ squared)
-        misfit = squared - rows @ solution
-        radius = float(np.sqrt(solution[3] + solution[:3] @ solution[:3]))
-        noise_std = float(np.sqrt(misfit @ misfit / (len(x) - 4))) / (2 * radius)
-        covariance, bias = _covariance(x, q, r, solution, misfit)
-        status = (
-            planar_status(recording.mag_nT, noise_std * size)
-            or _soft_iron_status(bias * size, reference.strength_nT)
-            or Status("ok")
-        )
-        return self._calibration(
-            middle, size, np.append(solution[:3], radius), covariance, noise_std, reference.strength_nT, status
-        )
-
-    def _calibration(
-        self,
-        middle: Array,
-        size: float,
-        sphere: Array,
-        covariance: Array,
-        noise_std: float,
-        strength_nT: float,
-        status: Status,
-    ) -> Calibration:
-        centre, radius = sphere[:3], float(sphere[3])
-        offset_nT, scale = middle + size * centre, size * radius / strength_nT
-        jacobian = np.zeros((4, 4))
-        jacobian[:3, :3] = size * np.eye(3)
-        jacobian[3] = np.append(centre, 0.5) / radius * size / strength_nT
-        names = (*OFFSET_NAMES, "scale")
-        parameters = dict(zip(names, (*offset_nT.tolist(), scale), strict=True)) | {"noise_std_nT": noise_std * size}
+        scaled = Standardised.of(recording.mag_nT)
+        fit = SphereFit.of(scaled.x)
+        covariance, bias = fit.mean_square_error()
+        status = _soft_iron_status(bias * scaled.scale_nT, reference.strength_nT) or Status("ok")
+        size, gain = scaled.scale_nT, scaled.scale_nT / reference.strength_nT
+        offset_nT, scale = scaled.middle_nT + size * fit.centre, gain * fit.radius
+        jacobian = np.diag([size, size, size, 0.0])
+        jacobian[3] = np.append(fit.centre, 0.5) / fit.radius * gain
+        values = dict(zip(NAMES, (*offset_nT.tolist(), scale), strict=True))
         return Calibration(
             name=self.name,
             status=status,
             offset_nT=offset_nT,
             matrix=np.eye(3) / scale,
-            parameters=parameters,
+            parameters=values | {"noise_std_nT": fit.noise_std * size},
             covariance=jacobian @ covariance @ jacobian.T,
-            covariance_names=names,
+            covariance_names=NAMES,
         )
+
+
+@dataclass(frozen=True, eq=False)
+class SphereFit:
+    """The linear fit of (centre, radius^2 - |centre|^2) to |x|^2: its rows' factors q, r, solution and misfit."""
+
+    x: Array
+    q: Array
+    r: Array
+    solution: Array
+    misfit: Array
+
+    @classmethod
+    def of(cls, x: Array) -> SphereFit:
+        """To points (n, 3)."""
+        rows = np.concatenate((2 * x, np.ones((len(x), 1))), axis=1)
+        q, r = np.linalg.qr(rows)
+        squared = (x * x).sum(axis=1)
+        solution = np.linalg.solve(r, q.T @ squared)
+        return cls(x, q, r, solution, squared - rows @ solution)
+
+    @property
+    def centre(self) -> Array:
+        """Centre (3,)."""
+        return self.solution[:3]
+
+    @property
+    def radius(self) -> float:
+        """Radius."""
+        return float(np.sqrt(self.solution[3] + self.centre @ self.centre))
+
+    @property
+    def noise_std(self) -> float:
+        """Noise of a component of x."""
+        return float(np.sqrt(self.misfit @ self.misfit / (len(self.x) - 4))) / (2 * self.radius)
+
+    def mean_square_error(self) -> tuple[Array, float]:
+        """Mean square error (4, 4) of the solution, and the length of the centre's bias by the soft iron left out.
+
+        sigma^2 R^-1 R^-T + k beta beta^T,  beta = theta - (A^-1 c', d'),  (c', d') = theta - R^-1 Q^T Z gamma,
+        A = I - Gamma,  k = max(0, 1 - 5 sigma^2 / |Z' gamma|^2): what noise alone would explain is no bias
+        """
+        softness = _soft_iron_terms(self.x)
+        alias = self.q.T @ softness
+        gamma, variance, share = _soft_iron(softness - self.q @ alias, self.misfit)
+        inverse = np.linalg.inv(self.r)
+        full = self.solution - inverse @ alias @ gamma
+        soft = shape_matrix(np.array([gamma[0], gamma[1], -gamma[0] - gamma[1], *gamma[2:]]))
+        full[:3] = np.linalg.solve(np.eye(3) - soft, full[:3])
+        bias = np.sqrt(share) * (self.solution - full)
+        return variance * inverse @ inverse.T + np.outer(bias, bias), float(np.linalg.norm(bias[:3]))
+
+
+def _soft_iron_terms(x: Array) -> Array:
+    """Z (n, 5): the trace-free quadratic terms of points (n, 3)."""
+    quadratic = design(x)[:, :6]
+    return np.column_stack((quadratic[:, 0] - quadratic[:, 2], quadratic[:, 1] - quadratic[:, 2], quadratic[:, 3:]))
+
+
+def _soft_iron(clear: Array, misfit: Array) -> tuple[Array, float, float]:
+    """gamma (5,), the noise's variance without it, and its share k, from Z' clear of the fitted columns."""
+    gamma = np.linalg.lstsq(clear, misfit, rcond=None)[0]
+    explained = float(gamma @ (clear.T @ misfit))
+    variance = max(float(misfit @ misfit) - explained, 0.0) / (len(misfit) - 9)
+    share = max(0.0, 1.0 - 5.0 * variance / explained) if explained > 0 else 0.0
+    return np.asarray(gamma, dtype=np.float64), variance, share
 
 
 def _soft_iron_status(bias_nT: float, strength_nT: float) -> Status | None:
@@ -93,28 +130,3 @@ def _soft_iron_status(bias_nT: float, strength_nT: float) -> Status | None:
         "the measurements are not on a sphere: soft iron moves its centre by about "
         f"{bias_nT:.3g} nT on this motion; use ellipsoid, or cover all attitudes evenly",
     )
-
-
-def _covariance(x: Array, q: Array, r: Array, solution: Array, misfit: Array) -> tuple[Array, float]:
-    """Mean square error (4, 4) of the linear solution, and the centre's bias in it, by the soft iron left out.
-
-    C = sigma^2 R^-1 R^-T + k beta beta^T,  beta = theta - (A^-1 c', d'),  k = max(0, 1 - 5 sigma^2 / |Z' gamma|^2)
-    (c', d') = theta - R^-1 Q^T Z gamma,  A = I - Gamma
-
-    Z the five trace-free quadratic terms, Z' their part clear of the fitted columns, gamma their coefficients in the
-    misfit (Gamma as a matrix); k shrinks what noise alone would explain (5 sigma^2) to nothing.
-    """
-    quadratic = design(x)[:, :6]
-    softness = np.column_stack((quadratic[:, 0] - quadratic[:, 2], quadratic[:, 1] - quadratic[:, 2], quadratic[:, 3:]))
-    alias = q.T @ softness
-    clear = softness - q @ alias
-    gamma = np.linalg.lstsq(clear, misfit, rcond=None)[0]
-    explained = float(gamma @ (clear.T @ misfit))
-    variance = max(float(misfit @ misfit) - explained, 0.0) / (len(x) - 9)
-    share = max(0.0, 1.0 - 5.0 * variance / explained) if explained > 0 else 0.0
-    inverse = np.linalg.inv(r)
-    full = solution - inverse @ alias @ gamma
-    soft = shape_matrix(np.array([gamma[0], gamma[1], -gamma[0] - gamma[1], *gamma[2:]]))
-    full[:3] = np.linalg.solve(np.eye(3) - soft, full[:3])
-    bias = np.sqrt(share) * (solution - full)
-    return variance * inverse @ inverse.T + np.outer(bias, bias), float(np.linalg.norm(bias[:3]))

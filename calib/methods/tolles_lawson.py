@@ -12,7 +12,6 @@ from scipy.signal import butter, sosfiltfilt
 from calib.base import Calibrator
 from calib.numerics.noise import white_noise_std
 from calib.numerics.rates import smoothed_derivative
-from calib.observability import planar_status
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from sim.dataset import Recording
@@ -49,38 +48,43 @@ class TollesLawsonCalibrator(Calibrator):
     needs: ClassVar[tuple[str, ...]] = ("scalar",)
     min_samples: ClassVar[int] = 64
     sequential: ClassVar[bool] = True
-    recovers: ClassVar[tuple[str, ...]] = ()
     terms: Literal[16, 18] = 16
     band_hz: tuple[float, float] = (0.01, 0.5)
     ridge: float = 1e-9
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
-        scalar_nT = recording.channels[CHANNEL]
-        flat = planar_status(recording.mag_nT, float(white_noise_std(recording.mag_nT).max()))
-        if flat is not None:
-            return flat
         names = tuple(n for n in NAMES if self.terms == 18 or n not in REDUNDANT)
         kept = [NAMES.index(n) for n in names]
         columns = band_passed(terms(recording, reference.strength_nT)[:, kept], recording.time_s, self.band_hz)
-        target = band_passed(scalar_nT[:, None], recording.time_s, self.band_hz)[:, 0]
-        u, singular, vt = np.linalg.svd(columns / (size := np.linalg.norm(columns, axis=0)), full_matrices=False)
-        gain = singular / (singular**2 + self.ridge)
-        solution = (vt.T @ (gain * (u.T @ target))) / size
+        target = band_passed(recording.channels[CHANNEL][:, None], recording.time_s, self.band_hz)[:, 0]
+        solution, root, condition = ridge_solution(columns, target, self.ridge)
         residual = target - columns @ solution
         low, high = band(recording.time_s, self.band_hz)
         variance = float(residual @ residual) / (len(target) * (high - low))
-        root = (vt.T * gain) / size[:, None]
-        parameters = dict(zip(names, solution.tolist(), strict=True)) | {
+        told = {
             "improvement_ratio": float(target.std() / max(residual.std(), 1e-12)),
-            "condition_number": float(singular[0] / singular[-1]),
+            "condition_number": condition,
+            "noise_std_nT": float(white_noise_std(recording.mag_nT).max()),
         }
         return Calibration(
             name=self.name,
             status=Status("ok"),
-            parameters=parameters,
+            parameters=dict(zip(names, solution.tolist(), strict=True)) | told,
             covariance=variance * root @ root.T,
             covariance_names=names,
         )
+
+
+def ridge_solution(columns: Array, target: Array, ridge: float) -> tuple[Array, Array, float]:
+    """Ridge regression: solution (p,), root (p, p) of its covariance for noise of variance one, condition number.
+
+    ridge: in units of the squared length of a column.
+    """
+    size = np.linalg.norm(columns, axis=0)
+    u, singular, vt = np.linalg.svd(columns / size, full_matrices=False)
+    gain = singular / (singular**2 + ridge)
+    root = (vt.T * gain) / size[:, None]
+    return root @ (u.T @ target), root, float(singular[0] / singular[-1])
 
 
 def terms(recording: Recording, strength_nT: float) -> Array:

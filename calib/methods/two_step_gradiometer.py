@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from calib.families.gradiometer import Found, GradiometerCalibrator
+from calib.families.gradiometer import ArrayEstimate, GradiometerCalibrator
 from calib.methods.ellipsoid import EllipsoidCalibrator
-from calib.models.gradiometer import Array, Problem, parameters_of
+from calib.models.sensor_array import Array, ArrayObjective, parameters_of
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from sim.dataset import Recording
@@ -31,19 +31,23 @@ class TwoStepGradiometer(GradiometerCalibrator):
     summary: ClassVar[str] = "ellipsoid fit of each sensor of an array, then the turns between them"
     polish: bool = False
 
-    def search(self, task: Problem, recording: Recording, reference: Reference, rng: np.random.Generator) -> Found:
+    def search(
+        self, task: ArrayObjective, recording: Recording, reference: Reference, rng: np.random.Generator
+    ) -> ArrayEstimate:
         """Both steps."""
         return two_steps(recording, reference)
 
 
-def two_steps(recording: Recording, reference: Reference) -> Found:
+def two_steps(recording: Recording, reference: Reference) -> ArrayEstimate:
     """Parameters of the array by the two steps, or the status of the sensor whose ellipsoid fails."""
     assert recording.array_mag_nT is not None
     count = len(recording.array_mag_nT)
     single = [EllipsoidCalibrator().fit(recording.sensor(i), reference) for i in range(count)]
     for i, fit in enumerate(single):
         if fit.covariance is None or fit.status.kind == "not_applicable":
-            return Found(np.zeros(12 * count), (), Status(fit.status.kind, f"sensor {i + 1}: {fit.status.reason}"))
+            return ArrayEstimate(
+                np.zeros(12 * count), (), Status(fit.status.kind, f"sensor {i + 1}: {fit.status.reason}")
+            )
     first = _triangular(single[0])
     field = first @ (recording.array_mag_nT[0] - single[0].offset_nT).T
     parameters = []
@@ -51,7 +55,7 @@ def two_steps(recording: Recording, reference: Reference) -> Found:
         matrix = _turn(fit.matrix @ (mag_nT - fit.offset_nT).T, field) @ fit.matrix
         parameters.append(parameters_of(fit.offset_nT / reference.strength_nT, matrix))
     parameters[0][9:] = 0.0
-    return Found(np.concatenate(parameters))
+    return ArrayEstimate(np.concatenate(parameters))
 
 
 def _triangular(fit: Calibration) -> Array:

@@ -9,17 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.models.norm import NormFit, Standardised, parameters_of
-from calib.models.quadric import (
-    EVEN,
-    ROUNDING_VARIANCE,
-    design,
-    ellipsoid_jacobian,
-    ellipsoid_of,
-    shape_matrix,
-    weighted_scatter,
+from calib.models.ellipsoid import (
+    EllipsoidFit,
+    Standardised,
+    is_definite,
+    mean_square_error,
+    norm_coordinates,
+    symmetric_root,
 )
-from calib.observability import planar_status, thinnest_direction, unobservable
+from calib.models.quadric import EVEN, ROUNDING_VARIANCE, design, shape_matrix, weighted_scatter
+from calib.observability import thinnest_direction, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from sim.dataset import Recording
@@ -54,16 +53,10 @@ class TwoStep(Calibrator):
     tolerance: float = 1e-3
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
-        flat = planar_status(recording.mag_nT, 0.0)
-        if flat is not None:
-            return flat
         scaled = Standardised.of(recording.mag_nT)
         found = self.estimate(scaled.x)
         if found is None:
             return unobservable(thinnest_direction(recording.mag_nT), "the centred estimate is not an ellipsoid")
-        flat = planar_status(recording.mag_nT, found.noise_std * scaled.scale_nT)
-        if flat is not None:
-            return Calibration(name=self.name, status=flat, history=found.history)
         status = Status.settled(
             found.settled,
             f"the last of {len(found.history)} steps was still {found.history[-1]:.2g} standard "
@@ -113,24 +106,26 @@ class Estimate:
         """Noise of a component of x."""
         return float(np.sqrt(self.centred.variance(self.theta)))
 
-    def start(self) -> Array:
-        """p (9,) of `calib.models.norm`: T = A^1/2 and c = T b."""
-        squares, axes = np.linalg.eigh(shape_matrix(self.theta))
-        T = (axes * np.sqrt(squares)) @ axes.T
-        return parameters_of(T, T @ centre_of(self.theta))
+    @property
+    def quadric(self) -> Array:
+        """theta with the constant that puts |h| at one (10,)."""
+        return np.append(self.theta, -self.theta[6:] @ centre_of(self.theta) - 1.0)
 
-    def fit(self, x: Array) -> NormFit:
-        """Centre, root and mean square error."""
-        theta, gradient = self.theta, centre_gradient(self.theta)
-        found = ellipsoid_of(np.append(theta, -theta[6:] @ centre_of(theta) - 1.0))
-        if found is None:
-            raise np.linalg.LinAlgError("the quadric is no ellipsoid")
-        variance, inverse = self.centred.variance(theta), np.linalg.inv(self.centred.information(theta))
+    def start(self) -> Array:
+        """Norm coordinates (9,): T = A^1/2 and c = T b."""
+        T = symmetric_root(shape_matrix(self.theta))
+        return norm_coordinates(T, T @ centre_of(self.theta))
+
+    def fit(self, x: Array) -> EllipsoidFit:
+        """The ellipsoid and its mean square error."""
+        theta, variance = self.theta, self.centred.variance(self.theta)
         parts = np.split(x, range(PART, len(x), PART))
-        bias = variance * inverse @ sum(_expected_gradient(theta, part) for part in parts)
-        jacobian = ellipsoid_jacobian(theta, found) @ np.vstack((np.eye(9), gradient))
-        covariance = jacobian @ (variance * inverse + np.outer(bias, bias)) @ jacobian.T
-        return NormFit(found.centre, found.root, covariance, float(np.sqrt(variance)), self.history)
+        bias = sum((_expected_gradient(theta, part) for part in parts), np.zeros(9))
+        error = mean_square_error(self.centred.information(theta), variance, bias=bias)
+        constant = np.vstack((np.eye(9), centre_gradient(theta)))
+        return EllipsoidFit.of_quadric(
+            self.quadric, constant @ error @ constant.T, float(np.sqrt(variance)), self.history
+        )
 
 
 @dataclass(frozen=True)
@@ -176,7 +171,7 @@ class Centred:
         cost = self.cost(theta)
         for halving in range(HALVINGS):
             new = theta + change / 2**halving
-            if _definite(new) and self.cost(new) <= cost:
+            if is_definite(shape_matrix(new)) and self.cost(new) <= cost:
                 return np.asarray(new)
         return theta
 
@@ -205,7 +200,7 @@ def first_step(x: Array) -> Array | None:
     solution = np.linalg.lstsq(free, -R[:, :3].sum(axis=1), rcond=None)[0]
     a, b = solution[:2]
     theta = np.concatenate(([1 + a, 1 + b, 1 - a - b], solution[2:]))
-    if not _definite(theta):
+    if not is_definite(shape_matrix(theta)):
         return None
     level = theta[6:] @ np.linalg.solve(shape_matrix(theta), theta[6:]) + mean @ theta
     return None if level <= 0 else np.asarray(theta / level)
@@ -219,11 +214,6 @@ def centre_of(theta: Array) -> Array:
 def centre_gradient(theta: Array) -> Array:
     """d (p^T A^-1 p) / d theta (9,): the design row of b, negative: dA gives -b^T dA b, dp gives -2 b^T dp."""
     return np.asarray(-design(centre_of(theta)[None])[0])
-
-
-def _definite(theta: Array) -> bool:
-    values = np.linalg.eigvalsh(shape_matrix(theta))
-    return bool(values[0] > 1e-9 * values[-1])
 
 
 def _expected_gradient(theta: Array, x: Array) -> Array:

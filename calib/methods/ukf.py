@@ -9,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.models.norm import SYMMETRIC_NAMES
-from calib.observability import planar_status
+from calib.models.ellipsoid import EllipsoidFit, Standardised, norm_coordinates, symmetric
 from calib.reference import Reference
-from calib.result import OFFSET_NAMES, Calibration, Status
+from calib.result import Calibration, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
-UPPER = np.triu_indices(3)
 TEMPERING = (30.0, 3.0, 1.0, 1.0)
 """Noise of each run over the recording, in units of the assumed one."""
 FORGET = 100.0
@@ -44,57 +42,22 @@ class UkfCalibrator(Calibrator):
     summary: ClassVar[str] = "unscented Kalman filter of 9 parameters from the field strength; no attitude"
     min_samples: ClassVar[int] = 40
     sequential: ClassVar[bool] = True
-    recovers: ClassVar[tuple[str, ...]] = ("full", "pitch")
-    tolerance_nT: ClassVar[float] = 1.0
-    tolerance_matrix: ClassVar[float] = 2e-5
     noise_fraction: float = 3e-4
     prior_std: float = 0.3
     block: int = 20
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
-        flat = planar_status(recording.mag_nT, 0.0)
-        if flat is not None:
-            return flat
-        blocks = spread(recording.mag_nT / reference.strength_nT, self.block)
+        scaled = Standardised(recording.mag_nT / reference.strength_nT, np.zeros(3), reference.strength_nT)
+        blocks = spread(scaled.x, self.block)
         state, covariance, history = np.zeros(9), np.eye(9) * self.prior_std**2 / FORGET, []
         for factor in TEMPERING:
             before = state
             state, covariance, nis = filtered(blocks, state, covariance * FORGET, factor * self.noise_fraction)
             move = state - before
             history.append(float(np.sqrt(move @ np.linalg.solve(covariance * max(nis, LEAST_NIS), move))))
-        noise_nT = self.noise_fraction * float(np.sqrt(nis)) * reference.strength_nT
-        status = planar_status(recording.mag_nT, noise_nT) or _status(history[-1], correction(state))
-        return self._calibration(state, covariance * nis, noise_nT, reference.strength_nT, status, tuple(history))
-
-    def _calibration(
-        self,
-        state: Array,
-        covariance: Array,
-        noise_nT: float,
-        strength_nT: float,
-        status: Status,
-        history: tuple[float, ...],
-    ) -> Calibration:
-        matrix = correction(state)
-        S = np.linalg.inv(matrix)
-        offset_nT = strength_nT * S @ state[:3]
-        jacobian = np.zeros((9, 9))
-        jacobian[:3, :3] = strength_nT * S
-        for k in range(6):
-            dS = -S @ (correction(np.eye(9)[3 + k]) - np.eye(3)) @ S
-            jacobian[:3, 3 + k], jacobian[3:, 3 + k] = strength_nT * dS @ state[:3], dS[UPPER]
-        names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
-        parameters = dict(zip(names, (*offset_nT.tolist(), *S[UPPER].tolist()), strict=True))
-        return Calibration(
-            name=self.name,
-            status=status,
-            offset_nT=offset_nT,
-            matrix=matrix,
-            parameters=parameters | {"noise_std_nT": noise_nT},
-            covariance=jacobian @ covariance @ jacobian.T,
-            covariance_names=names,
-            history=history,
-        )
+        noise = self.noise_fraction * float(np.sqrt(nis))
+        estimate = ellipsoid_fit(state, covariance * nis, noise, tuple(history))
+        return scaled.calibration(self.name, _status(history[-1], correction(state)), estimate, reference)
 
 
 def spread(measured: Array, block: int) -> Array:
@@ -105,9 +68,15 @@ def spread(measured: Array, block: int) -> Array:
 
 def correction(state: Array) -> Array:
     """I + D (3, 3) of a state (9,)."""
-    D = np.zeros((3, 3))
-    D[UPPER] = state[3:]
-    return np.eye(3) + D + np.triu(D, 1).T
+    return np.asarray(np.eye(3) + symmetric(state[3:]))
+
+
+def ellipsoid_fit(state: Array, covariance: Array, noise_std: float, history: tuple[float, ...]) -> EllipsoidFit:
+    """The ellipsoid of a state (9,), whose norm coordinates are (I + D, d), from its covariance (9, 9)."""
+    order = np.roll(np.arange(9), -3)
+    return EllipsoidFit.of_norm(
+        norm_coordinates(correction(state), state[:3]), covariance[np.ix_(order, order)], noise_std, history
+    )
 
 
 def half_square(state: Array, m: Array) -> Array:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from calib.base import Calibrator
 from calib.models.vector import EDDY_NAMES, SOFT_IRON_NAMES
 from calib.numerics.rates import body_rate, world_to_body
-from calib.observability import motion_status
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from sim.dataset import Recording
@@ -37,14 +36,10 @@ class VectorLeastSquares(Calibrator):
     needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
     min_samples: ClassVar[int] = 12
     eddy: bool = False
-    attitude_std_rad: float = 3.5e-4
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         assert recording.att_q is not None
         h_nT = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
-        flat = motion_status(h_nT, reference.strength_nT, self.attitude_std_rad)
-        if flat is not None:
-            return flat
         columns, scale = self._columns(recording, h_nT, reference.strength_nT)
         u, singular, vt = np.linalg.svd(columns, full_matrices=False)
         if singular[0] > MAX_CONDITION * singular[-1]:

@@ -7,11 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from calib.base import Calibrator
 from calib.models.vector import VectorData, calibration
-from calib.observability import motion_status
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from sim.dataset import Recording
@@ -37,14 +36,9 @@ class VectorLmCalibrator(Calibrator):
     min_samples: ClassVar[int] = 21
     tolerance: float = 1e-15
     max_evaluations: int = 100
-    attitude_std_rad: float = 3.5e-4
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
-        data = VectorData.of(recording, reference)
-        flat = motion_status(data.field_nT, reference.strength_nT, self.attitude_std_rad)
-        if flat is not None:
-            return flat
-        unit = reference.strength_nT
+        data, unit = VectorData.of(recording, reference), reference.strength_nT
         H, y = data.observation(unit).reshape(-1, 21) / unit, data.difference_nT.ravel() / unit
         size = np.linalg.norm(H, axis=0)
         if (size == 0).any() or np.linalg.cond(H / size) > MAX_CONDITION:
@@ -52,21 +46,24 @@ class VectorLmCalibrator(Calibrator):
                 "unobservable",
                 "the eddy term cannot be told from A and T_p on this motion: vary the rate and turn about more axes",
             )
-        found = least_squares(
+        found = self._minimum(H, y, 1.0 / size)
+        status = Status.settled(found.status > 0, f"{found.nfev} evaluations were not enough: raise max_evaluations")
+        scale = np.array([unit] * 3 + [1.0] * 18)
+        variance = 2.0 * float(found.cost) / (len(y) - 21)
+        covariance = np.asarray(variance * np.linalg.inv(H.T @ H) * np.outer(scale, scale), dtype=float)
+        told = {"noise_std_nT": float(np.sqrt(variance)) * unit, "evaluations": float(found.nfev)}
+        return calibration(self.name, status, found.x * scale, covariance, told)
+
+    def _minimum(self, H: Array, y: Array, scale: Array) -> OptimizeResult:
+        """The x (21,) of least |H x - y|, from zero."""
+        return least_squares(
             lambda x: H @ x - y,
             np.zeros(21),
             lambda x: H,
             method="lm",
-            x_scale=1.0 / size,
+            x_scale=scale,
             ftol=self.tolerance,
             xtol=self.tolerance,
             gtol=self.tolerance,
             max_nfev=self.max_evaluations,
         )
-        scale = np.array([unit] * 3 + [1.0] * 18)
-        variance = 2.0 * float(found.cost) / (len(y) - 21)
-        covariance = np.asarray(variance * np.linalg.inv(H.T @ H) * np.outer(scale, scale), dtype=float)
-        enough = found.status > 0
-        status = Status.settled(enough, f"{found.nfev} evaluations were not enough: raise max_evaluations")
-        extra = {"noise_std_nT": float(np.sqrt(variance)) * unit, "evaluations": float(found.nfev)}
-        return calibration(self.name, status, found.x * scale, covariance, extra)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.models.norm import parameters_of, symmetric
+from calib.models.ellipsoid import norm_coordinates, norm_jacobian
+from calib.models.norm import norm_rows
 from calib.numerics.noise import SECOND, white_noise_std
 from calib.result import Calibration
 
@@ -38,15 +39,11 @@ class Rows:
         middle = mag_nT.mean(axis=0)
         x = (mag_nT - middle) / strength_nT
         T, centre = whole.matrix, (whole.offset_nT - middle) / strength_nT
-        p = parameters_of(T, T @ centre)
-        y = x @ symmetric(p[:6]) - p[6:]
-        length = np.linalg.norm(y, axis=1)
-        u = y / length[:, None]
+        p = norm_coordinates(T, T @ centre)
+        r, q = norm_rows(p, x)
+        u = -q[:, 6:]
         gain = np.linalg.norm(u @ T, axis=1)
-        i, j = np.triu_indices(3)
-        outer = u[:, i] * x[:, j] + np.where(i == j, 0.0, u[:, j] * x[:, i])
-        rows = np.concatenate((outer, -u), axis=1) / gain[:, None]
-        return cls((length - 1) / gain, -rows, _centre_rows(T, centre))
+        return cls(r / gain, -q / gain[:, None], norm_jacobian(p)[:3])
 
     def noise_std(self) -> float:
         """White noise of r, in which there is no motion but the ellipsoid's own slow one."""
@@ -63,13 +60,6 @@ class Rows:
             np.vstack((np.zeros(9), mixed.cumsum(axis=0))),
             np.concatenate((np.zeros((1, 9, 9)), normal.cumsum(axis=0))),
         )
-
-
-def _centre_rows(T: Array, centre: Array) -> Array:
-    """d centre / d(T, c) (3, 9): T^-1 (dc - dT centre)."""
-    inverse = np.linalg.inv(T)
-    columns = [inverse @ (step[6:] - symmetric(step[:6]) @ centre) for step in np.eye(9)]
-    return np.array(columns).T
 
 
 def find_cuts(rows: Rows, blocks: int, penalty: float, max_std: float) -> list[int]:

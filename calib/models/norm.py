@@ -1,96 +1,18 @@
-"""The norm residual |T x - c| - 1 with its exact gradient and Hessian, and what follows from its nine parameters.
+"""The norm residual |T x - c| - 1 with its exact gradient and Hessian, and how sure its minimum is.
 
-x (n, 3) are standardised measurements, x = (m - middle) / scale, and T is symmetric:
-p = (T_xx, T_xy, T_xz, T_yy, T_yz, T_zz, c_x, c_y, c_z). y = T x - c is linear in p, and |y| = 1 where |h| = F.
-Back in nT: b = middle + scale T^-1 c and S = scale / F T^-1.
+T is symmetric and p the norm coordinates of `calib.models.ellipsoid`: y = T x - c is linear in p, and |y| = 1 where
+|h| = F.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from calib.models.quadric import UPPER
-from calib.numerics.moments import mean_and_spread
-from calib.reference import Reference
-from calib.result import OFFSET_NAMES, Calibration, Status
+from calib.models.ellipsoid import SLOTS, UPPER, EllipsoidFit, mean_square_error, symmetric
 
 Array = NDArray[np.float64]
-SYMMETRIC_NAMES = ("S_xx", "S_xy", "S_xz", "S_yy", "S_yz", "S_zz")
-
-
-@dataclass(frozen=True)
-class Standardised:
-    """Measurements moved to their mean and divided by their rms distance from it: x (n, 3)."""
-
-    x: Array
-    middle_nT: Array
-    scale_nT: float
-
-    @classmethod
-    def of(cls, mag_nT: Array) -> Standardised:
-        """Standardise measurements (n, 3)."""
-        x = np.ascontiguousarray(mag_nT)
-        middle, spread = mean_and_spread(x)
-        scale = float(np.sqrt(spread.trace() * (len(x) - 1) / len(x)))
-        return cls(_moved(x, middle, scale), middle, scale)
-
-    def calibration(self, name: str, status: Status, fit: NormFit, reference: Reference) -> Calibration:
-        """The fit in nT: offset b, symmetric S, their covariance, and the noise of a measured component."""
-        gain = self.scale_nT / reference.strength_nT
-        offset_nT = self.middle_nT + self.scale_nT * fit.centre
-        names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
-        values = np.concatenate((offset_nT, gain * fit.root[UPPER]))
-        units = np.array([self.scale_nT] * 3 + [gain] * 6)
-        parameters = dict(zip(names, values.tolist(), strict=True)) | {"noise_std_nT": fit.noise_std * self.scale_nT}
-        return Calibration(
-            name=name,
-            status=status,
-            offset_nT=offset_nT,
-            matrix=np.asarray(np.linalg.inv(gain * fit.root)),
-            parameters=parameters,
-            covariance=fit.covariance * np.outer(units, units),
-            covariance_names=names,
-            history=fit.history,
-        )
-
-
-@njit(cache=True)
-def _moved(x: Array, middle: Array, scale: float) -> Array:
-    """(x - middle) / scale (n, 3)."""
-    out = np.empty((len(x), 3))
-    for i in range(len(x)):
-        for j in range(3):
-            out[i, j] = (x[i, j] - middle[j]) / scale
-    return out
-
-
-@dataclass(frozen=True)
-class NormFit:
-    """An ellipsoid x = root h + centre, |h| = 1, in standardised units.
-
-    covariance (9, 9): mean square error of (centre, root's six: xx, xy, xz, yy, yz, zz); noise_std of a component of x.
-    """
-
-    centre: Array
-    root: Array
-    covariance: Array
-    noise_std: float
-    history: tuple[float, ...]
-
-
-def symmetric(six: Array) -> Array:
-    """The symmetric (3, 3) of its upper triangle, row by row (6,)."""
-    xx, xy, xz, yy, yz, zz = six
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-def parameters_of(T: Array, c: Array) -> Array:
-    """p (9,) of T (3, 3) and c (3,)."""
-    return np.concatenate((T[UPPER], c))
 
 
 @njit(cache=True)
@@ -157,38 +79,30 @@ def norm_derivatives(p: Array, x: Array) -> tuple[float, Array, Array]:
     return f, 2 * gradient, 2 * hessian
 
 
-def _slots() -> Array:
-    """y_i = sum_p,k SLOTS[i, p, k] p_p (x, 1)_k."""
-    out = np.zeros((3, 9, 4))
-    for p, (i, j) in enumerate(zip(*UPPER, strict=True)):
-        out[i, p, j] = out[j, p, i] = 1.0
-    out[[0, 1, 2], [6, 7, 8], 3] = -1.0
-    return out
+def norm_rows(p: Array, x: Array) -> tuple[Array, Array]:
+    """r (n,) = |y| - 1 and its derivative q (n, 9) = d|y| / dp."""
+    y = x @ symmetric(p[:6]) - p[6:]
+    length = np.sqrt(np.einsum("ni,ni->n", y, y))
+    u = y / length[:, None]
+    i, j = UPPER
+    pairs = u[:, i] * x[:, j] + np.where(i == j, 0.0, u[:, j] * x[:, i])
+    return length - 1.0, np.concatenate((pairs, -u), axis=1)
 
 
-SLOTS = _slots()
+def norm_fit(p: Array, x: Array, history: tuple[float, ...]) -> EllipsoidFit:
+    """The ellipsoid of a minimum p, and its mean square error by noise of equal strength on the components of x.
 
+    H = half the Hessian,  M = sum |T u|^2 q q^T,  bias = -sum E[r q],  sigma^2 = sum r^2 / (mean |T u|^2 (n - 9))
 
-def norm_fit(p: Array, x: Array, history: tuple[float, ...]) -> NormFit:
-    """Centre and root of p, and their mean square error by noise of equal strength on the components of x.
-
-    covariance of p = H^-1 (sigma^2 sum |T u|^2 q q^T) H^-1 + delta delta^T,  H = half the Hessian,
-    delta = -H^-1 sum E[r q],  sigma^2 = sum r^2 / (mean |T u|^2 (n - 9))
-
-    delta is the bias of second order in the noise: the cost falls when T shrinks the noise with the points, which a
-    motion that excites an axis weakly does not prevent.
+    The bias: the cost falls when T shrinks the noise with the points, which a motion that excites an axis weakly does
+    not prevent.
     """
-    T, c = symmetric(p[:6]), p[6:]
     f, _, hessian = norm_derivatives(p, x)
     steep, outer, expected = noise_sums(p, x)
-    inverse = np.linalg.inv(hessian / 2)
     variance = f / (steep / len(x) * max(len(x) - 9, 1))
     meat = np.triu(outer) + np.triu(outer, 1).T
-    bias = inverse @ expected * variance
-    jacobian = _physical_jacobian(T, c)
-    covariance = jacobian @ (variance * inverse @ meat @ inverse + np.outer(bias, bias)) @ jacobian.T
-    root = np.asarray(np.linalg.inv(T), dtype=np.float64)
-    return NormFit(root @ c, root, covariance, float(np.sqrt(variance)), history)
+    error = mean_square_error(hessian / 2, variance, meat, expected)
+    return EllipsoidFit.of_norm(p, error, float(np.sqrt(variance)), history)
 
 
 @njit(cache=True)
@@ -240,11 +154,3 @@ def _through(a: Array, x: Array, out: Array) -> None:
     out[0], out[1], out[2] = a[0] * x[0], a[0] * x[1] + a[1] * x[0], a[0] * x[2] + a[2] * x[0]
     out[3], out[4], out[5] = a[1] * x[1], a[1] * x[2] + a[2] * x[1], a[2] * x[2]
     out[6], out[7], out[8] = -a[0], -a[1], -a[2]
-
-
-def _physical_jacobian(T: Array, c: Array) -> Array:
-    """d (centre, root's six) / dp (9, 9): centre = T^-1 c, root = T^-1."""
-    root = np.linalg.inv(T)
-    d_T, d_c = SLOTS[:, :, :3].transpose(1, 0, 2), -SLOTS[:, :, 3].T
-    d_root = -root @ d_T @ root
-    return np.concatenate(((d_c - d_T @ (root @ c)) @ root, d_root[:, *UPPER]), axis=1).T

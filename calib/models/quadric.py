@@ -1,4 +1,4 @@
-"""Quadric surfaces in noisy points: design rows, their noise, fits, and the ellipsoid's centre and shape.
+"""Quadric surfaces in noisy points: design rows, their noise, and fits.
 
 Q(x) = theta . xi(x) = a x^2 + b y^2 + c z^2 + 2 f yz + 2 g xz + 2 h xy + 2 p x + 2 q y + 2 r z + d,
 theta = (a, b, c, f, g, h, p, q, r, d).
@@ -16,7 +16,6 @@ from scipy.linalg.lapack import dgeev, dsygv
 Array = NDArray[np.float64]
 ROUNDING_VARIANCE = 1e-18
 """Smallest noise variance of points of unit size: rounding, 1e-9 of their size."""
-UPPER = np.triu_indices(3)
 
 
 def design(x: Array) -> Array:
@@ -141,51 +140,3 @@ def refit(x: Array, theta: Array) -> QuadricFit:
     full = np.concatenate((vectors, -mean[None] @ vectors))
     theta = full[:, 0] * np.sign(full[:3, 0].sum())
     return QuadricFit(theta, np.asarray((full[:, 1:] * spread) @ full[:, 1:].T), float(np.sqrt(variance)))
-
-
-@dataclass(frozen=True)
-class Ellipsoid:
-    """(x - centre)^T T^-1 (x - centre) = 1 with T (3, 3) positive definite, and S = T^(1/2)."""
-
-    centre: Array
-    root: Array
-    shape_inverse: Array
-    level: float
-
-
-def ellipsoid_of(theta: Array) -> Ellipsoid | None:
-    """Centre and symmetric root of a quadric (10,), or None when it is no real ellipsoid.
-
-    centre = -A^-1 p,  level = p^T A^-1 p - d,  T = level A^-1,  root = T^(1/2)
-    """
-    shape = shape_matrix(theta)
-    values = np.linalg.eigvalsh(shape)
-    if values[0] <= 1e-9 * values[-1]:
-        return None
-    inverse = np.linalg.inv(shape)
-    centre = -inverse @ theta[6:9]
-    level = float(-theta[6:9] @ centre - theta[9])
-    if level <= 0:
-        return None
-    squares, axes = np.linalg.eigh(level * inverse)
-    return Ellipsoid(centre, (axes * np.sqrt(squares)) @ axes.T, np.asarray(inverse), level)
-
-
-def ellipsoid_jacobian(theta: Array, ellipsoid: Ellipsoid) -> Array:
-    """d (centre, root's six: xx, xy, xz, yy, yz, zz) / d theta: (9, 10).
-
-    d centre = -A^-1 (dp + dA centre);  dT = dlevel A^-1 - level A^-1 dA A^-1;  root droot + droot root = dT
-    """
-    inverse, centre = ellipsoid.shape_inverse, ellipsoid.centre
-    squares, axes = np.linalg.eigh(ellipsoid.level * inverse)
-    sums = np.sqrt(squares)[:, None] + np.sqrt(squares)
-    turned = _SHAPE_STEPS @ centre
-    d_level = -2 * _LINEAR_STEPS @ centre - turned @ centre - _CONSTANT_STEP
-    d_square = d_level[:, None, None] * inverse - ellipsoid.level * inverse @ _SHAPE_STEPS @ inverse
-    d_root = axes @ ((axes.T @ d_square @ axes) / sums) @ axes.T
-    return np.concatenate((-inverse @ (_LINEAR_STEPS + turned).T, d_root[:, *UPPER].T))
-
-
-_SHAPE_STEPS = np.array([shape_matrix(step) for step in np.eye(10)])
-_LINEAR_STEPS, _CONSTANT_STEP = np.eye(10)[:, 6:9], np.eye(10)[:, 9]
-"""d (A, p, d) / d theta."""

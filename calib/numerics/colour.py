@@ -6,11 +6,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from calib.numerics.rates import world_to_body
-from calib.reference import Reference
-from calib.result import Calibration
-from sim.dataset import Recording
-
 Array = NDArray[np.float64]
 BLOCKS = (20, 50, 200)
 """Numbers of blocks that a recording is cut into: slow structure shows in the means of few, faster in those of many."""
@@ -41,7 +36,7 @@ def white_ratios(total: Array, count: Array) -> Array:
     return np.asarray(total**2 / count[:, None])
 
 
-def lasting_nT2(residual: Array) -> Array:
+def lasting_variance(residual: Array) -> Array:
     """Covariance (k, k) of what passes for a constant in residuals (n, k), in order of time; zero for passing noise.
 
     Of flicker noise or drift the mean over the whole recording is part of the fitted offset and in no residual. Where
@@ -84,16 +79,3 @@ def block_mean_square(columns: Array, blocks: int) -> float:
                 mean += columns[i, j]
             total += (mean / length - middle) ** 2
     return float(total / (blocks * k))
-
-
-def residual_of(fit: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> Array:
-    """What the fit leaves, in order of time: |h| - F (n,), or with known attitude h - R_wb^T F (n, 3), nT."""
-    field_nT = fit.apply(recording)
-    if vector:
-        assert recording.att_q is not None
-        assert reference.field_enu_nT is not None
-        residual = field_nT - world_to_body(recording.att_q, np.array(reference.field_enu_nT))
-    else:
-        residual = np.sqrt(np.einsum("ni,ni->n", field_nT, field_nT)) - reference.strength_nT
-    late = recording.time_s[1:] < recording.time_s[:-1]
-    return np.asarray(residual[np.argsort(recording.time_s, kind="stable")] if late.any() else residual)

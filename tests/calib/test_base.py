@@ -42,9 +42,15 @@ class Scripted(Calibrator):
         )
 
 
+def perfect(standard, n=50):
+    """A sensor without any error."""
+    recording = standard.recording("full", None, n=n, soft=np.eye(3))
+    return replace(recording, mag_nT=recording.mag_nT - standard.HARD_NT)
+
+
 @pytest.mark.parametrize("act", ["singular", "divides", "overflows", "nan"])
 def test_numerical_failure_becomes_a_status(act, standard):
-    result = Scripted(act).fit(standard.recording("full", None, n=50), standard.REFERENCE)
+    result = Scripted(act).fit(perfect(standard), standard.REFERENCE)
     assert result.status.kind == "not_converged"
     assert result.status.reason
     assert np.isfinite(result.offset_nT).all()
@@ -52,11 +58,11 @@ def test_numerical_failure_becomes_a_status(act, standard):
 
 def test_a_calibrator_cannot_write_to_the_recording(standard):
     with pytest.raises(ValueError, match="read-only"):
-        Scripted("writes").fit(standard.recording("full", None, n=50), standard.REFERENCE)
+        Scripted("writes").fit(perfect(standard), standard.REFERENCE)
 
 
 def test_claimed_deviation_above_the_limit_is_unobservable_and_names_the_direction(standard):
-    recording = standard.recording("full", None, n=50)
+    recording = perfect(standard)
     assert Scripted("tight").fit(recording, standard.REFERENCE).status.kind == "ok"
     status = Scripted("loose").fit(recording, standard.REFERENCE).status
     assert status.kind == "unobservable"
@@ -65,7 +71,7 @@ def test_claimed_deviation_above_the_limit_is_unobservable_and_names_the_directi
 
 
 def test_name_time_and_default_seed_are_the_base_s(standard):
-    recording = standard.recording("full", None, n=50)
+    recording = perfect(standard)
     one, other = (Scripted().fit(recording, standard.REFERENCE) for _ in range(2))
     assert one.name == "scripted"
     assert one.wall_s > 0
@@ -76,8 +82,34 @@ def test_name_time_and_default_seed_are_the_base_s(standard):
 
 @pytest.mark.parametrize("need", list(NEEDS))
 def test_every_need_says_what_to_record(need, standard):
-    bare = replace(standard.recording("full", None, n=50), gyro_rad_s=None, att_q=None)
+    bare = replace(perfect(standard), gyro_rad_s=None, att_q=None)
     wanting = type("Wanting", (Scripted,), {"needs": (need,)})
     status = wanting().fit(bare, Reference(5e4)).status
     assert status.kind == "not_applicable"
     assert NEEDS[need][1] in status.reason
+
+
+def test_noise_that_hides_the_motion_leaves_no_estimate(standard):
+    """Without a word of the method's own noise, the noise is what the fit leaves."""
+    recording = perfect(standard)
+    noise_nT = np.random.default_rng(0).normal(0.0, 2000.0, recording.mag_nT.shape)
+    result = Scripted("tight").fit(replace(recording, mag_nT=recording.mag_nT + noise_nT), standard.REFERENCE)
+    assert result.status.kind == "unobservable"
+    assert "lie in a plane" in result.status.reason
+    np.testing.assert_array_equal(result.offset_nT, 0.0)
+
+
+def test_a_turn_about_one_axis_is_for_those_who_ask_for_it(standard):
+    level = standard.level_turns(600, None)
+    assert "lie in a plane" in Scripted().fit(level, standard.REFERENCE).status.reason
+    one_axis = type("OneAxis", (Scripted,), {"one_axis": True})
+    assert "lie in a plane" not in one_axis().fit(level, standard.REFERENCE).status.reason
+
+
+def test_attitude_that_moves_by_no_more_than_its_error_is_no_motion(standard):
+    vector = type("Vector", (Scripted,), {"needs": ("attitude", "field_vector")})
+    recording = perfect(standard, 600)
+    assert vector().fit(recording, standard.REFERENCE).status.kind == "ok"
+    status = vector(attitude_std_rad=0.3).fit(recording, standard.REFERENCE).status
+    assert status.kind == "unobservable"
+    assert "degrees rms" in status.reason

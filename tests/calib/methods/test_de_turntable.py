@@ -9,12 +9,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Reference
-from calib.methods.de_turntable import NAMES, DeTurntable, axes_matrix, costs, derivatives
+from calib.methods.de_turntable import DeTurntable
+from calib.models.turntable import NAMES, TurnSpace, axes_matrix, costs, derivatives
+from calib.search.differential import RandOne
 from sim.dataset import Recording
 
 TRUTH = np.array([0.013572, 0.000115, -0.006312, -0.021201, -0.003657])
 LEVEL_NT, UP_NT = 34_000.0, -36_000.0
 REFERENCE = Reference(float(np.hypot(LEVEL_NT, UP_NT)))
+
+SPACE = TurnSpace(np.zeros((3, 0)), 0.2, 0.0)
 
 
 def turn(n=12, *, seed=None, noise_nT=1.0, span_deg=360.0, level_nT=LEVEL_NT, up_nT=UP_NT, truth=TRUTH):
@@ -132,7 +136,7 @@ def test_too_few_iterations_are_told():
 def test_mutants_differ_from_their_parents_and_keep_to_the_bounds():
     rng = np.random.default_rng(0)
     x = rng.uniform(-0.2, 0.2, (25, 5))
-    trial = DeTurntable().trial(x, rng)
+    trial = RandOne(0.85, 1.0).trial(x, SPACE, rng)
     assert np.abs(trial).max() <= 0.2
     assert (trial != x).all()
 
@@ -140,7 +144,7 @@ def test_mutants_differ_from_their_parents_and_keep_to_the_bounds():
 def test_at_least_one_entry_crosses():
     rng = np.random.default_rng(0)
     x = rng.uniform(-0.2, 0.2, (25, 5))
-    crossed = (DeTurntable(crossing=0.0).trial(x, rng) != x).sum(axis=1)
+    crossed = (RandOne(0.85, 0.0).trial(x, SPACE, rng) != x).sum(axis=1)
     np.testing.assert_array_equal(crossed, 1)
 
 

@@ -12,7 +12,8 @@ from calib import Calibration, Status, from_json, to_json
 from calib.methods.ellipsoid import EllipsoidCalibrator
 from calib.methods.ellipsoid_segmented import EllipsoidSegmented
 from calib.models.change_points import Rows, find_cuts
-from calib.models.norm import norm_derivatives, parameters_of
+from calib.models.ellipsoid import norm_coordinates
+from calib.models.norm import norm_derivatives
 from calib.result import Segment
 from scenarios.errors import InputError
 
@@ -121,7 +122,7 @@ def test_rows_are_the_derivative_of_the_residual(standard):
     rows = Rows.of(recording.mag_nT, whole, strength_nT)
     middle_nT = recording.mag_nT.mean(axis=0)
     x = (recording.mag_nT - middle_nT) / strength_nT
-    p = parameters_of(whole.matrix, whole.matrix @ (whole.offset_nT - middle_nT) / strength_nT)
+    p = norm_coordinates(whole.matrix, whole.matrix @ (whole.offset_nT - middle_nT) / strength_nT)
     gain = np.linalg.norm((recording.mag_nT - whole.offset_nT) @ whole.matrix @ whole.matrix, axis=1) / np.linalg.norm(
         (recording.mag_nT - whole.offset_nT) @ whole.matrix, axis=1
     )

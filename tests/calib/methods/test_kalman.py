@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.methods.kalman import KalmanCalibrator, KalmanSettings, innovation_ratio, inverse_3x3, track
+from calib.families.vector_filter import KalmanSettings, innovation_ratio, track
+from calib.methods.kalman import KalmanCalibrator
 from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.methods.kalman_rescaled import MICROTESLA, KalmanRescaledCalibrator
 from calib.methods.vector_least_squares import VectorLeastSquares
@@ -17,6 +18,8 @@ from calib.numerics.fuzzy import GRID, RULES, MamdaniRatio
 EDDY_S = np.array([[0.1, 0.32, 0.22], [0.13, 0.16, 0.61], [0.16, 0.17, 0.02]])
 CONSTANT = replace(MICROTESLA, state_variance=0.0, noise_variance_nT2=100.0)
 """Constant iron, and the true noise of the standard case."""
+MILD = KalmanSettings(1000.0, prior_variance=1e-2, state_variance=1e-10, noise_variance_nT2=100.0)
+"""A prior that leaves digits: where P H H^T / R is 1e14, as in [Li2017], rounding alone moves T_p by 1e-8 of it."""
 
 
 def true_values(standard, eddy_s):
@@ -57,7 +60,7 @@ def test_filter_of_a_constant_state_is_regularised_least_squares(standard):
 
 def test_constant_iron_reaches_least_squares(standard):
     recording = standard.recording("auv", 1, eddy_s=EDDY_S)
-    one = KalmanRescaledCalibrator(CONSTANT).fit(recording, standard.REFERENCE)
+    one = KalmanRescaledCalibrator(settings=CONSTANT).fit(recording, standard.REFERENCE)
     other = VectorLeastSquares(eddy=True).fit(recording, standard.REFERENCE)
     assert one.status.kind == other.status.kind == "ok"
     np.testing.assert_allclose(one.offset_nT, other.offset_nT, atol=0.1)
@@ -66,7 +69,7 @@ def test_constant_iron_reaches_least_squares(standard):
 
 @pytest.mark.parametrize("assumed_nT2", [1.0, 100.0, 1e4])
 def test_claims_match_errors_whatever_noise_is_assumed(assumed_nT2, standard):
-    calibrator = KalmanRescaledCalibrator(replace(CONSTANT, noise_variance_nT2=assumed_nT2))
+    calibrator = KalmanRescaledCalibrator(settings=replace(CONSTANT, noise_variance_nT2=assumed_nT2))
     truth = true_values(standard, np.zeros((3, 3)))
     squares = []
     for seed in range(6):
@@ -163,13 +166,19 @@ def test_adaptation_follows_noise_that_grows(standard):
     recording = replace(clean, mag_nT=np.concatenate((quiet, loud)))
     data = VectorData.of(recording, standard.REFERENCE)
     settings = KalmanSettings(1000.0, state_variance=1e-10, noise_variance_nT2=9.0)
-    steps = track(data, settings, adapt=KalmanFuzzyCalibrator(settings).adapt())
+    steps = track(data, settings, rule=KalmanFuzzyCalibrator(settings).noise_rule())
     assert np.median(steps.noise_variance_nT2[900:1800]) == pytest.approx(9.0, rel=0.5)
     assert np.median(steps.noise_variance_nT2[2700:]) == pytest.approx(3600.0, rel=0.5)
 
 
-def test_inverse_is_numpys():
-    matrix = np.random.default_rng(0).normal(size=(3, 3))
-    np.testing.assert_allclose(inverse_3x3(matrix), np.linalg.inv(matrix), rtol=1e-14)
-    with pytest.raises(np.linalg.LinAlgError):
-        inverse_3x3(np.zeros((3, 3)))
+@pytest.mark.parametrize("calibrator", [KalmanRescaledCalibrator(MILD), KalmanFuzzyCalibrator(MILD)])
+def test_engines_agree(calibrator, standard):
+    recording = standard.recording("full", 1, n=600)
+    ours, filterpys = (
+        replace(calibrator, engine=engine).fit(recording, standard.REFERENCE) for engine in ("compiled", "filterpy")
+    )
+    np.testing.assert_allclose(ours.offset_nT, filterpys.offset_nT, rtol=1e-10)
+    np.testing.assert_allclose(ours.matrix, filterpys.matrix, atol=1e-10)
+    std = np.sqrt(np.diag(filterpys.covariance))
+    unit = np.outer(std, std)
+    np.testing.assert_allclose(ours.covariance / unit, filterpys.covariance / unit, atol=1e-8)

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from calib import Reference
 from calib.methods.ml_newton import MaximumLikelihoodNewton
-from calib.models.norm import Standardised, noise_sums, norm_cost, norm_derivatives, parameters_of, symmetric
+from calib.models.ellipsoid import Standardised, norm_coordinates, symmetric
+from calib.models.norm import noise_sums, norm_cost, norm_derivatives
 from scenarios.errors import InputError
 from sim.dataset import read_recording
 
@@ -37,7 +38,7 @@ def spread(recording):
 def random_point(seed=0, n=50):
     rng = np.random.default_rng(seed)
     x, half = rng.normal(size=(n, 3)), 0.2 * rng.normal(size=(3, 3))
-    return parameters_of(np.eye(3) + half + half.T, rng.normal(size=3) * 0.3), x
+    return norm_coordinates(np.eye(3) + half + half.T, rng.normal(size=3) * 0.3), x
 
 
 def test_gradient_and_hessian_against_differences():

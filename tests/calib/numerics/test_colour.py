@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from calib import get
-from calib.numerics.colour import inflation, lasting_nT2
+from calib.numerics.colour import inflation, lasting_variance
 from sim.dataset import Recording
 
 
@@ -39,11 +39,11 @@ def test_drift_makes_a_weak_motion_unsure(name: str, standard) -> None:  # type:
 def test_noise_that_averages_down_leaves_no_constant(persistence: float) -> None:
     for seed in range(100):
         white = np.random.default_rng(seed).standard_normal((20_000, 3))
-        assert not lasting_nT2(lfilter([1.0], [1.0, -persistence], white, axis=0)).any()
+        assert not lasting_variance(lfilter([1.0], [1.0, -persistence], white, axis=0)).any()
 
 
 def test_short_recordings_have_no_blocks_to_compare() -> None:
-    assert not lasting_nT2(np.random.default_rng(0).standard_normal((300, 3)).cumsum(axis=0)).any()
+    assert not lasting_variance(np.random.default_rng(0).standard_normal((300, 3)).cumsum(axis=0)).any()
 
 
 def flicker(n: int, rng: np.random.Generator) -> np.ndarray:

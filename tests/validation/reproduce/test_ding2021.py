@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from calib.methods.ide_gradiometer import IdeGradiometer
-from calib.models.gradiometer import free_parameters
+from calib.models.sensor_array import free_parameters
 from validation.reproduce.ding2021.figures import tensor_before_after
 from validation.reproduce.ding2021.paper import Ding2021
 from validation.reproduce.ding2021.rows import PRINTED, error_row

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.methods.kalman import KalmanSettings, track
+from calib.families.vector_filter import KalmanSettings, track
 from calib.methods.kalman_rescaled import MICROTESLA
 from validation.reproduce.base import Findings
 from validation.reproduce.li2017.paper import Li2017

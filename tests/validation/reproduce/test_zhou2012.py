@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.methods.de_turntable import axes_matrix
+from calib.models.turntable import axes_matrix
 from validation.reproduce.zhou2012.paper import Zhou2012
 from validation.reproduce.zhou2012.trials import NOISE_NT, PRINTED, STOPS, bound, recording, stops
 

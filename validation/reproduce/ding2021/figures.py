@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.methods.de_gradiometer import DeGradiometer
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
-from calib.models.gradiometer import TENSOR_NAMES, tensor
+from calib.models.sensor_array import TENSOR_NAMES, tensor
 from validation.reproduce.ding2021.searches import EVOLUTION, GENETIC, SIZES, SearchTask, populations, search
 from validation.reproduce.ding2021.trials import BASELINE_M, REFERENCE, simulate
 from validation.views.palette import SOFT

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.families.gradiometer import Found, GradiometerCalibrator, polished
+from calib.families.gradiometer import ArrayEstimate, GradiometerCalibrator, polished
 from calib.methods.de_gradiometer import DeGradiometer
 from calib.methods.ga_gradiometer import GaGradiometer
 from calib.methods.ide_gradiometer import IdeGradiometer
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
-from calib.models.gradiometer import Problem, maps
+from calib.models.sensor_array import ArrayObjective, maps
 from sim.streams import stream
 from validation.reproduce.ding2021.trials import (
     REFERENCE,
@@ -90,10 +90,10 @@ def starts(task: StartTask) -> dict[str, bool]:
     return {name: _same(objective, start, best) for name, start in tried.items()}
 
 
-def _same(objective: Problem, start: Array, best: Array) -> bool:
+def _same(objective: ArrayObjective, start: Array, best: Array) -> bool:
     try:
         with np.errstate(all="ignore"):
-            found = polished(objective, Found(start)).parameters
+            found = polished(objective, ArrayEstimate(start)).parameters
     except (ValueError, ArithmeticError, np.linalg.LinAlgError):
         return False
     ours, theirs = (maps(p, SENSORS)[0] for p in (found, best))

@@ -10,11 +10,19 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference
-from calib.families.gradiometer import Found, GradiometerCalibrator
+from calib.families.gradiometer import ArrayEstimate, GradiometerCalibrator
 from calib.methods.ide_gradiometer import IdeGradiometer
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
 from calib.methods.two_step_gradiometer import TwoStepGradiometer
-from calib.models.gradiometer import Problem, corrected, free_parameters, maps, parameter_units, problem, tensor
+from calib.models.sensor_array import (
+    ArrayObjective,
+    array_objective,
+    corrected,
+    free_parameters,
+    maps,
+    parameter_units,
+    tensor,
+)
 from sim.chain import apply_deterministic
 from sim.dataset import Recording
 from sim.effects.papers import ding2021
@@ -68,7 +76,7 @@ class Sensor:
         return np.asarray(state.field_nT + sum(apply_deterministic(effects, state)[1].values()))
 
     def parameters(self) -> Array:
-        """The twelve in the units of `calib.models.gradiometer`: offset over the field, scale, angles in radians."""
+        """The twelve in the units of `calib.models.sensor_array`: offset over the field, scale, angles in radians."""
         angles = np.radians([*self.axes_deg, *self.turn_deg])
         return np.concatenate((self.offset_nT / STRENGTH_NT, self.scale, angles))
 
@@ -106,7 +114,7 @@ def _three(values: Array) -> tuple[float, float, float]:
 
 
 def vector_of(fit: Calibration) -> Array:
-    """The parameter vector (48,) of a calibration, in the order and units of `calib.models.gradiometer`."""
+    """The parameter vector (48,) of a calibration, in the order and units of `calib.models.sensor_array`."""
     values = np.array(list(fit.parameters.values())[: 12 * SENSORS])
     return np.asarray(values / parameter_units(SENSORS, STRENGTH_NT))
 
@@ -228,12 +236,14 @@ def nominal() -> Array:
     return np.tile([0.0] * 3 + [1.0] * 3 + [0.0] * 6, SENSORS)
 
 
-def task_of(array: Array4, method: GradiometerCalibrator) -> Problem:
+def task_of(array: Array4, method: GradiometerCalibrator) -> ArrayObjective:
     """The objective of an array with a method's weights."""
     assert array.recording.array_mag_nT is not None
-    return problem(array.recording.array_mag_nT, STRENGTH_NT, method.components, method.tensor, method.invariants)
+    return array_objective(
+        array.recording.array_mag_nT, STRENGTH_NT, method.components, method.tensor, method.invariants
+    )
 
 
-def searched(method: GradiometerCalibrator, array: Array4, seed: int) -> Found:
+def searched(method: GradiometerCalibrator, array: Array4, seed: int) -> ArrayEstimate:
     """A method's own search without the polish and the checks that follow it."""
     return method.search(task_of(array, method), array.recording, REFERENCE, stream(2021, seed, "search"))

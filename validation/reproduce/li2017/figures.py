@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from calib.methods.kalman import KalmanSettings, track
+from calib.families.vector_filter import KalmanSettings, track
 from calib.methods.kalman_rescaled import MICROTESLA
 from calib.models.vector import VectorData
 from sim.state import Array

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Reference
-from calib.methods.kalman import KalmanSettings, Track, track
+from calib.families.vector_filter import KalmanSettings, Track, track
 from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.methods.kalman_rescaled import MICROTESLA
 from calib.models.vector import VectorData
@@ -133,7 +133,7 @@ def compensated(state: Array, data: VectorData) -> Array:
 
 def fuzzy_track(data: VectorData, settings: KalmanSettings, **options: float) -> Track:
     """The filter with adapted noise."""
-    return track(data, settings, adapt=KalmanFuzzyCalibrator(settings, **options).adapt())  # type: ignore[arg-type]
+    return track(data, settings, rule=KalmanFuzzyCalibrator(settings, **options).noise_rule())  # type: ignore[arg-type]
 
 
 def trial(seed: int) -> dict[str, Outcome]:
@@ -261,7 +261,7 @@ def sensitivity(seed: int) -> dict[tuple[int, float], tuple[int, float]]:
     for window in (20, 50, 200):
         for exponent in (0.5, 1.0, 2.0):
             calibrator = KalmanFuzzyCalibrator(CALM, window=window, exponent=exponent)
-            R = track(data, CALM, adapt=calibrator.adapt()).noise_variance_nT2[jump:]
+            R = track(data, CALM, rule=calibrator.noise_rule()).noise_variance_nT2[jump:]
             found[window, exponent] = int(np.argmax(truth / 2 < R)), float(np.log(R[1000:]).std())
     return found
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Calibration, Calibrator, Reference
-from calib.families.population import PopulationCalibrator, Problem, triangular
+from calib.families.norm_search import NormSpace, PopulationCalibrator, triangular
 from calib.methods.ellipsoid import EllipsoidCalibrator
 from calib.methods.ellipsoid_segmented import EllipsoidSegmented
 from calib.methods.ga import Ga
@@ -154,9 +154,9 @@ def strength_nT(state: State) -> float:
     return float(np.linalg.norm(state.field_enu_nT))
 
 
-def bounded(mag_nT: Array, strength: float, reach_nT: float) -> Problem:
+def bounded(mag_nT: Array, strength: float, reach_nT: float) -> NormSpace:
     """The search problem; with a reach, R within 0.1 of the identity and each offset within reach_nT of zero."""
-    problem = Problem.of(mag_nT, strength, Pso.most_gain)
+    problem = NormSpace.of(mag_nT, strength, Pso.most_gain)
     assert problem is not None
     if not reach_nT:
         return problem

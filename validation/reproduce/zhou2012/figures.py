@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.methods.de_turntable import NAMES, DeTurntable
+from calib.methods.de_turntable import DeTurntable
+from calib.models.turntable import NAMES
 from sim.state import State
 from sim.streams import stream
 from validation.reproduce.zhou2012.trials import PRINTED, SEED, STABLE_AT, STOPS, Trial, recording, reference

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.methods.de_turntable import NAMES
+from calib.models.turntable import NAMES
 from sim.state import State
 from validation.reproduce.base import Row, judged
 from validation.reproduce.zhou2012.trials import NOISE_NT, OFFSET_NT, PRINTED, STABLE_AT, Trial, bound

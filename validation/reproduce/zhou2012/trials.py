@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Reference
-from calib.methods.de_turntable import NAMES, DeTurntable, axes_matrix, derivatives
+from calib.methods.de_turntable import DeTurntable
+from calib.models.turntable import NAMES, axes_matrix, derivatives
 from sim.chain import Chain
 from sim.dataset import Recording
 from sim.effects.base import Effect

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from calib import Reference
-from calib.families.population import Problem, triangular
-from calib.methods.ga import Ga, adapted, evolve, select
+from calib.families.norm_search import NormSpace, triangular
+from calib.methods.ga import Ga
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
+from calib.search.genetic import adapted, evolve, select
+from calib.search.population import Population
 
 METHODS = (Pso, Ga, PsoGa)
 EACH = pytest.mark.parametrize("method", METHODS)
@@ -19,7 +21,7 @@ STRENGTH_NT = 36_917.35
 
 
 def problem_of(recording, most_gain=1.5):
-    problem = Problem.of(recording.mag_nT, STRENGTH_NT, most_gain)
+    problem = NormSpace.of(recording.mag_nT, STRENGTH_NT, most_gain)
     assert problem is not None
     return problem
 
@@ -42,14 +44,14 @@ def test_the_truth_is_within_the_bounds_and_costs_the_noise(motion, standard):
 
 def test_compiled_cost_is_the_sum_of_squared_residuals(standard):
     problem = problem_of(standard.recording("full", 0))
-    particles = problem.start(20, np.random.default_rng(0))
+    particles = Population.spread(problem, 20, np.random.default_rng(0)).x
     plain = [(problem.residuals(p) ** 2).sum() for p in particles]
     np.testing.assert_allclose(problem.costs(particles), plain, rtol=1e-12)
 
 
 def test_jacobian_is_the_derivative_of_the_residuals(standard):
     problem = problem_of(standard.recording("pitch", 0))
-    particle = problem.start(1, np.random.default_rng(1))[0]
+    particle = Population.spread(problem, 1, np.random.default_rng(1)).x[0]
     for k, step in enumerate(1e-6 * np.eye(9)):
         slope = (problem.residuals(particle + step) - problem.residuals(particle - step)) / 2e-6
         np.testing.assert_allclose(problem.jacobian(particle)[:, k], slope, atol=1e-8)

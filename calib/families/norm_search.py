@@ -1,4 +1,4 @@
-"""What the population searches share: the particle, its bounds, its cost, the polish and the calibration.
+"""Calibration by a search over a population: the particle, its bounds, its cost, the polish and the covariance.
 
 A particle is x = (R_xx, R_xy, R_xz, R_yy, R_yz, R_zz, u_x, u_y, u_z), dimensionless, with R upper triangular and
 b = middle + F u: the measurements enter as z = (m - middle) / F, so that all nine entries are of order one and
@@ -8,7 +8,7 @@ F drops out of the cost. [Zhang2018] eq. 10 to 12.
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, final
 
 import numpy as np
@@ -16,11 +16,19 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.models.norm import SYMMETRIC_NAMES
+from calib.models.ellipsoid import (
+    EllipsoidFit,
+    Standardised,
+    mean_square_error,
+    norm_coordinates,
+    symmetric_root,
+)
+from calib.models.norm import norm_rows
 from calib.numerics.kernels import kernel
-from calib.observability import planar_status, thinnest_direction, unobservable
+from calib.observability import thinnest_direction, unobservable
 from calib.reference import Reference
-from calib.result import OFFSET_NAMES, Calibration, Status
+from calib.result import Calibration, Status
+from calib.search.population import Move, Search, search
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -51,8 +59,8 @@ def costs(particles: Array, points: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
-    """The search: points z (3, n), their middle (3,) and F, nT; bounds lower and upper (9,) of a particle."""
+class NormSpace:
+    """The search space: points z (3, n), their middle (3,) and F, nT; bounds lower and upper (9,) of a particle."""
 
     points: Array
     middle_nT: Array
@@ -61,8 +69,8 @@ class Problem:
     upper: Array
 
     @classmethod
-    def of(cls, mag_nT: Array, strength_nT: float, most_gain: float) -> Problem | None:
-        """The problem of measurements (n, 3), with bounds that the data give; None when no particle can be in them.
+    def of(cls, mag_nT: Array, strength_nT: float, most_gain: float) -> NormSpace | None:
+        """The space of measurements (n, 3), with bounds that the data give; None when no particle can be in them.
 
         The singular values of S and of R = (S up to a rotation)^-1 lie within 1 / g and g, so 1 / g <= R_ii <= g,
         |R_ij| <= g - 1 / g, and since |m_i - b| <= g F for every sample, max m_i - g F <= b <= min m_i + g F on each
@@ -82,13 +90,14 @@ class Problem:
         """f (k,) of particles (k, 9): [Zhang2018] eq. 22 in units of F^2."""
         return costs(particles, self.points)
 
+    @property
+    def standardised(self) -> Standardised:
+        """The points in units of F about their middle."""
+        return Standardised(self.points.T, self.middle_nT, self.strength_nT)
+
     def rmse_nT(self, cost: Array | float) -> Array:
         """Root mean square of |h| - F, nT, from f: the measure of [Zhang2018] fig. 10."""
         return np.asarray(self.strength_nT * np.sqrt(np.asarray(cost) / self.points.shape[1]))
-
-    def start(self, count: int, rng: np.random.Generator) -> Array:
-        """Particles (count, 9) spread evenly over the bounds."""
-        return np.asarray(self.lower + rng.random((count, 9)) * (self.upper - self.lower))
 
     def residuals(self, particle: Array) -> Array:
         """|R (z - u)| - 1 (n,)."""
@@ -113,17 +122,9 @@ class Problem:
         return bool(((particle >= self.lower) & (particle <= self.upper)).all())
 
 
-@dataclass(frozen=True, eq=False)
-class Search:
-    """How a search went: its best particle (9,) and the cost of its best after each iteration."""
-
-    best: Array
-    costs: Array
-
-
 @dataclass(frozen=True)
 class PopulationCalibrator(Calibrator):
-    """Offset and symmetric S from |h| = F by a search over a population of particles; a subclass writes `search`.
+    """Offset and symmetric S from |h| = F by a search over a population of particles; a subclass writes `move`.
 
     |R (m - b)| = F,  f(R, b) = sum_i (|R (m_i - b)| - F)^2       [Zhang2018] eq. 12, 22 (F for the printed H^b)
 
@@ -143,39 +144,37 @@ class PopulationCalibrator(Calibrator):
     polish: bool = True
 
     @abstractmethod
-    def search(self, problem: Problem, rng: np.random.Generator) -> Search:
-        """The method itself."""
+    def move(self, space: NormSpace) -> Move:
+        """The method itself: what a generation does."""
+
+    @final
+    def search(self, space: NormSpace, rng: np.random.Generator) -> Search:
+        """The search alone, without the polish."""
+        return search(space, self.move(space), self.population, self.iterations, rng)
 
     @final
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
-        mag_nT = recording.mag_nT
-        flat = planar_status(mag_nT, 0.0)
-        if flat is not None:
-            return flat
-        problem = Problem.of(mag_nT, reference.strength_nT, self.most_gain)
-        if problem is None:
-            return Status("not_converged", self._gain_text(mag_nT))
-        found = self.search(problem, rng)
-        best = problem.polished(found.best) if self.polish else found.best
-        history = tuple(problem.rmse_nT(found.costs).tolist())
-        noise = _noise_std(problem, best)
-        lost = self._lost(problem, best, noise) or (
-            planar_status(mag_nT, noise * reference.strength_nT) if self.polish else None
+        space = NormSpace.of(recording.mag_nT, reference.strength_nT, self.most_gain)
+        if space is None:
+            return Status("not_converged", self._gain_text(recording.mag_nT))
+        found = self.search(space, rng)
+        best = space.polished(found.best) if self.polish else found.best
+        history = tuple(space.rmse_nT(found.costs).tolist())
+        if not space.inside(best):
+            return Calibration(name=self.name, status=self._lost(space), history=history)
+        noise = _noise_std(space, best)
+        fit = space.standardised.calibration(
+            self.name, _settled(space, best, noise), ellipsoid_fit(space, best, noise, history), reference
         )
-        if lost is not None:
-            return Calibration(name=self.name, status=lost, history=history)
-        return _calibration(self.name, problem, best, noise, history)
+        triangle = dict(zip(TRIANGULAR_NAMES, best[:6].tolist(), strict=True))
+        return replace(fit, parameters=fit.parameters | triangle | {"search_rmse_nT": history[-1]})
 
-    def _lost(self, problem: Problem, best: Array, noise: float) -> Status | None:
-        """Unobservable when the minimum lies out of the bounds."""
-        if problem.inside(best):
-            return None
+    def _lost(self, space: NormSpace) -> Status:
+        """Unobservable: the minimum lies out of the bounds."""
         return unobservable(
-            thinnest_direction(problem.points.T),
-            (
-                "the strength is fitted best out of the bounds that the data give, where the offset runs away as the "
-                f"matrix shrinks (or a gain is beyond most_gain = {self.most_gain:g})"
-            ),
+            thinnest_direction(space.points.T),
+            "the strength is fitted best out of the bounds that the data give, where the offset runs away as the "
+            f"matrix shrinks (or a gain is beyond most_gain = {self.most_gain:g})",
         )
 
     def _gain_text(self, mag_nT: Array) -> str:
@@ -192,49 +191,20 @@ def triangular(particle: Array) -> Array:
     return R
 
 
-def _noise_std(problem: Problem, particle: Array) -> float:
-    residual = problem.residuals(particle)
+def _noise_std(space: NormSpace, particle: Array) -> float:
+    residual = space.residuals(particle)
     variance = float(residual @ residual) / (len(residual) - 9)
     return float(np.sqrt(max(variance, ROUNDING_VARIANCE)))
 
 
-def _calibration(name: str, problem: Problem, particle: Array, noise: float, history: tuple[float, ...]) -> Calibration:
+def ellipsoid_fit(space: NormSpace, particle: Array, noise: float, history: tuple[float, ...]) -> EllipsoidFit:
+    """The ellipsoid of a particle, T = (R^T R)^(1/2), and its covariance for white noise in the radial residual."""
     R = triangular(particle)
-    squares, axes = np.linalg.eigh(R.T @ R)
-    matrix = (axes * np.sqrt(squares)) @ axes.T
-    soft = (axes / np.sqrt(squares)) @ axes.T
-    offset_nT = problem.middle_nT + problem.strength_nT * particle[6:]
-    inverse = np.linalg.inv(_information(problem, particle[6:], matrix))
-    units = np.array([problem.strength_nT] * 3 + [1.0] * 6)
-    names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
-    values = np.concatenate((offset_nT, soft[np.triu_indices(3)], particle[:6]))
-    parameters = dict(zip((*names, *TRIANGULAR_NAMES), values.tolist(), strict=True)) | {
-        "noise_std_nT": noise * problem.strength_nT,
-        "search_rmse_nT": history[-1],
-    }
-    covariance = noise**2 * (inverse + inverse.T) / 2 * np.outer(units, units)
-    return Calibration(
-        name=name,
-        status=_settled(problem, particle, noise),
-        offset_nT=offset_nT,
-        matrix=matrix,
-        parameters=parameters,
-        covariance=covariance,
-        covariance_names=names,
-        history=history,
-    )
-
-
-def _information(problem: Problem, u: Array, matrix: Array) -> Array:
-    """J^T J (9, 9) with J = d (|S^-1 (z - u)| - 1) / d (u, S_xx, S_xy, ..., S_zz).
-
-    d r = -g^T du - g^T dS h,  h = S^-1 (z - u),  g = S^-1 h / |h|
-    """
-    h = matrix @ (problem.points - u[:, None])
-    g = matrix @ (h / np.linalg.norm(h, axis=0))
-    pairs = [g[i] * h[j] + g[j] * h[i] if i != j else g[i] * h[i] for i, j in TRIANGLE]
-    jacobian = -np.concatenate((g, pairs))
-    return _squares(jacobian)
+    T = symmetric_root(R.T @ R)
+    p = norm_coordinates(T, T @ particle[6:])
+    _, rows = norm_rows(p, space.points.T)
+    error = mean_square_error(_squares(rows.T), noise**2)
+    return EllipsoidFit.of_norm(p, error, noise, history)
 
 
 def _squares(rows: Array) -> Array:
@@ -242,10 +212,10 @@ def _squares(rows: Array) -> Array:
     return np.asarray(np.einsum("in,jn->ij", rows, rows))
 
 
-def _settled(problem: Problem, particle: Array, noise: float) -> Status:
+def _settled(space: NormSpace, particle: Array, noise: float) -> Status:
     """Not converged when a Gauss-Newton step is longer than SETTLED standard deviations: |J step| / noise."""
-    jacobian = problem.jacobian(particle)
-    slope = np.einsum("ni,n->i", jacobian, problem.residuals(particle))
+    jacobian = space.jacobian(particle)
+    slope = np.einsum("ni,n->i", jacobian, space.residuals(particle))
     decrement = float(np.sqrt(slope @ np.linalg.solve(_squares(jacobian.T), slope))) / noise
     if decrement <= SETTLED:
         return Status("ok")

@@ -10,22 +10,22 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference, Status, from_json, get, to_json
-from calib.families.gradiometer import Found, polished
+from calib.families.gradiometer import ArrayEstimate, polished
 from calib.methods.ide_gradiometer import IdeGradiometer
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
 from calib.methods.two_step_gradiometer import TwoStepGradiometer
-from calib.models.gradiometer import (
+from calib.models.array_spread import sample_residuals
+from calib.models.sensor_array import (
+    array_objective,
     corrected,
     free_parameters,
     invariants,
     maps,
     parameters_of,
-    problem,
     residual_size,
     residuals,
     tensor,
 )
-from calib.models.gradiometer_spread import sample_residuals
 from scenarios.errors import InputError
 from sim.dataset import Recording
 from sim.effects.papers import ding2021_axes, ding2021_turn
@@ -53,7 +53,7 @@ def draw(seed, n=200, noise_nT=0.0, k=4, spread_rad=None):
 
 
 def vector(truth):
-    """The parameter vector of calib.models.gradiometer."""
+    """The parameter vector of calib.models.sensor_array."""
     return np.column_stack((truth[:, :3] / STRENGTH_NT, truth[:, 3:6], np.radians(truth[:, 6:]))).ravel()
 
 
@@ -80,7 +80,7 @@ def test_parameters_come_back_out_of_matrices():
 
 def test_short_objective_is_the_long_one():
     recording, truth, _ = draw(2, noise_nT=5.0)
-    task = problem(recording.array_mag_nT, STRENGTH_NT, 0.7, 1.3)
+    task = array_objective(recording.array_mag_nT, STRENGTH_NT, 0.7, 1.3)
     p = vector(truth) + 1e-3 * np.random.default_rng(0).normal(size=48)
     short = residuals(p, task, np.empty(residual_size(task)))
     h = corrected(p, task.field)
@@ -173,9 +173,9 @@ def test_unfinished_search_is_not_called_converged():
 def test_least_squares_from_the_edge_of_the_search_space():
     recording, truth, _ = draw(10)
     low, high = IdeGradiometer().bounds(4)
-    task = problem(recording.array_mag_nT, STRENGTH_NT)
+    task = array_objective(recording.array_mag_nT, STRENGTH_NT)
     corner = np.where(np.random.default_rng(0).random(48) < 0.5, low, high)
-    np.testing.assert_allclose(polished(task, Found(corner)).parameters, vector(truth), atol=1e-9)
+    np.testing.assert_allclose(polished(task, ArrayEstimate(corner)).parameters, vector(truth), atol=1e-9)
 
 
 def test_one_sensor_of_an_array():

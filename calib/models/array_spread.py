@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.models.gradiometer import Array, Problem, corrected, free_parameters, maps, residual_size, residuals
+from calib.models.sensor_array import Array, ArrayObjective, corrected, free_parameters, maps, residual_size, residuals
 
 MAX_CONDITION = 1e13
 ROUNDING = 1e-11
@@ -29,31 +29,37 @@ class Spread:
     covariance: Array | None
 
     @classmethod
-    def of(cls, task: Problem, p: Array) -> Spread:
+    def of(cls, task: ArrayObjective, p: Array) -> Spread:
         """Linearised at parameters p (12 k,), for residuals r_t = r_t(p) + D_t w_t with white w_t of variance s^2.
 
         cov = s^2 H^-1 (sum_t J_t^T D_t D_t^T J_t) H^-1,  H = sum_t J_t^T J_t,  J_t = d r_t / d p
         s^2 = sum |r_t|^2 / (sum tr D_t D_t^T - tr H^-1 sum_t J_t^T D_t D_t^T J_t)
         """
+        rms = math.sqrt(residuals(p, task, np.empty(residual_size(task))))
         used = task._replace(field=task.field[:, :: -(-task.field.shape[1] // MOST_SAMPLES)])
         jacobian, noise = _jacobian(used, p), _noise_map(used, p)
-        count = len(jacobian)
-        cost = residuals(p, task, np.empty(residual_size(task)))
-        power = float((noise**2).sum()) / count
-        rows = jacobian.reshape(-1, jacobian.shape[2])
-        H = rows.T @ rows / count
-        size = np.sqrt(np.diag(H)) + np.finfo(float).tiny
-        if np.linalg.cond(H / np.outer(size, size)) > MAX_CONDITION:
-            return cls(math.sqrt(cost / power), math.sqrt(cost), None)
-        mixed = (jacobian.transpose(0, 2, 1) @ noise).transpose(1, 0, 2).reshape(len(H), -1)
-        inverse, meat = np.linalg.inv(H), mixed @ mixed.T / count
-        n = task.field.shape[1]
-        variance = max(cost / (power - float(np.trace(inverse @ meat)) / n), ROUNDING**2)
+        power = float((noise**2).sum()) / len(noise)
+        inverse = _inverse_information(jacobian)
+        if inverse is None:
+            return cls(rms / math.sqrt(power), rms, None)
+        mixed = (jacobian.transpose(0, 2, 1) @ noise).transpose(1, 0, 2).reshape(len(inverse), -1)
+        meat, n = mixed @ mixed.T / len(noise), task.field.shape[1]
+        variance = max(rms**2 / (power - float(np.trace(inverse @ meat)) / n), ROUNDING**2)
         covariance = variance / n * inverse @ meat @ inverse
-        return cls(math.sqrt(variance), math.sqrt(cost), (covariance + covariance.T) / 2)
+        return cls(math.sqrt(variance), rms, (covariance + covariance.T) / 2)
 
 
-def sample_residuals(task: Problem, p: Array) -> Array:
+def _inverse_information(jacobian: Array) -> Array | None:
+    """H^-1 (q, q) of Jacobians (n, r, q), a sample's mean; None when the parameters cannot be told apart."""
+    rows = jacobian.reshape(-1, jacobian.shape[2])
+    H = rows.T @ rows / len(jacobian)
+    size = np.sqrt(np.diag(H)) + np.finfo(float).tiny
+    if np.linalg.cond(H / np.outer(size, size)) > MAX_CONDITION:
+        return None
+    return np.asarray(np.linalg.inv(H))
+
+
+def sample_residuals(task: ArrayObjective, p: Array) -> Array:
     """The residuals (n, k + 3 pairs) behind the objective, sample by sample: totals, then weighted differences."""
     h = corrected(p, task.field)
     totals = ((h**2).sum(axis=2) - 1.0) / 2.0
@@ -62,7 +68,7 @@ def sample_residuals(task: Problem, p: Array) -> Array:
     return np.concatenate((totals.T, differences.transpose(1, 0, 2).reshape(h.shape[1], -1)), axis=1)
 
 
-def _noise_map(task: Problem, p: Array) -> Array:
+def _noise_map(task: ArrayObjective, p: Array) -> Array:
     """D (n, k + 3 pairs, 3 k): what noise on the k sensors' axes does to the residuals."""
     k, n = task.field.shape[:2]
     matrix, _ = maps(p, k)
@@ -77,7 +83,7 @@ def _noise_map(task: Problem, p: Array) -> Array:
     return out
 
 
-def _jacobian(task: Problem, p: Array) -> Array:
+def _jacobian(task: ArrayObjective, p: Array) -> Array:
     """d residual / d free parameter (n, k + 3 pairs, q), by central differences."""
     columns = []
     for index in free_parameters(len(task.field)):

@@ -37,8 +37,8 @@ TENSOR_NAMES = ("Bxx", "Bxy", "Bxz", "Byy", "Byz")
 CROSS = 4
 
 
-class Problem(NamedTuple):
-    """What the objective needs of a recording of k sensors, field in units of F; see `problem`.
+class ArrayObjective(NamedTuple):
+    """What the objective needs of a recording of k sensors, field in units of F; see `array_objective`.
 
     total (k, 10, 10) and pair (p, 7, 7): triangular factors of the designs of totals and of pairs of sensors;
     pairs (p, 2); weight (p, 3): root weight of a pair's components; field (k, n, 3), invariant_weight: invariants.
@@ -52,9 +52,9 @@ class Problem(NamedTuple):
     invariant_weight: float
 
 
-def problem(
+def array_objective(
     array_mag_nT: Array, strength_nT: float, components: float = 1.0, tensor: float = 1.0, invariants: float = 0.0
-) -> Problem:
+) -> ArrayObjective:
     """The objective of a recording (k, n, 3), [Ding2021] eq. 17 in mean squares, in units of F^2.
 
     J = sum_i <((|h_i|^2 - F^2) / 2F)^2> + components / k sum_(i<j) <|h_i - h_j|^2>
@@ -76,7 +76,7 @@ def problem(
         weight[4, 1:] += tensor
     total = [_triangle(np.hstack((design(one), ones))) for one in x]
     pair = [_triangle(np.hstack((x[i], x[j], ones))) for i, j in pairs]
-    return Problem(np.array(total), np.array(pair), pairs, np.sqrt(weight), x, invariants if k == CROSS else 0.0)
+    return ArrayObjective(np.array(total), np.array(pair), pairs, np.sqrt(weight), x, invariants if k == CROSS else 0.0)
 
 
 def _triangle(rows: Array) -> Array:
@@ -185,7 +185,7 @@ def invariants_of(xx: float, xy: float, xz: float, yy: float, yz: float) -> tupl
 
 
 @kernel
-def residuals(p: Array, task: Problem, out: Array) -> float:
+def residuals(p: Array, task: ArrayObjective, out: Array) -> float:
     """Fill out (`residual_size`,) and return its sum of squares: J of the parameters (12 k,), in units of F^2."""
     k = task.total.shape[0]
     matrix, shift = np.empty((k, 3, 3)), np.empty((k, 3))
@@ -204,7 +204,16 @@ def residuals(p: Array, task: Problem, out: Array) -> float:
     return cost
 
 
-def residual_size(task: Problem) -> int:
+@kernel
+def array_costs(individuals: Array, task: ArrayObjective, out: Array) -> Array:
+    """J (m,) of parameters (m, 12 k); out (`residual_size`,) is scratch."""
+    cost = np.empty(len(individuals))
+    for m in range(len(individuals)):
+        cost[m] = residuals(individuals[m], task, out)
+    return cost
+
+
+def residual_size(task: ArrayObjective) -> int:
     """Length of the residual vector: 10 a sensor and 21 a pair."""
     return 10 * len(task.total) + 21 * len(task.pairs)
 

@@ -1,0 +1,126 @@
+"""What an "ok" must be borne out by: what the fit leaves, its own covariance, and the condition of its matrix."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.numerics.colour import inflation, lasting_variance
+from calib.numerics.rates import world_to_body
+from calib.observability import covariance_status, planar_status
+from calib.reference import Reference
+from calib.result import OFFSET_NAMES, Calibration, Status
+from sim.dataset import Recording
+
+Array = NDArray[np.float64]
+MAX_MISFIT_FRACTION = 0.1
+"""A fit that leaves half of the samples further off than this fraction of the field does not follow the field: a
+constant field with noise, a wrong attitude or unit. Soft iron of 10 % left out altogether stays below it."""
+MAX_CONDITION = 50.0
+"""A matrix worse conditioned than this has an axis that measures nothing, or two that measure the same; the strongest
+soft iron known from vehicles stretches by 2."""
+NEGATIVE = -1e-3
+"""A covariance whose correlations have an eigenvalue below this is none; rounding stays above."""
+
+
+def residual_of(fit: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> Array:
+    """What the fit leaves, in order of time: |h| - F (n,), or with known attitude h - R_wb^T F (n, 3), nT."""
+    field_nT = fit.apply(recording)
+    if vector:
+        assert recording.att_q is not None
+        assert reference.field_enu_nT is not None
+        residual = field_nT - world_to_body(recording.att_q, np.array(reference.field_enu_nT))
+    else:
+        residual = np.sqrt(np.einsum("ni,ni->n", field_nT, field_nT)) - reference.strength_nT
+    late = recording.time_s[1:] < recording.time_s[:-1]
+    return np.asarray(residual[np.argsort(recording.time_s, kind="stable")] if late.any() else residual)
+
+
+def flat_status(fit: Calibration, recording: Recording, residual_nT: Array) -> Status | None:
+    """Unobservable when a sensor's measurements leave a plane by no more than the noise that the fit tells, or leaves.
+
+    A fit that has not converged and tells no noise is not asked.
+    """
+    noise_nT = fit.parameters.get("noise_std_nT")
+    if noise_nT is None and fit.status.kind == "not_converged":
+        return None
+    if noise_nT is None:
+        gain = float(np.linalg.norm(fit.matrix)) / np.sqrt(3.0)
+        noise_nT = float(np.sqrt(np.mean(residual_nT**2))) / gain
+    return planar(recording, noise_nT)
+
+
+def planar(recording: Recording, noise_std_nT: float = 0.0) -> Status | None:
+    """`planar_status` of the magnetometer, or of the first sensor of an array that it holds for."""
+    sensors = [recording.mag_nT] if recording.array_mag_nT is None else recording.array_mag_nT
+    return next((flat for one in sensors if (flat := planar_status(one, noise_std_nT)) is not None), None)
+
+
+def widened(fit: Calibration, residual_nT: Array, *, vector: bool) -> Calibration:
+    """The fit with its claimed covariance made true to residuals that are not white, see `calib.numerics.colour`.
+
+    With known attitude the residual is an offset's, so noise that lasts is added to the offset's covariance.
+    """
+    if fit.covariance is None or fit.offset_covariance_nT2 is None:
+        return fit
+    factor = inflation(residual_nT)
+    covariance = factor * fit.covariance
+    if vector:
+        offset = [fit.covariance_names.index(name) for name in OFFSET_NAMES]
+        S = np.linalg.pinv(fit.matrix)
+        covariance[np.ix_(offset, offset)] += S @ lasting_variance(residual_nT) @ S.T
+    return replace(fit, covariance=covariance, parameters=fit.parameters | {"covariance_inflation": factor})
+
+
+def unsupported(fit: Calibration, residual_nT: Array, reference: Reference) -> Status | None:
+    """Why the fit cannot be believed; None where covariance, matrix and residual bear it out."""
+    return (
+        _indefinite(fit)
+        or covariance_status(fit, reference.strength_nT)
+        or _singular(fit)
+        or _misfit(residual_nT, reference.strength_nT)
+    )
+
+
+def _indefinite(fit: Calibration) -> Status | None:
+    """Not converged when the covariance is none."""
+    if fit.covariance is None:
+        return None
+    variance = np.diag(fit.covariance)
+    std = np.sqrt(np.where(variance > 0, variance, 1.0))
+    if variance.min() >= 0 and np.linalg.eigvalsh(fit.covariance / np.outer(std, std))[0] >= NEGATIVE:
+        return None
+    return Status("not_converged", "the claimed covariance is not positive definite: record longer, about more axes")
+
+
+def _singular(fit: Calibration) -> Status | None:
+    """Unobservable when a matrix turns noise into field."""
+    matrices = [
+        fit.matrix,
+        *(part.matrix for part in fit.segments),
+        *([] if fit.array_matrix is None else fit.array_matrix),
+    ]
+    worst = float(np.linalg.cond(np.array(matrices)).max())
+    if worst <= MAX_CONDITION:
+        return None
+    return Status(
+        "unobservable",
+        f"the matrix is nearly singular (condition number {worst:.2g}, limit {MAX_CONDITION:g}): an axis measures "
+        "nothing, or two measure the same; check that the three axes are wired and mapped",
+    )
+
+
+def _misfit(residual_nT: Array, strength_nT: float) -> Status | None:
+    """Not converged when what is left is no small part of the field."""
+    length = np.abs(residual_nT) if residual_nT.ndim == 1 else np.linalg.norm(residual_nT, axis=1)
+    typical = float(np.median(length))
+    if typical <= MAX_MISFIT_FRACTION * strength_nT:
+        return None
+    return Status(
+        "not_converged",
+        f"the corrected field is still off by {typical:.3g} nT, {100 * typical / strength_nT:.2g} % of the field "
+        f"(limit {100 * MAX_MISFIT_FRACTION:g} %): the measurements do not follow it; "
+        "check field, unit, axes and attitude",
+    )

@@ -1,0 +1,220 @@
+"""One ellipsoid: centre and symmetric root, the coordinates that fits find it in, and one covariance.
+
+x = root h + centre, |h| = 1.  Two coordinates lead to it, and a fit in either hands its covariance on through
+d (centre, root) / d (coordinates):
+
+norm     p = (T_xx, T_xy, T_xz, T_yy, T_yz, T_zz, c_x, c_y, c_z) of |T x - c| = 1: root = T^-1, centre = T^-1 c
+quadric  theta = (a, b, c, f, g, h, p, q, r, d) of x^T A x + 2 p^T x + d = 0, see `calib.models.quadric`
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from calib.models.quadric import shape_matrix
+from calib.numerics.moments import mean_and_spread
+from calib.reference import Reference
+from calib.result import OFFSET_NAMES, Calibration, Status
+
+Array = NDArray[np.float64]
+SYMMETRIC_NAMES = ("S_xx", "S_xy", "S_xz", "S_yy", "S_yz", "S_zz")
+UPPER = np.triu_indices(3)
+DEFINITE = 1e-9
+"""A shape whose smallest eigenvalue is a smaller part of the largest is that of no ellipsoid."""
+SHAPE_STEPS = np.array([shape_matrix(step) for step in np.eye(10)])
+LINEAR_STEPS, CONSTANT_STEP = np.eye(10)[:, 6:9], np.eye(10)[:, 9]
+"""d (A, p, d) / d theta."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid:
+    """Centre (3,) and symmetric, positive definite root (3, 3)."""
+
+    centre: Array
+    root: Array
+
+    @classmethod
+    def of_norm(cls, p: Array) -> Ellipsoid:
+        """From norm coordinates (9,)."""
+        root = np.asarray(np.linalg.inv(symmetric(p[:6])), dtype=np.float64)
+        return cls(root @ p[6:], root)
+
+    @classmethod
+    def of_quadric(cls, theta: Array) -> Ellipsoid | None:
+        """From quadric coordinates (10,), or None when it is no real ellipsoid.
+
+        centre = -A^-1 p,  level = p^T A^-1 p - d,  root = (level A^-1)^(1/2)
+        """
+        if not is_definite(shape_matrix(theta)):
+            return None
+        inverse, centre, level = _parts(theta)
+        if level <= 0:
+            return None
+        squares, axes = np.linalg.eigh(level * inverse)
+        return cls(centre, (axes * np.sqrt(squares)) @ axes.T)
+
+    @property
+    def norm(self) -> Array:
+        """Norm coordinates p (9,)."""
+        T = np.asarray(np.linalg.inv(self.root), dtype=np.float64)
+        return norm_coordinates(T, T @ self.centre)
+
+
+@dataclass(frozen=True, eq=False)
+class EllipsoidFit:
+    """An ellipsoid, the mean square error (9, 9) of its centre and root's six, and the noise of a component of x."""
+
+    ellipsoid: Ellipsoid
+    covariance: Array
+    noise_std: float
+    history: tuple[float, ...] = ()
+
+    @classmethod
+    def of_norm(cls, p: Array, error: Array, noise_std: float, history: tuple[float, ...] = ()) -> EllipsoidFit:
+        """From norm coordinates (9,) and their mean square error (9, 9)."""
+        jacobian = norm_jacobian(p)
+        return cls(Ellipsoid.of_norm(p), jacobian @ error @ jacobian.T, noise_std, history)
+
+    @classmethod
+    def of_quadric(cls, theta: Array, error: Array, noise_std: float, history: tuple[float, ...] = ()) -> EllipsoidFit:
+        """From quadric coordinates (10,) and their mean square error (10, 10); LinAlgError for no ellipsoid."""
+        ellipsoid = Ellipsoid.of_quadric(theta)
+        if ellipsoid is None:
+            raise np.linalg.LinAlgError("the quadric is no ellipsoid")
+        jacobian = quadric_jacobian(theta)
+        return cls(ellipsoid, jacobian @ error @ jacobian.T, noise_std, history)
+
+
+def mean_square_error(
+    information: Array, variance: float, meat: Array | None = None, bias: Array | None = None
+) -> Array:
+    """Error (k, k) of the minimum of a sum of squares with noise of that variance in its points.
+
+    H^-1 M H^-1 variance + delta delta^T,  delta = H^-1 bias variance
+
+    information H: Gauss-Newton's matrix; meat M: covariance of the gradient, H where None; bias: mean gradient of
+    second order in the noise, for noise of variance one.
+    """
+    inverse = np.linalg.inv(information)
+    spread = variance * inverse if meat is None else variance * inverse @ meat @ inverse
+    spread = (spread + spread.T) / 2
+    if bias is None:
+        return np.asarray(spread)
+    delta = variance * inverse @ bias
+    return np.asarray(spread + np.outer(delta, delta))
+
+
+def norm_jacobian(p: Array) -> Array:
+    """d (centre, root's six) / d p (9, 9)."""
+    T, c = symmetric(p[:6]), p[6:]
+    root = np.linalg.inv(T)
+    d_T, d_c = SLOTS[:, :, :3].transpose(1, 0, 2), -SLOTS[:, :, 3].T
+    d_root = -root @ d_T @ root
+    return np.concatenate(((d_c - d_T @ (root @ c)) @ root, d_root[:, *UPPER]), axis=1).T
+
+
+def quadric_jacobian(theta: Array) -> Array:
+    """d (centre, root's six) / d theta (9, 10).
+
+    d centre = -A^-1 (dp + dA centre);  dW = dlevel A^-1 - level A^-1 dA A^-1;  root droot + droot root = dW
+    """
+    inverse, centre, level = _parts(theta)
+    squares, axes = np.linalg.eigh(level * inverse)
+    sums = np.sqrt(squares)[:, None] + np.sqrt(squares)
+    turned = SHAPE_STEPS @ centre
+    d_level = -2 * LINEAR_STEPS @ centre - turned @ centre - CONSTANT_STEP
+    d_square = d_level[:, None, None] * inverse - level * inverse @ SHAPE_STEPS @ inverse
+    d_root = axes @ ((axes.T @ d_square @ axes) / sums) @ axes.T
+    return np.concatenate((-inverse @ (LINEAR_STEPS + turned).T, d_root[:, *UPPER].T))
+
+
+def _parts(theta: Array) -> tuple[Array, Array, float]:
+    """A^-1, the centre and the level of a quadric (10,)."""
+    inverse = np.asarray(np.linalg.inv(shape_matrix(theta)))
+    centre = -inverse @ theta[6:9]
+    return inverse, centre, float(-theta[6:9] @ centre - theta[9])
+
+
+def is_definite(shape: Array) -> bool:
+    """Whether a symmetric (3, 3) is positive definite beyond rounding."""
+    values = np.linalg.eigvalsh(shape)
+    return bool(values[0] > DEFINITE * values[-1])
+
+
+def symmetric(six: Array) -> Array:
+    """The symmetric (3, 3) of its upper triangle, row by row (6,)."""
+    xx, xy, xz, yy, yz, zz = six
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def symmetric_root(square: Array) -> Array:
+    """The symmetric root (3, 3) of a positive semi-definite matrix."""
+    values, axes = np.linalg.eigh(square)
+    return np.asarray((axes * np.sqrt(np.maximum(values, 0.0))) @ axes.T)
+
+
+def norm_coordinates(T: Array, c: Array) -> Array:
+    """p (9,) of T (3, 3) and c (3,)."""
+    return np.concatenate((T[UPPER], c))
+
+
+def _slots() -> Array:
+    """(T x - c)_i = sum_p,k SLOTS[i, p, k] p_p (x, 1)_k."""
+    out = np.zeros((3, 9, 4))
+    for p, (i, j) in enumerate(zip(*UPPER, strict=True)):
+        out[i, p, j] = out[j, p, i] = 1.0
+    out[[0, 1, 2], [6, 7, 8], 3] = -1.0
+    return out
+
+
+SLOTS = _slots()
+
+
+@dataclass(frozen=True, eq=False)
+class Standardised:
+    """Measurements in a unit of their own: x (n, 3) = (m - middle) / scale."""
+
+    x: Array
+    middle_nT: Array
+    scale_nT: float
+
+    @classmethod
+    def of(cls, mag_nT: Array) -> Standardised:
+        """Measurements (n, 3) moved to their mean and divided by their rms distance from it."""
+        x = np.ascontiguousarray(mag_nT)
+        middle, spread = mean_and_spread(x)
+        scale = float(np.sqrt(spread.trace() * (len(x) - 1) / len(x)))
+        return cls(_moved(x, middle, scale), middle, scale)
+
+    def calibration(self, name: str, status: Status, fit: EllipsoidFit, reference: Reference) -> Calibration:
+        """The fit in nT: b = middle + scale centre, S = scale / F root, and the noise of a measured component."""
+        gain = self.scale_nT / reference.strength_nT
+        offset_nT = self.middle_nT + self.scale_nT * fit.ellipsoid.centre
+        names = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
+        values = np.concatenate((offset_nT, gain * fit.ellipsoid.root[UPPER]))
+        units = np.array([self.scale_nT] * 3 + [gain] * 6)
+        parameters = dict(zip(names, values.tolist(), strict=True)) | {"noise_std_nT": fit.noise_std * self.scale_nT}
+        return Calibration(
+            name=name,
+            status=status,
+            offset_nT=offset_nT,
+            matrix=np.asarray(np.linalg.inv(gain * fit.ellipsoid.root)),
+            parameters=parameters,
+            covariance=fit.covariance * np.outer(units, units),
+            covariance_names=names,
+            history=fit.history,
+        )
+
+
+@njit(cache=True)
+def _moved(x: Array, middle: Array, scale: float) -> Array:
+    """(x - middle) / scale (n, 3)."""
+    out = np.empty((len(x), 3))
+    for i in range(len(x)):
+        for j in range(3):
+            out[i, j] = (x[i, j] - middle[j]) / scale
+    return out

@@ -1,0 +1,114 @@
+"""The loop of every search over a population: a move changes it, the loop remembers, records and stops."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ROUNDING = 1e-24
+"""A spread of costs below this is rounding, for costs of squared residuals of unit size."""
+
+
+class Space(Protocol):
+    """What is searched: bounds lower, upper (d,), equal where a parameter is fixed, and the cost of individuals."""
+
+    @property
+    def lower(self) -> Array:
+        """Least parameters (d,)."""
+
+    @property
+    def upper(self) -> Array:
+        """Greatest parameters (d,)."""
+
+    def costs(self, individuals: Array) -> Array:
+        """Costs (k,) of individuals (k, d)."""
+
+
+@dataclass(eq=False)
+class Population:
+    """Individuals x (k, d) with their cost (k,), and the place and cost that count as each one's best."""
+
+    x: Array
+    cost: Array
+    best: Array
+    best_cost: Array
+
+    @classmethod
+    def spread(cls, space: Space, count: int, rng: np.random.Generator) -> Population:
+        """Individuals even over the bounds."""
+        x = space.lower + rng.random((count, len(space.lower))) * (space.upper - space.lower)
+        cost = space.costs(x)
+        return cls(x, cost, x.copy(), cost.copy())
+
+    @property
+    def leader(self) -> int:
+        """Index of the individual with the best place."""
+        return int(self.best_cost.argmin())
+
+    def remember(self) -> None:
+        """Update each one's best with where it is."""
+        better = self.cost < self.best_cost
+        self.best[better] = self.x[better]
+        self.best_cost[better] = self.cost[better]
+
+    def forget(self) -> None:
+        """Let each one's best be where it is."""
+        self.best, self.best_cost = self.x, self.cost
+
+    def improve(self, trial: Array, cost: Array) -> None:
+        """Put each trial that costs no more in its parent's place."""
+        better = cost <= self.cost
+        self.x[better] = trial[better]
+        self.cost[better] = cost[better]
+
+    def settled(self, tolerance: float) -> bool:
+        """Whether sqrt(worst cost - best cost) is below this fraction of sqrt(best cost)."""
+        least = self.cost.min()
+        return bool(self.cost.max() - least <= max(tolerance**2 * least, ROUNDING))
+
+
+class Move(ABC):
+    """One generation: `advance` changes x and cost in place. `memory`: each individual remembers its best place."""
+
+    memory: ClassVar[bool] = False
+
+    def setup(self, population: Population, space: Space, rng: np.random.Generator) -> None:  # noqa: B027
+        """What a move draws once, before the first generation."""
+
+    @abstractmethod
+    def advance(self, population: Population, space: Space, generation: int, rng: np.random.Generator) -> None:
+        """The generation of that number, from 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """How a search went: its best individual (d,), the cost of its best after each generation, whether it settled."""
+
+    best: Array
+    costs: Array
+    settled: bool
+
+
+def search(
+    space: Space, move: Move, size: int, generations: int, rng: np.random.Generator, tolerance: float | None = None
+) -> Search:
+    """Move a population of that size for so many generations, fewer where it settles to the tolerance."""
+    population = Population.spread(space, size, rng)
+    move.setup(population, space, rng)
+    costs = []
+    for generation in range(generations):
+        move.advance(population, space, generation, rng)
+        if move.memory:
+            population.remember()
+        else:
+            population.forget()
+        costs.append(float(population.best_cost.min()))
+        if tolerance is not None and population.settled(tolerance):
+            break
+    best = population.best[population.leader].copy()
+    return Search(best, np.array(costs), len(costs) < generations)
