@@ -102,7 +102,7 @@ class Calibrator(ABC):
         result = self._failed(solved) if isinstance(solved, Status) else solved
         if not _finite(result):
             return self._failed(Status("not_converged", "the computation gave values that are not finite"))
-        if result.status.kind not in ("ok", "not_converged"):
+        if result.status.kind == "not_applicable":
             return result
         return self._judged(result, recording, reference)
 
@@ -117,6 +117,8 @@ class Calibrator(ABC):
         flat = flat_status(result, recording, residual_nT) if from_strength else None
         if flat is not None:
             return self._failed(flat, result.history)
+        if result.status.kind == "unobservable":
+            return result
         if not self.sequential:
             result = widened(result, residual_nT, vector=self._fits_vector)
         worse = None if "scalar" in self.needs else unsupported(result, residual_nT, reference)

@@ -41,10 +41,10 @@ def residual_of(fit: Calibration, recording: Recording, reference: Reference, *,
 def flat_status(fit: Calibration, recording: Recording, residual_nT: Array) -> Status | None:
     """Unobservable when a sensor's measurements leave a plane by no more than the noise that the fit tells, or leaves.
 
-    A fit that has not converged and tells no noise is not asked.
+    A fit that failed and tells no noise is not asked.
     """
     noise_nT = fit.parameters.get("noise_std_nT")
-    if noise_nT is None and fit.status.kind == "not_converged":
+    if noise_nT is None and fit.status.kind != "ok":
         return None
     if noise_nT is None:
         gain = float(np.linalg.norm(fit.matrix)) / np.sqrt(3.0)

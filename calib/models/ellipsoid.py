@@ -23,8 +23,9 @@ from calib.result import OFFSET_NAMES, Calibration, Status
 Array = NDArray[np.float64]
 SYMMETRIC_NAMES = ("S_xx", "S_xy", "S_xz", "S_yy", "S_yz", "S_zz")
 UPPER = np.triu_indices(3)
-DEFINITE = 1e-9
-"""A shape whose smallest eigenvalue is a smaller part of the largest is that of no ellipsoid."""
+DEFINITE = 1e-5
+"""A shape whose smallest eigenvalue is a smaller part of the largest, axes more than 316 to 1, is two planes that noise
+has bent, not an ellipsoid."""
 SHAPE_STEPS = np.array([shape_matrix(step) for step in np.eye(10)])
 LINEAR_STEPS, CONSTANT_STEP = np.eye(10)[:, 6:9], np.eye(10)[:, 9]
 """d (A, p, d) / d theta."""
@@ -140,7 +141,7 @@ def _parts(theta: Array) -> tuple[Array, Array, float]:
 
 
 def is_definite(shape: Array) -> bool:
-    """Whether a symmetric (3, 3) is positive definite beyond rounding."""
+    """Whether a symmetric (3, 3) is positive definite, see DEFINITE."""
     values = np.linalg.eigvalsh(shape)
     return bool(values[0] > DEFINITE * values[-1])
 

@@ -9,8 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Reference
-from calib.methods.ml_newton import MaximumLikelihoodNewton
-from calib.models.ellipsoid import Standardised, norm_coordinates, symmetric
+from calib.methods.ml_newton import MaximumLikelihoodNewton, two_step_start
+from calib.methods.twostep import TwoStep
+from calib.models.ellipsoid import Ellipsoid, Standardised, norm_coordinates, symmetric
 from calib.models.norm import noise_sums, norm_cost, norm_derivatives
 from scenarios.errors import InputError
 from sim.dataset import read_recording
@@ -170,3 +171,20 @@ def test_glider(realdata):
     assert raw_nT.std() / raw_nT.mean() > 0.04
     kind, share = spread(recording)
     assert (kind, share < 0.004) == ("ok", True)
+
+
+@pytest.mark.parametrize("motion", ["full", "pitch"])
+def test_without_the_two_step_s_ellipsoid_the_specific_fit_starts(motion, standard, monkeypatch):
+    recording = standard.recording(motion, 4)
+    usual = fit(recording, standard.REFERENCE)
+    monkeypatch.setattr(TwoStep, "estimate", lambda self, x: None)
+    x = Standardised.of(recording.mag_nT).x
+    start, noise_std = two_step_start(x)
+    started = Ellipsoid.of_norm(start)
+    scale_nT = Standardised.of(recording.mag_nT).scale_nT
+    assert noise_std * scale_nT == pytest.approx(standard.NOISE_STD_NT, rel=0.1)
+    offset_nT = recording.mag_nT.mean(axis=0) + scale_nT * started.centre
+    np.testing.assert_allclose(offset_nT, standard.HARD_NT, atol=100.0)
+    other = fit(recording, standard.REFERENCE)
+    assert other.status.kind == usual.status.kind == "ok"
+    np.testing.assert_allclose(other.offset_nT, usual.offset_nT, atol=1e-3)

@@ -106,3 +106,29 @@ def test_cave_compasses(realdata):
         strength_nT = float(np.median(np.linalg.norm(recording.mag_nT, axis=1)))
         corrected_nT = np.linalg.norm(TwoStep().fit(recording, Reference(strength_nT)).apply(recording), axis=1)
         assert corrected_nT.std() / corrected_nT.mean() < 0.0015
+
+
+def test_steps_go_on_until_one_is_short_and_no_longer(standard):
+    """Of each round only the last step is below the tolerance, and rounds end when one moves by less."""
+    x = points(standard)
+    rough, usual, fine = (TwoStep(rounds=20, tolerance=t).estimate(x) for t in (1e9, 1e-3, 1e-8))
+    assert len(rough.history) == 1
+    assert len(usual.history) < len(fine.history) < 20 * 30
+    for estimate, tolerance in ((usual, 1e-3), (fine, 1e-8)):
+        assert estimate.settled
+        assert estimate.history[-1] < tolerance
+        assert estimate.history[0] > tolerance
+    assert TwoStep(rounds=6).estimate(x).history == usual.history
+    assert usual.centred.length(usual.theta, usual.theta - fine.theta) < 2e-3
+
+
+def test_each_round_ends_with_its_first_short_step(standard):
+    x = points(standard)
+    theta = first_step(x)
+    _, lengths, settled = TwoStep()._second_step(Centred.of(x, theta, 0.0), theta)
+    assert settled
+    assert lengths[-1] < TwoStep.tolerance
+    assert all(length >= TwoStep.tolerance for length in lengths[:-1])
+    one = TwoStep(iterations=len(lengths) - 1)._second_step(Centred.of(x, theta, 0.0), theta)
+    assert not one[2]
+    assert len(one[1]) == len(lengths) - 1
