@@ -36,6 +36,7 @@ README = DOCS.parent / "README.md"
 COUNTS = {"effects": len(EFFECTS), "(?:calibrators|methods)": len(CALIBRATORS)}
 """What README counts."""
 MARKS = re.compile(r"(<!-- table: ([\w-]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+WORD = re.compile(r"-?\w+(?:\.\w+)*")
 STAGES = ("field", "vehicle", "sensor", "electronics")
 KEY_HEADS = ("key", "value", "default", "range", "meaning")
 TRACKED = (
@@ -80,14 +81,14 @@ def write_all() -> None:
 def stale(page: str, made: str) -> list[str]:
     """Lines of a page that the page as made today does not hold; a list of names in a line may have grown."""
     lines = made.splitlines()
-    known, grown = set(lines), [re.split(r", | ", line) for line in lines if line not in page]
+    known, grown = set(lines), [WORD.findall(line) for line in lines if line not in page]
     return [line for line in page.splitlines() if line not in known and not any(_within(line, one) for one in grown)]
 
 
-def _within(line: str, parts: list[str]) -> bool:
-    """Whether the parts of a line come in this order among others."""
-    rest = iter(parts)
-    return all(part in rest for part in re.split(r", | ", line))
+def _within(line: str, words: list[str]) -> bool:
+    """Whether the words of a line come in this order among others."""
+    rest = iter(words)
+    return all(part in rest for part in WORD.findall(line))
 
 
 # effects

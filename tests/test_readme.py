@@ -162,10 +162,10 @@ def test_the_vehicles_track_as_the_page_says() -> None:
 
 
 def test_a_row_that_changed_is_stale_and_one_that_was_added_is_not() -> None:
-    page = "| a | one |\n| b | two |\nnames: a, b\n"
-    assert not tables.stale(page, "| a | one |\n| new | three |\n| b | two |\nnames: a, new, b\n")
-    assert tables.stale(page, "| a | one |\n| b | 2 |\nnames: a, b\n") == ["| b | two |"]
-    assert tables.stale(page, "| a | one |\nnames: a\n") == ["| b | two |", "names: a, b"]
+    page = "| a | one |\n| b | -2.5 |\nnames (a, b).\n"
+    assert not tables.stale(page, "| a | one |\n| new | three |\n| b | -2.5 |\nnames (a, new, b).\n")
+    assert tables.stale(page, "| a | one |\n| b | 2.5 |\nnames (a, b).\n") == ["| b | -2.5 |"]
+    assert tables.stale(page, "| a | one |\nnames (a).\n") == ["| b | -2.5 |", "names (a, b)."]
 
 
 def test_the_pages_hold_all_that_was_there_when_they_were_made() -> None:
