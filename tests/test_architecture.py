@@ -28,51 +28,19 @@ MOST_TOKENS, MOST_COMPLEXITY = 300, 10
 
 CIRCLES_LEFT: set[str] = {
     "calib",
-    "validation/diagnosis",
 }
 LONG_LEFT: set[str] = {
-    "__main__.main",
-    "battery.battery",
-    "candidates.proposed",
-    "compare._judged",
-    "confirm.confirmed",
     "de_turntable.__init__",
-    "diagnosis.draw_gap",
-    "diagnosis.draw_map",
     "ellipsoid_segmented._together",
     "gradiometer_spread.of",
     "kalman.track",
-    "motion.flown",
-    "patch.refined",
-    "problem._strength",
-    "score.figures",
-    "search.places",
-    "select.base_changes",
-    "select.select",
     "simulate.blocks",
     "sphere._covariance",
     "sphere._solve",
     "tolles_lawson._solve",
     "vector_lm._solve",
-    "verdict.advice_for",
-    "verdict.verdict_of",
-    "workflow._mimics",
-    "workflow._noise",
-    "workflow.diagnose",
 }
-NAMES_LEFT: set[str] = {
-    "validation/diagnosis/decision/select.py",
-    "validation/diagnosis/decision/verdict.py",
-    "validation/diagnosis/evidence/direct.py",
-    "validation/diagnosis/evidence/noise.py",
-    "validation/diagnosis/library/candidates.py",
-    "validation/diagnosis/library/search.py",
-    "validation/diagnosis/repair/confirm.py",
-    "validation/diagnosis/repair/model.py",
-    "validation/diagnosis/repair/patch.py",
-    "validation/diagnosis/workflow.py",
-    "validation/views/series.py",
-}
+NAMES_LEFT: set[str] = set()
 WORDS = {
     "validation/reproduce/ding2021/rows.py": {"scale", "misalignment"},
     "validation/inspection/frames.py": {"scale"},
