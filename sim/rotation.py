@@ -27,7 +27,7 @@ def matrix_from_q(q: Array) -> Array:
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def to_body(R_wb: Array, v_world: Array) -> Array:
     """R_wb^T v: world vectors (n, 3), or (1, 3) for one and the same, into body frames (n, 3)."""
     out = np.empty((R_wb.shape[0], 3))

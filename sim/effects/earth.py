@@ -9,10 +9,11 @@ import numpy as np
 
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
 from sim.effects.clues import THE_TRACK_AGAIN, Clues
-from sim.effects.kernels import times, turn_to_body
+from sim.effects.kernels import times
 from sim.effects.rotation import rotation
 from sim.effects.values import Mat3, Quantity, Vec3
 from sim.portable import product
+from sim.rotation import to_body
 from sim.state import Array, State
 
 UNIT_GRADIENTS: tuple[Mat3, ...] = (
@@ -51,7 +52,7 @@ class DiurnalDrift(Effect):
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         phase = math.radians(self.phase_deg)
         course = np.sin((2 * math.pi / self.period_s) * state.time_s + phase) - math.sin(phase)
-        return turn_to_body(state.R_wb, course[:, None] * array(self.amplitude_enu_nT))
+        return np.asarray(to_body(state.R_wb, course[:, None] * array(self.amplitude_enu_nT)))
 
 
 @frozen
@@ -93,7 +94,7 @@ class FieldGradient(Effect):
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         way = state.pos_enu_m - array(self.origin_enu_m)
-        return turn_to_body(state.R_wb, times(array(self.gradient_nT_m), way))
+        return np.asarray(to_body(state.R_wb, times(array(self.gradient_nT_m), way)))
 
 
 @frozen
@@ -124,4 +125,4 @@ class AttitudeMisalignment(Effect):
         if state.attitude == "truth":
             return np.zeros((len(state), 3))
         change = (rotation(self.angles_deg) - np.eye(3)) @ state.field_enu_nT
-        return turn_to_body(state.R_wb, change[None, :])
+        return np.asarray(to_body(state.R_wb, change[None, :]))

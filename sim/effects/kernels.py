@@ -22,19 +22,6 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
 
 
 @kernel
-def turn_to_body(R_wb: Array, world: Array) -> Array:
-    """R_wb^T v for each sample: R_wb (n, 3, 3), world (n, 3) or (1, 3) for a constant vector; gives (n, 3)."""
-    n = len(R_wb)
-    one = len(world) == 1
-    body = np.empty((n, 3))
-    for i in range(n):
-        k = 0 if one else i
-        for j in range(3):
-            body[i, j] = R_wb[i, 0, j] * world[k, 0] + R_wb[i, 1, j] * world[k, 1] + R_wb[i, 2, j] * world[k, 2]
-    return body
-
-
-@kernel
 def times(matrix: Array, signal: Array) -> Array:
     """matrix @ signal for each sample: matrix (3, 3), signal (n, 3)."""
     product = np.empty((len(signal), 3))

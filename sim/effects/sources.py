@@ -10,9 +10,10 @@ import numpy as np
 from scenarios.errors import InputError
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import THE_TRACK_AGAIN, Clues
-from sim.effects.kernels import kernel, turn_to_body
+from sim.effects.kernels import kernel
 from sim.effects.values import Quantity, Vec3
 from sim.portable import extended
+from sim.rotation import to_body
 from sim.state import Array, State
 
 MU0_4PI_nT = 100.0
@@ -58,7 +59,7 @@ class LocalDipole(Effect):
                 where="effects.local_dipole.position_enu_m",
                 do="move the source or the path",
             )
-        return turn_to_body(state.R_wb, world)
+        return np.asarray(to_body(state.R_wb, world))
 
 
 def dipole_field_nT(way_m: Array, moment_A_m2: Array) -> Array:

@@ -55,8 +55,13 @@ def find_gaps(time_s: Array) -> list[Gap]:
     step = np.diff(time_s)
     if len(step) < 2:
         return []
-    long = step > LONGEST_USUAL * max(float(np.median(step)), float(np.quantile(step, 0.95)))
+    long = step > _longest_usual(step)
     return [Gap(float(t), float(s)) for t, s in zip(time_s[:-1][long], step[long], strict=True)]
+
+
+def _longest_usual(step: Array) -> float:
+    """The longest of intervals (n,) that is no gap."""
+    return LONGEST_USUAL * float(max(np.median(step), np.quantile(step, 0.95)))
 
 
 def _samples(stamps: Array, time_s: Array) -> Finding:
@@ -79,7 +84,7 @@ def _jitter(time_s: Array) -> Finding:
     """Rms deviation of the intervals from their median, gaps left out."""
     step = np.diff(time_s)
     usual = float(np.median(step))
-    kept = step[step <= LONGEST_USUAL * max(usual, float(np.quantile(step, 0.95)))]
+    kept = step[step <= _longest_usual(step)]
     jitter_s = float(np.sqrt(np.mean((kept - usual) ** 2)))
     share = jitter_s / usual
     if share < CONSTANT_JITTER:

@@ -9,13 +9,25 @@ import pytest
 from scipy.signal import lfilter
 
 from calib import get
-from calib.numerics.colour import inflation, lasting_variance
+from calib.numerics.colour import BLOCKS, inflation, lasting_variance, white_ratios
 from sim.dataset import Recording
 
 
 def test_white_residuals_are_left_alone() -> None:
     factors = [inflation(np.random.default_rng(seed).standard_normal((3600, 3))) for seed in range(200)]
     assert np.mean(np.array(factors) > 1.0) < 0.02
+
+
+def test_sums_over_blocks_tell_the_same_inflation() -> None:
+    """As many samples a block as in 20, 50 and 200 blocks; the residual's mean is taken out before."""
+    drift = 0.2 * np.sin(np.arange(4000) / 500)
+    residual = np.random.default_rng(0).standard_normal((4000, 3)) + drift[:, None]
+    residual -= residual.mean(axis=0)
+    residual /= residual.std()
+    sums = {n: residual.reshape(n, -1, 3).sum(axis=1) for n in BLOCKS}
+    ratios = [white_ratios(total, np.full(n, 4000 / n)).mean() for n, total in sums.items()]
+    assert max(ratios) > 2
+    assert max(ratios) == pytest.approx(inflation(residual), rel=1e-6)
 
 
 def test_coloured_residuals_count_as_many_fewer_samples() -> None:
