@@ -29,14 +29,15 @@ KNOWN = 1
 class Motion:
     """True motion at the n sample times of a block; all of one phase.
 
-    time_s (n,); kinematics of the body frame; R_wb (n, 3, 3); current_A (n, m); reference (n, 18), what guidance
-    followed; phase: its index in the scenario; phase_time_s (n,) since the phase began.
+    time_s (n,); kinematics of the body frame; R_wb (n, 3, 3); current_A (n, m); channels: the vehicle's own, each (n,);
+    reference (n, 18), what guidance followed; phase: its index in the scenario; phase_time_s (n,) since it began.
     """
 
     time_s: Array
     kinematics: Kinematics
     R_wb: Array
     current_A: Array
+    channels: dict[str, Array]
     reference: Array
     phase: int
     phase_time_s: Array
@@ -144,5 +145,6 @@ def _motion(loop: Loop, log: Log, reference: Array, begin: int, phase: int, phas
     n = len(log.qpos)
     time_s: Array = STEP_S * (begin + loop.every * np.arange(n, dtype=np.float64))
     kinematics = loop.vehicle.kinematics(loop.model, log)
-    currents = loop.vehicle.currents_A(log.ctrl)
-    return Motion(time_s, kinematics, matrix_from_q(kinematics.q), currents, reference[:n], phase, phase_time_s[:n])
+    R_wb = matrix_from_q(kinematics.q)
+    currents_A, channels = loop.vehicle.currents_A(log.ctrl), loop.vehicle.channels(log)
+    return Motion(time_s, kinematics, R_wb, currents_A, channels, reference[:n], phase, phase_time_s[:n])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from scenarios.vary import apply_vary, values_at
 from sim import effects as effect_table
@@ -34,7 +36,7 @@ from sim.instruments import Instruments
 from sim.motion import Motion, drive
 from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body, to_world
 from sim.scenario import Scenario, SensorSpec
-from sim.state import Array, State
+from sim.state import MOTION, TEMPERATURE, Array, State, current_name, currents_of, missing_channel
 from sim.streams import stream
 from sim.thermal import Thermometer
 from sim.vehicles import VEHICLES
@@ -67,8 +69,9 @@ class Plan:
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of the run's file."""
-        motors = VEHICLES[self.scenario.vehicle.kind].motors
-        return columns(sensors=len(self.effects), motors=motors, effects=self.effects_named)
+        vehicle = VEHICLES[self.scenario.vehicle.kind]
+        own = [Column(name, unit, meaning, "channel") for name, (unit, meaning) in vehicle.own_channels.items()]
+        return columns(sensors=len(self.effects), motors=vehicle.motors, channels=own, effects=self.effects_named)
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -84,11 +87,26 @@ class Plan:
 
 
 def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> Plan:
-    """Draw the values that vary from run to run, and build the effects; raises InputError for a bad effect table."""
+    """Draw the values that vary from run to run; InputError for an effect on a channel that the vehicle has not."""
     seed = scenario.seed if seed is None else seed
     drawn = apply_vary(scenario, stream(seed, run, "vary"))
     effects = tuple(drawn.chain(index) for index in range(len(drawn.sensors)))
+    _check_channels(drawn.vehicle.kind, chain.from_iterable(effects))
     return Plan(scenario, drawn, run, seed, earth_field_enu_nT(drawn.field), effects)
+
+
+def channels_of(vehicle: str) -> tuple[str, ...]:
+    """The channels that a simulation with this kind of vehicle gives."""
+    cls = VEHICLES[vehicle]
+    return (TEMPERATURE, *(current_name(motor) for motor in range(1, cls.motors + 1)), *cls.own_channels)
+
+
+def _check_channels(vehicle: str, effects: Iterable[Effect]) -> None:
+    there = dict.fromkeys(channels_of(vehicle))
+    for effect in effects:
+        for name in sorted(set(effect.needs) - MOTION - set(there)):
+            problem, place = missing_channel(name, there), f"effects.{effect.name}"
+            raise InputError(f"{problem.what}, which the {vehicle} has not", where=place, do=problem.do)
 
 
 def blocks(plan: Plan, watch: Callable[[Motion], object] = lambda motion: None) -> Iterator[Block]:
@@ -105,11 +123,12 @@ def blocks(plan: Plan, watch: Callable[[Motion], object] = lambda motion: None) 
         watch(motion)
         temperature = thermometer.temperature_degC(-motion.kinematics.pos_enu_m[:, 2], motion.current_A)
         block = _measured(instruments.measure(motion, temperature))
+        block |= motion.channels
         block["time_s"] = motion.time_s
         block["phase"] = np.full(len(motion.time_s), scenario.phases[motion.phase].label)
-        for k, (chain, sensor) in enumerate(zip(chains, scenario.sensors, strict=True)):
+        for k, (effects, sensor) in enumerate(zip(chains, scenario.sensors, strict=True)):
             state = _state(plan, motion, sensor, temperature, interval_s)
-            mag, labels = chain.apply(state)
+            mag, labels = effects.apply(state)
             number = k + 1 if len(chains) > 1 else None
             block |= _columns(mag_names(number), mag)
             for name in plan.effects_named:
@@ -134,8 +153,7 @@ def _state(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Arr
         field_enu_nT=plan.field_enu_nT,
         field_nT=field,
         field_rate_nT_s=-cross(k.rate_rad_s, field),
-        temperature_degC=temperature_degC,
-        current_A=motion.current_A,
+        channels={TEMPERATURE: temperature_degC, **currents_of(motion.current_A), **motion.channels},
     )
 
 
@@ -149,13 +167,13 @@ def _alignment_q(effects: tuple[Effect, ...]) -> Array:
 
 
 def _measured(values: dict[str, Array]) -> Block:
-    block: Block = {"temperature_degC": values["temperature_degC"]}
+    block: Block = {TEMPERATURE: values["temperature_degC"]}
     for key, group in (
         *(("gyro_rad_s", GYRO), ("accel_m_s2", ACCEL)),
         *(("att_q", ATTITUDE), ("pos_enu_m", POSITION)),
     ):
         block |= _columns(group, values[key])
-    return block | {f"current_{i + 1}_A": c for i, c in enumerate(values["current_A"].T)}
+    return block | currents_of(values["current_A"])
 
 
 def _columns(labels: tuple[str, ...], values: Array) -> Block:

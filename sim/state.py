@@ -2,32 +2,51 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import count, takewhile
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.errors import InputError
+
 Array = NDArray[np.float64]
+MOTION = frozenset({"attitude", "rate", "position"})
+"""What an effect may need of the motion; whatever else it needs is a channel."""
+TEMPERATURE = "temperature_degC"
+"""The channel of the magnetometer's temperature."""
+
+
+def current_name(motor: int) -> str:
+    """The channel of a motor's current, motors counted from 1."""
+    return f"current_{motor}_A"
+
+
+def currents_of(current_A: Array) -> dict[str, Array]:
+    """Motor currents (n, m) as channels."""
+    return {current_name(motor): values for motor, values in enumerate(current_A.T, start=1)}
 
 
 @dataclass(frozen=True)
 class State:
     """The vehicle and its surroundings at one magnetometer's n sample times (a block of a run).
 
-    ================  =========  =======================================================================
-    time_s            (n,)       since the start of the run, evenly spaced
-    interval_s        float      sample interval
-    pos_enu_m         (n, 3)     of the magnetometer (lever arm included)
-    R_wb              (n, 3, 3)  body (FLU) to world (ENU)
-    rate_rad_s        (n, 3)     body rate, body frame
-    field_enu_nT      (3,)       undisturbed Earth field
-    field_nT          (n, 3)     undisturbed field in the body frame, R_wb^T field_enu_nT
-    field_rate_nT_s   (n, 3)     its time derivative in the body frame, -rate x field
-    temperature_degC  (n,)       of the magnetometer
-    current_A         (n, m)     motor currents
-    attitude          str        where R_wb comes from: the simulator's truth, or a recording's navigation
-    ================  =========  =======================================================================
+    ================  ============  ====================================================================
+    time_s            (n,)          since the start of the run, evenly spaced
+    interval_s        float         sample interval
+    pos_enu_m         (n, 3)        of the magnetometer (lever arm included)
+    R_wb              (n, 3, 3)     body (FLU) to world (ENU)
+    rate_rad_s        (n, 3)        body rate, body frame
+    field_enu_nT      (3,)          undisturbed Earth field
+    field_nT          (n, 3)        undisturbed field in the body frame, R_wb^T field_enu_nT
+    field_rate_nT_s   (n, 3)        its time derivative in the body frame, -rate x field
+    channels          name -> (n,)  whatever else is simulated or recorded, by the name of its column, unit included:
+                                    temperature_degC of the magnetometer, current_1_A, ..., any column of a log
+    attitude          str           where R_wb comes from: the simulator's truth, or a recording's navigation
+    ================  ============  ====================================================================
     """
 
     time_s: Array
@@ -38,9 +57,26 @@ class State:
     field_enu_nT: Array
     field_nT: Array
     field_rate_nT_s: Array
-    temperature_degC: Array
-    current_A: Array
+    channels: Mapping[str, Array] = field(default_factory=dict)
     attitude: Literal["truth", "navigation"] = "truth"
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    def channel(self, name: str) -> Array:
+        """A channel (n,); InputError that lists those there are."""
+        if name not in self.channels:
+            raise missing_channel(name, self.channels)
+        return self.channels[name]
+
+    @cached_property
+    def current_A(self) -> Array:
+        """The motors' currents (n, m), m = 0 without any."""
+        names = takewhile(self.channels.__contains__, map(current_name, count(1)))
+        columns = [self.channels[name] for name in names]
+        return np.column_stack(columns) if columns else np.zeros((len(self), 0))
+
+
+def missing_channel(name: str, there: Mapping[str, object]) -> InputError:
+    """What is said where an effect needs a channel that nobody gives."""
+    return InputError(f"needs the channel {name!r}", do="the channels are " + (", ".join(there) or "none"))

@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.numerics.rates import body_rate
 from sim.dataset import Recording
-from sim.dataset.assemble import recording_of
+from sim.dataset.assemble import recording_of, scalars_of
 from sim.processes import GaussMarkov
 from sim.rotation import matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import Scenario, load
@@ -58,8 +58,7 @@ def _true_state(whole: dict[str, Array], recording: Recording, field_enu_nT: Arr
         field_enu_nT=field_enu_nT,
         field_nT=field_nT,
         field_rate_nT_s=-np.cross(rate, field_nT),
-        temperature_degC=whole["temperature_degC"],
-        current_A=recording.current_A,
+        channels=scalars_of(recording),
         attitude="navigation",
     )
 

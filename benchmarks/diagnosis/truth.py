@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from sim import effects as effect_table
 from sim.chain import apply_deterministic
-from sim.state import Array, State
+from sim.state import TEMPERATURE, Array, State
 
 NOISE_NT = 2.0
 BASE: dict[str, Any] = {
@@ -139,13 +139,13 @@ def hidden(name: str, strength: float, seed: int, state: State) -> Tables:
 
 def felt_by(name: str, state: State) -> State:
     """The state with a temperature that the sensor feels through two lags, 10 s and 2 s."""
-    if not name.startswith("temperature"):
+    if TEMPERATURE not in effect_table.BY_NAME[name].needs:
         return state
-    late = state.temperature_degC
+    late = state.channel(TEMPERATURE)
     for lag_s in (10.0, 2.0):
         p = np.exp(-state.interval_s / lag_s)
         late, _ = lfilter([1 - p], [1, -p], late, zi=[p * late[0]])
-    return replace(state, temperature_degC=np.asarray(late))
+    return replace(state, channels={**state.channels, TEMPERATURE: np.asarray(late)})
 
 
 def strength_of(tables: Tables, state: State) -> float:

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.dataset.columns import (
-    ACCEL,
-    ATTITUDE,
-    GYRO,
     POSITION,
+    SIGNAL,
+    SIGNALS,
     TRUE_ATTITUDE,
     TRUE_FIELD,
     TRUE_POSITION,
+    Signal,
     effect_names,
     effects_among,
     group_of,
@@ -31,20 +31,9 @@ def recording_of(named: Named) -> Recording:
     """The recording in named columns; truth is left out, a vector with a missing component is None."""
     sensors = numbers("mag", tuple(named))
     array = np.stack([_stack(named, mag_names(k)) for k in sensors]) if sensors else None
-    motors = tuple(f"current_{i}_A" for i in numbers("current", tuple(named)))
-    return Recording(
-        time_s=named["time_s"],
-        mag_nT=_stack(named, mag_names()) if array is None else array[0],
-        gyro_rad_s=_optional(named, GYRO),
-        accel_m_s2=_optional(named, ACCEL),
-        att_q=_optional(named, ATTITUDE),
-        pos_enu_m=_optional(named, POSITION),
-        temperature_degC=named.get("temperature_degC"),
-        current_A=_stack(named, motors) if motors else None,
-        phase=named.get("phase"),
-        channels=_channels(named),
-        array_mag_nT=array,
-    )
+    held: dict[str, Any] = {signal.field: _signal(named, signal) for signal in SIGNALS if signal.group != "mag"}
+    mag_nT = _stack(named, mag_names()) if array is None else array[0]
+    return Recording(**held, mag_nT=mag_nT, channels=_channels(named), array_mag_nT=array)
 
 
 def truth_of(named: Named, parameters: dict[str, Any]) -> Truth:
@@ -67,21 +56,25 @@ def truth_of(named: Named, parameters: dict[str, Any]) -> Truth:
 
 def arrays_of(recording: Recording) -> dict[str, NDArray[Any]]:
     """The inverse of `recording_of`: the columns that a recording fills."""
-    named: dict[str, NDArray[Any]] = {"time_s": recording.time_s}
-    if recording.array_mag_nT is None:
-        named |= _split(mag_names(), recording.mag_nT)
-    else:
-        for k, field_nT in enumerate(recording.array_mag_nT, start=1):
-            named |= _split(mag_names(k), field_nT)
-    named |= _split(GYRO, recording.gyro_rad_s) | _split(ACCEL, recording.accel_m_s2)
-    named |= _split(ATTITUDE, recording.att_q) | _split(POSITION, recording.pos_enu_m)
-    if recording.temperature_degC is not None:
-        named["temperature_degC"] = recording.temperature_degC
-    if recording.current_A is not None:
-        motors = range(1, recording.current_A.shape[1] + 1)
-        named |= _split([f"current_{i}_A" for i in motors], recording.current_A)
-    if recording.phase is not None:
-        named["phase"] = recording.phase
+    array = recording.array_mag_nT
+    sensors: dict[int | None, Array] = {None: recording.mag_nT} if array is None else dict(enumerate(array, start=1))
+    named: dict[str, NDArray[Any]] = {}
+    for signal in SIGNALS:
+        values = getattr(recording, signal.field)
+        if signal.group == "mag":
+            for number, field_nT in sensors.items():
+                named |= _split(mag_names(number), field_nT)
+        elif values is not None:
+            named |= _split(_names(signal, values), values)
+    return named | recording.channels
+
+
+def scalars_of(recording: Recording) -> dict[str, Array]:
+    """What effects may depend on beside the motion: temperature, motor currents and every other channel, each (n,)."""
+    held = ((SIGNAL[group], getattr(recording, SIGNAL[group].field)) for group in ("temperature", "current"))
+    named: dict[str, Array] = {}
+    for signal, values in held:
+        named |= {} if values is None else _split(_names(signal, values), values)
     return named | recording.channels
 
 
@@ -89,8 +82,21 @@ def _stack(named: Named, names: Sequence[str]) -> Array:
     return np.column_stack([named[name] for name in names])
 
 
-def _optional(named: Named, names: Sequence[str]) -> Array | None:
-    return _stack(named, names) if all(name in named for name in names) else None
+def _signal(named: Named, signal: Signal) -> NDArray[Any] | None:
+    """A signal's columns as the recording keeps them: (n,) of one column, (n, m) of several; None if one is missing."""
+    if signal.number:
+        names = [name for k in numbers(signal.group, tuple(named)) for name in signal.names(k)]
+        return _stack(named, names) if names else None
+    if not all(name in named for name in signal.columns):
+        return None
+    return named[signal.columns[0]] if len(signal.columns) == 1 else _stack(named, signal.columns)
+
+
+def _names(signal: Signal, values: NDArray[Any]) -> list[str]:
+    """The columns that values (n,) or (n, m) of a signal fill."""
+    if signal.number:
+        return [name for k in range(1, values.shape[1] + 1) for name in signal.names(k)]
+    return list(signal.columns)
 
 
 def _channels(named: Named) -> dict[str, Array]:
@@ -99,5 +105,5 @@ def _channels(named: Named) -> dict[str, Array]:
     return {name: values for name, values in named.items() if group_of(name) == "channel" or name in partial}
 
 
-def _split(names: Sequence[str], values: NDArray[Any] | None) -> dict[str, NDArray[Any]]:
-    return {} if values is None else dict(zip(names, values.T, strict=True))
+def _split(names: Sequence[str], values: NDArray[Any]) -> dict[str, NDArray[Any]]:
+    return dict(zip(names, [values] if values.ndim == 1 else values.T, strict=True))

@@ -1,4 +1,4 @@
-"""The one table of columns: name, unit, meaning and group of everything a file holds."""
+"""The one table of signals and columns: name, unit, meaning and group of everything a file holds."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import pyarrow as pa
 
 from sim.dataset.recording import Recording
+from sim.state import TEMPERATURE
 
 XYZ = ("x", "y", "z")
 GYRO = tuple(f"gyro_{a}_rad_s" for a in XYZ)
@@ -18,17 +19,9 @@ POSITION = tuple(f"pos_{a}_m" for a in ("east", "north", "up"))
 TRUE_FIELD = tuple(f"true_field_{a}_nT" for a in XYZ)
 TRUE_ATTITUDE = tuple(f"true_q{a}" for a in "wxyz")
 TRUE_POSITION = tuple(f"true_pos_{a}_m" for a in ("east", "north", "up"))
-RECORDING_GROUPS = ("time", "mag", "gyro", "accel", "attitude", "position", "temperature", "current", "phase")
-GROUPS = (*RECORDING_GROUPS, "channel", "truth", "effect")
 
 _TRUTH = re.compile(r"true_|effect[1-9]?_")
 _EFFECT = re.compile(r"effect([1-9]?)_(.+)_[xyz]_nT")
-_FIXED = {"time_s": "time", "temperature_degC": "temperature", "phase": "phase"} | {
-    name: group
-    for group, names in (("gyro", GYRO), ("accel", ACCEL), ("attitude", ATTITUDE), ("position", POSITION))
-    for name in names
-}
-_NUMBERED = {"mag": re.compile(r"mag([1-9]?)_[xyz]_nT"), "current": re.compile(r"current_([1-9]\d*)_A")}
 
 
 @dataclass(frozen=True)
@@ -41,6 +34,67 @@ class Column:
     group: str
 
 
+@dataclass(frozen=True)
+class Signal:
+    """One thing that a recording holds: the field of Recording that keeps it, its columns, their unit and meaning.
+
+    Where there may be several, {} stands in the columns for the number and in the meaning for `several`, which says
+    of what; `number` is the pattern of the numbers.
+    """
+
+    group: str
+    field: str
+    columns: tuple[str, ...]
+    unit: str
+    meaning: str
+    number: str = ""
+    several: str = ""
+
+    def names(self, number: int | None = None) -> tuple[str, ...]:
+        """The columns, of one number where there are several."""
+        return tuple(name.format(number or "") for name in self.columns)
+
+    def table(self, number: int | None = None) -> list[Column]:
+        """The columns with what each means."""
+        meaning = self.meaning.format(self.several.format(number) if number else "")
+        names = self.names(number)
+        parts = [f": {_component(name)}" if len(names) > 1 else "" for name in names]
+        return [Column(name, self.unit, meaning + part, self.group) for name, part in zip(names, parts, strict=True)]
+
+    def number_in(self, name: str) -> str | None:
+        """The number in a name of one of the columns, empty for one that has none; None for another name."""
+        for column in self.columns:
+            match = re.fullmatch(re.escape(column).replace(r"\{\}", f"({self.number})"), name)
+            if match:
+                return match[1] if self.number else ""
+        return None
+
+
+SIGNALS = (
+    Signal("time", "time_s", ("time_s",), "s", "time since the start"),
+    Signal(
+        *("mag", "mag_nT", tuple(f"mag{{}}_{a}_nT" for a in XYZ), "nT", "measured field{}, body frame (FLU)"),
+        number="[1-9]?",
+        several=" of sensor {}",
+    ),
+    Signal("gyro", "gyro_rad_s", GYRO, "rad/s", "measured body rate, body frame"),
+    Signal("accel", "accel_m_s2", ACCEL, "m/s^2", "measured specific force, body frame"),
+    Signal("attitude", "att_q", ATTITUDE, "1", "navigation's attitude, quaternion w x y z, body to world (ENU)"),
+    Signal("position", "pos_enu_m", POSITION, "m", "navigation's position, ENU"),
+    Signal("temperature", "temperature_degC", (TEMPERATURE,), "degC", "measured temperature of the magnetometer"),
+    Signal(
+        *("current", "current_A", ("current_{}_A",), "A", "measured current{}"),
+        number=r"[1-9]\d*",
+        several=" of motor {}",
+    ),
+    Signal("phase", "phase", ("phase",), "", "phase of the motion"),
+)
+"""What a recording holds, in the order of a file; any other column is a channel."""
+SIGNAL = {signal.group: signal for signal in SIGNALS}
+RECORDING_GROUPS = tuple(SIGNAL)
+GROUPS = (*RECORDING_GROUPS, "channel", "truth", "effect")
+
+
 def is_truth(name: str) -> bool:
     """Whether only a simulator knows the column: `true_…` and `effect…`."""
     return _TRUTH.match(name) is not None
@@ -50,14 +104,12 @@ def group_of(name: str) -> str:
     """Group of a column by its name; what is in no table is a channel."""
     if is_truth(name):
         return "truth" if name.startswith("true_") else "effect"
-    if name in _FIXED:
-        return _FIXED[name]
-    return next((group for group, pattern in _NUMBERED.items() if pattern.fullmatch(name)), "channel")
+    return next((signal.group for signal in SIGNALS if signal.number_in(name) is not None), "channel")
 
 
 def mag_names(sensor: int | None = None) -> tuple[str, ...]:
     """The three columns of the magnetometer, or of sensor 1, 2, … of an array."""
-    return tuple(f"mag{sensor or ''}_{a}_nT" for a in XYZ)
+    return SIGNAL["mag"].names(sensor)
 
 
 def effect_names(effect: str, sensor: int | None = None) -> tuple[str, ...]:
@@ -67,8 +119,8 @@ def effect_names(effect: str, sensor: int | None = None) -> tuple[str, ...]:
 
 def numbers(group: str, names: Sequence[str]) -> tuple[int, ...]:
     """The numbers in use among `names`: sensors of an array (`mag1_…`) or motors (`current_1_A`), ascending."""
-    found = (_NUMBERED[group].fullmatch(name) for name in names)
-    return tuple(sorted({int(match[1]) for match in found if match and match[1]}))
+    found = (SIGNAL[group].number_in(name) for name in names)
+    return tuple(sorted({int(number) for number in found if number}))
 
 
 def effects_among(names: Sequence[str]) -> tuple[str, ...]:
@@ -77,14 +129,20 @@ def effects_among(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(match[2] for match in found if match))
 
 
-def columns(*, sensors: int = 1, motors: int = 0, effects: Sequence[str] = ()) -> tuple[Column, ...]:
+def columns(
+    *, sensors: int = 1, motors: int = 0, channels: Sequence[Column] = (), effects: Sequence[str] = ()
+) -> tuple[Column, ...]:
     """Every column of a simulated run, in the order of the file.
 
     sensors : magnetometers; from two on their columns are numbered from 1.
-    effects : names in the order of the chain.
+    channels : columns of the vehicle's own. effects : names in the order of the chain.
     """
     which: list[int | None] = [None] if sensors == 1 else list(range(1, sensors + 1))
-    return (*_recorded(which, motors), *_known(), *_labels(which, effects))
+    every: dict[str, Sequence[int | None]] = {"mag": which, "current": range(1, motors + 1)}
+    recorded = [
+        column for signal in SIGNALS for number in every.get(signal.group, [None]) for column in signal.table(number)
+    ]
+    return (*recorded, *channels, *_known(), *_labels(which, effects))
 
 
 def schema(table: Sequence[Column]) -> pa.Schema:
@@ -105,31 +163,10 @@ def columns_of(recording: Recording) -> tuple[Column, ...]:
     """The columns that a recording fills, channels last."""
     sensors = 1 if recording.array_mag_nT is None else len(recording.array_mag_nT)
     motors = 0 if recording.current_A is None else recording.current_A.shape[1]
-    optional = {
-        "gyro": recording.gyro_rad_s,
-        "accel": recording.accel_m_s2,
-        "attitude": recording.att_q,
-        "position": recording.pos_enu_m,
-        "temperature": recording.temperature_degC,
-        "phase": recording.phase,
-    }
-    table = columns(sensors=sensors, motors=motors)
-    known = (c for c in table if not is_truth(c.name) and optional.get(c.group, recording.time_s) is not None)
-    return (*known, *(Column(name, "", "channel of the log", "channel") for name in recording.channels))
-
-
-def _recorded(which: Sequence[int | None], motors: int) -> list[Column]:
-    table = [Column("time_s", "s", "time since the start", "time")]
-    for k in which:
-        of = f" of sensor {k}" if k else ""
-        table += _vector(mag_names(k), "nT", f"measured field{of}, body frame (FLU)", "mag")
-    table += _vector(GYRO, "rad/s", "measured body rate, body frame", "gyro")
-    table += _vector(ACCEL, "m/s^2", "measured specific force, body frame", "accel")
-    table += _vector(ATTITUDE, "1", "navigation's attitude, quaternion w x y z, body to world (ENU)", "attitude")
-    table += _vector(POSITION, "m", "navigation's position, ENU", "position")
-    table += [Column("temperature_degC", "degC", "measured temperature of the magnetometer", "temperature")]
-    table += [Column(f"current_{i}_A", "A", f"measured current of motor {i}", "current") for i in range(1, motors + 1)]
-    return [*table, Column("phase", "", "phase of the motion", "phase")]
+    held = {signal.group for signal in SIGNALS if getattr(recording, signal.field) is not None}
+    own = [Column(name, "", "channel of the log", "channel") for name in recording.channels]
+    table = columns(sensors=sensors, motors=motors, channels=own)
+    return tuple(column for column in table if column.group in held or column.group == "channel")
 
 
 def _known() -> list[Column]:

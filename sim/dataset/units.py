@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenarios.errors import InputError
-from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, POSITION, group_of, mag_names
+from sim.dataset.columns import SIGNALS, group_of
 from sim.dataset.recording import Array
 
 STANDARD_GRAVITY_M_S2 = 9.80665
@@ -50,7 +50,7 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
 }
 """Units by column group: factor and offset, value in the column's own unit = factor * value + offset."""
 
-TARGETS = ("time_s", *mag_names(), *GYRO, *ACCEL, *ATTITUDE, *POSITION, "temperature_degC", "current_1_A", "phase")
+TARGETS = tuple(name for s in SIGNALS for name in s.names(None if s.group == "mag" else 1))
 """Examples of the names that a map may give; sensors of an array and further motors are numbered."""
 
 

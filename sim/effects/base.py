@@ -64,10 +64,10 @@ class Effect(ABC):
     A parameter is a field annotated with a `Quantity` (unit, range, meaning, role) or a `Choice` (a word), and has a
     default; with all defaults the effect does nothing. The roles say what a fit may do, see `values.Role`.
 
-    A subclass also says: `name`; `stage`, where in the chain it acts; `needs`, what must be measured for a diagnosis
-    to propose it ("attitude", "rate", "position", "current", "temperature"); `example`, values with which it acts;
-    `clues`, how it shows and is told from others; `stochastic`, whether it draws from rng; `static`, whether field,
-    temperature, current and time at one instant decide it, so that a calibration of the instrument can take it out.
+    A subclass also says: `name`; `stage`, where in the chain it acts; `needs`, what must be known of the motion
+    ("attitude", "rate", "position") and the channels that it depends on, by column; `example`, values with which it
+    acts; `clues`, how it shows and is told from others; `stochastic`, whether it draws from rng; `static`, whether
+    field, channels and time at one instant decide it, so that a calibration of the instrument can take it out.
     """
 
     name: ClassVar[str]

@@ -12,7 +12,7 @@ from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
 from sim.effects.clues import AT_SEVERAL_RATES, OTHER_THRUST, Clues
 from sim.effects.kernels import first_order_lag, times
 from sim.effects.values import Mat3, Quantity, Vec3
-from sim.state import Array, State
+from sim.state import Array, State, current_name, missing_channel
 
 
 @frozen
@@ -53,7 +53,7 @@ class MotorCurrent(Effect):
     name = "motor_current"
     stage = "vehicle"
     static = True
-    needs = ("current",)
+    needs = (current_name(1),)
     example = {"gain_nT_A": (1.0, -2.0, 3.0)}
     clues = Clues(
         apart=OTHER_THRUST,
@@ -76,7 +76,7 @@ class CurrentRipple(Effect):
 
     name = "current_ripple"
     stage = "vehicle"
-    needs = ("current",)
+    needs = (current_name(1),)
     example = {
         "amplitude_nT_A": (1.0, -2.0, 3.0),
         "frequency_hz": 7.3,
@@ -97,6 +97,8 @@ class CurrentRipple(Effect):
 
 def _current(state: State, motor: int, name: str) -> Array:
     count = state.current_A.shape[1]
+    if not count:
+        raise missing_channel(current_name(1), state.channels)
     if motor > count:
         found = f"motor {motor} asked for, the vehicle has {count}"
         raise InputError(found, where=f"effects.{name}.motor", do=f"give 1 to {count}, or 0 for the sum of all")

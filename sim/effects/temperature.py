@@ -10,7 +10,7 @@ from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import WARM_AND_COOL, Clues
 from sim.effects.kernels import first_order_lag
 from sim.effects.values import Quantity, Vec3
-from sim.state import Array, State
+from sim.state import TEMPERATURE, Array, State
 
 LAGS_S = (0.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 
@@ -22,7 +22,7 @@ class TemperatureScale(Effect):
     name = "temperature_scale"
     stage = "sensor"
     static = True
-    needs = ("temperature",)
+    needs = (TEMPERATURE,)
     example = {"slope_1_K": (1e-4, 2e-4, -3e-4), "reference_degC": 15.0}
     clues = Clues(
         apart=WARM_AND_COOL, remedy="log the temperature and take its part off, or let the sensor settle first"
@@ -52,7 +52,7 @@ class TemperatureOffset(Effect):
     name = "temperature_offset"
     stage = "sensor"
     static = True
-    needs = ("temperature",)
+    needs = (TEMPERATURE,)
     example = {"slope_nT_K": (1.0, -2.0, 3.0)}
     clues = Clues(
         apart=WARM_AND_COOL, remedy="log the temperature and take its part off, or let the sensor settle first"
@@ -75,5 +75,5 @@ class TemperatureOffset(Effect):
 
 def _felt_degC(state: State, lag_s: float, memory: Memory) -> Array:
     """Temperature (n, 1) of a sensor that follows the measured one with a first-order lag, at rest at the start."""
-    measured_degC = state.temperature_degC[:, None]
+    measured_degC = state.channel(TEMPERATURE)[:, None]
     return measured_degC if lag_s == 0 else first_order_lag(measured_degC, lag_s, state.interval_s, memory)

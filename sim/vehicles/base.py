@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -69,6 +69,8 @@ class Vehicle(ABC):
     motors: ClassVar[int]
     control: ClassVar[Callable[..., None]]
     memory_size: ClassVar[int] = 1
+    own_channels: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    """Unit and meaning of what it gives beside its motors' currents, by the name of the column."""
 
     def __init_subclass__(cls) -> None:
         unsaid = [name for name in REQUIRED if not hasattr(cls, name)]
@@ -104,13 +106,13 @@ class Vehicle(ABC):
     def currents_A(self, ctrl: Array) -> Array:
         """Motor currents (n, motors) from the actuator commands (n, nu)."""
 
+    def channels(self, log: Log) -> dict[str, Array]:
+        """Its `own_channels`, each (n,), from the engine's log, such as a battery's charge; none by default."""
+        return {}
+
     @abstractmethod
     def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
         """Motion from the engine's log."""
-
-    def channels(self, log: Log) -> dict[str, Array]:
-        """Simulated channels of its own, (n,) by name, such as a battery's charge; none by default."""
-        return {}
 
     def turns(self, q: Array) -> dict[str, Array]:
         """Attitude (n, 4) of each body that turns on its own, from that of the main body, which is the first."""

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sim.effects import EFFECTS
-from sim.state import State
+from sim.state import MOTION, TEMPERATURE, Array, State, current_name, currents_of
 
 FIELD_ENU_nT = np.array([-11484.0, 12637.0, 32731.0])
 
@@ -34,9 +34,16 @@ def make_state(n: int = 2000, interval_s: float = 0.02, seed: int = 0, motors: i
         field_enu_nT=FIELD_ENU_nT,
         field_nT=field,
         field_rate_nT_s=-np.cross(rate, field),
-        temperature_degC=20.0 + 5.0 * np.sin(t / 100.0 + 0.3),
-        current_A=2.0 + np.sin(t[:, None] * (1.0 + np.arange(motors))),
+        channels=_channels(t, motors),
     )
+
+
+def _channels(t: Array, motors: int) -> dict[str, Array]:
+    """Temperature, currents, and something that varies for every other channel that an effect needs."""
+    channels = {TEMPERATURE: 20.0 + 5.0 * np.sin(t / 100.0 + 0.3)}
+    channels |= currents_of(2.0 + np.sin(t[:, None] * (1.0 + np.arange(motors))))
+    needed = {name for cls in EFFECTS for name in cls.needs} - MOTION - {TEMPERATURE, current_name(1)}
+    return channels | {name: 1.0 + 0.1 * np.sin(t / 7.0 + len(name)) for name in sorted(needed)}
 
 
 def cut_state(state: State, start: int, stop: int) -> State:
@@ -51,8 +58,7 @@ def cut_state(state: State, start: int, stop: int) -> State:
         field_enu_nT=state.field_enu_nT,
         field_nT=state.field_nT[i],
         field_rate_nT_s=state.field_rate_nT_s[i],
-        temperature_degC=state.temperature_degC[i],
-        current_A=state.current_A[i],
+        channels={name: values[i] for name, values in state.channels.items()},
         attitude=state.attitude,
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.state import Array, State
+from sim.state import TEMPERATURE, Array, State
 
 
 def held(R_wb: Array, field_enu_nT: Array, interval_s: float = 1.0) -> State:
@@ -19,6 +19,5 @@ def held(R_wb: Array, field_enu_nT: Array, interval_s: float = 1.0) -> State:
         field_enu_nT,
         np.einsum("nij,i->nj", R_wb, field_enu_nT),
         still,
-        np.full(n, 20.0),
-        np.zeros((n, 0)),
+        {TEMPERATURE: np.full(n, 20.0)},
     )

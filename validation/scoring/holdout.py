@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from sim.chain import Link
 from sim.dataset import Recording
+from sim.dataset.assemble import scalars_of
 from sim.effects.base import Effect
 from sim.effects.sources import dipole_field_nT
-from sim.state import State
+from sim.state import TEMPERATURE, State
 
 Array = NDArray[np.float64]
 
@@ -23,26 +24,25 @@ LEVEL_TILT_RAD = float(np.radians(3.0))
 LINE_HALF_LENGTH_M, LINE_SPACING_M = 60.0, 0.5
 DIPOLE_ENU_M = np.array([5.0, 8.0, -20.0])
 DIPOLE_PEAK_NT = 100.0
+NOMINAL_DEGC = 20.0
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The run's mean surroundings: field_enu_nT (3,), middle of the run, mean temperature and currents (m,)."""
+    """The run's mean surroundings: field_enu_nT (3,), middle of the run, mean of each channel."""
 
     field_enu_nT: Array
     time_s: float = 0.0
-    temperature_degC: float = 20.0
-    current_A: Array | None = None
+    channels: Mapping[str, float] = field(default_factory=lambda: {TEMPERATURE: NOMINAL_DEGC})
 
     @classmethod
     def of(cls, recording: Recording, field_enu_nT: Sequence[float] | Array) -> Surroundings:
-        """Surroundings of a recording, in the middle of it; what it does not hold keeps its default."""
-        temperature, current = recording.temperature_degC, recording.current_A
+        """Surroundings of a recording, in the middle of it; a temperature that it does not hold is the nominal one."""
+        mean = {name: float(np.nanmean(values)) for name, values in scalars_of(recording).items()}
         return cls(
             np.asarray(field_enu_nT, dtype=float),
             float(recording.time_s[0] + recording.time_s[-1]) / 2,
-            cls.temperature_degC if temperature is None else float(np.nanmean(temperature)),
-            None if current is None else np.asarray(np.nanmean(current, axis=0)),
+            {TEMPERATURE: NOMINAL_DEGC} | mean,
         )
 
 
@@ -115,7 +115,6 @@ def pairs(
 def _at_rest(surroundings: Surroundings, attitudes: Rotation) -> State:
     """n attitudes at one instant, standing still, at the origin."""
     n, none = len(attitudes), np.zeros((len(attitudes), 3))
-    current_A = np.zeros(0) if surroundings.current_A is None else surroundings.current_A
     return State(
         time_s=np.full(n, surroundings.time_s),
         interval_s=1.0,
@@ -125,8 +124,7 @@ def _at_rest(surroundings: Surroundings, attitudes: Rotation) -> State:
         field_enu_nT=surroundings.field_enu_nT,
         field_nT=np.asarray(attitudes.inv().apply(surroundings.field_enu_nT)),
         field_rate_nT_s=none,
-        temperature_degC=np.full(n, surroundings.temperature_degC),
-        current_A=np.tile(current_A, (n, 1)),
+        channels={name: np.full(n, value) for name, value in surroundings.channels.items()},
     )
 
 

@@ -13,6 +13,7 @@ from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
 from sim.effects.nonlinear import Hysteresis, Nonlinearity
 from sim.effects.rotation import axes_and_turn, rotation, rotation_angles_deg, triangular_angles_deg
 from sim.effects.temperature import TemperatureOffset, TemperatureScale
+from sim.state import TEMPERATURE
 
 
 def label_of(effect, state, signal=None):
@@ -74,7 +75,7 @@ def test_nonlinearity_has_its_size_at_the_reference_and_its_symmetry(states):
 
 
 def test_a_sensor_that_warms_late_follows_a_ramp_of_temperature_by_its_lag(states):
-    state = replace(states(2000), temperature_degC=20 + 0.01 * np.arange(2000) * states(2000).interval_s)
+    state = replace(states(2000), channels={TEMPERATURE: 20 + 0.01 * np.arange(2000) * states(2000).interval_s})
     late = label_of(TemperatureOffset((1, 2, 3), reference_degC=20.0, lag_s=5.0), state)
     settled = state.time_s - state.time_s[0] > 50
     np.testing.assert_allclose(late[settled], 0.01 * (state.time_s - state.time_s[0] - 5)[settled, None] * [1, 2, 3])
@@ -84,7 +85,7 @@ def test_a_sensor_that_warms_late_follows_a_ramp_of_temperature_by_its_lag(state
 
 def test_temperature_acts_on_offset_and_on_sensitivity(states):
     state = states(200)
-    warm = state.temperature_degC - 15
+    warm = state.channel(TEMPERATURE) - 15
     np.testing.assert_allclose(label_of(TemperatureOffset((1, 0, 2), 15), state)[:, 2], 2 * warm)
     scaled = label_of(TemperatureScale((1e-4, 0, 0), 15), state)
     np.testing.assert_allclose(scaled[:, 0], 1e-4 * warm * state.field_nT[:, 0])

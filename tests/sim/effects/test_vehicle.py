@@ -10,6 +10,7 @@ import pytest
 from scenarios.errors import InputError
 from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
 from sim.effects.iron import HardIron, HardIronDrift, SoftIron
+from sim.state import TEMPERATURE, currents_of
 
 B = ((0.1, 0.02, 0.03), (0.04, 0.05, 0.06), (0.07, 0.08, 0.09))
 
@@ -58,16 +59,22 @@ def test_motor_current_takes_one_motor_or_all(states):
     np.testing.assert_allclose(label_of(MotorCurrent((1, 0, 0)), state)[:, 0], state.current_A.sum(axis=1))
 
 
-def test_a_vehicle_without_motors_has_no_motor_field_and_a_motor_that_is_not_there_is_refused(states):
-    assert not label_of(MotorCurrent((1, 1, 1)), states(10, motors=0)).any()
+def test_a_motor_that_is_not_there_is_refused(states):
     with pytest.raises(InputError, match="motor 4 asked for, the vehicle has 3"):
         label_of(MotorCurrent((1, 1, 1), motor=4), states(10))
 
 
 def test_ripple_is_a_tone_on_the_current(states):
-    state = replace(states(5000, 0.01), current_A=np.full((5000, 1), 4.0))
+    state = replace(states(5000, 0.01), channels=currents_of(np.full((5000, 1), 4.0)))
     label = label_of(CurrentRipple((2, 0, 0), frequency_hz=10, phase_deg=90), state)[:, 0]
     spectrum = np.abs(np.fft.rfft(label)) / 2500
     assert np.fft.rfftfreq(5000, 0.01)[spectrum.argmax()] == pytest.approx(10)
     assert spectrum.max() == pytest.approx(8.0)
     assert label[0] == pytest.approx(8.0)
+
+
+def test_a_channel_that_nobody_gives_is_refused_with_those_there_are(states):
+    bare = replace(states(50), channels={TEMPERATURE: np.zeros(50)})
+    for effect in (MotorCurrent((1, 0, 0)), CurrentRipple((1, 0, 0))):
+        with pytest.raises(InputError, match=r"'current_1_A'.*the channels are temperature_degC"):
+            label_of(effect, bare)

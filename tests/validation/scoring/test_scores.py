@@ -25,7 +25,8 @@ FIELD_ENU_NT = np.array([1500.0, 27_000.0, -41_000.0])
 SOFT = np.array([[0.05, 0.01, -0.02], [0.015, -0.03, 0.004], [-0.01, 0.02, 0.04]])
 HARD_NT = np.array([900.0, -400.0, 1500.0])
 TABLES = {"soft_iron": {"matrix": SOFT.tolist()}, "hard_iron": {"offset_nT": HARD_NT.tolist()}}
-AROUND = Surroundings(FIELD_ENU_NT, time_s=100.0, temperature_degC=10.0, current_A=np.array([2.0, 3.0]))
+CHANNELS = {"temperature_degC": 10.0, "current_1_A": 2.0, "current_2_A": 3.0}
+AROUND = Surroundings(FIELD_ENU_NT, time_s=100.0, channels=CHANNELS)
 
 
 @pytest.fixture(scope="module")
@@ -196,5 +197,4 @@ def test_surroundings_are_the_means_of_the_recording(recording):
     warm = replace(recording, temperature_degC=np.linspace(0, 10, 400), current_A=np.tile([1.0, 2.0], (400, 1)))
     around = Surroundings.of(warm, FIELD_ENU_NT)
     assert around.time_s == pytest.approx(399 / 20)
-    assert around.temperature_degC == pytest.approx(5.0)
-    np.testing.assert_allclose(around.current_A, [1.0, 2.0])
+    assert around.channels == pytest.approx({"temperature_degC": 5.0, "current_1_A": 1.0, "current_2_A": 2.0})

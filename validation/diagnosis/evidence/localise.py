@@ -57,12 +57,7 @@ def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
         yield from _angles(matrix_from_q(np.ascontiguousarray(recording.att_q)))
     if recording.pos_enu_m is not None:
         yield from _columns("pos_{}_m", ("east", "north", "up"), recording.pos_enu_m)
-    if recording.temperature_degC is not None:
-        yield "temperature_degC", recording.temperature_degC
-    if recording.current_A is not None:
-        motors = range(1, recording.current_A.shape[1] + 1)
-        yield from _columns("current_{}_A", map(str, motors), recording.current_A)
-    yield from recording.channels.items()
+    yield from state.channels.items()
 
 
 def _columns(name: str, parts: Iterator[str] | tuple[str, ...] | str, values: Array) -> Iterator[tuple[str, Array]]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from calib.numerics.rates import body_rate
 from sim.dataset import Recording
+from sim.dataset.assemble import scalars_of
 from sim.state import Array
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import sample_noise
@@ -20,10 +21,8 @@ def measured(recording: Recording) -> frozenset[str]:
         "attitude": recording.att_q is not None,
         "rate": recording.gyro_rad_s is not None or recording.att_q is not None,
         "position": recording.pos_enu_m is not None,
-        "temperature": recording.temperature_degC is not None,
-        "current": recording.current_A is not None and recording.current_A.shape[1] > 0,
     }
-    return frozenset(name for name, there in present.items() if there)
+    return frozenset(name for name, there in present.items() if there) | frozenset(scalars_of(recording))
 
 
 def course(recording: Recording) -> dict[str, Any]:
@@ -31,14 +30,11 @@ def course(recording: Recording) -> dict[str, Any]:
     n = len(recording)
     time_s = recording.time_s - recording.time_s[0]
     zero = np.zeros((n, 3))
-    temperature = recording.temperature_degC
-    current = recording.current_A
     return {
         "time_s": time_s,
         "interval_s": float(time_s[-1] / (n - 1)),
         "pos_enu_m": zero if recording.pos_enu_m is None else recording.pos_enu_m,
-        "temperature_degC": np.zeros(n) if temperature is None else temperature,
-        "current_A": np.zeros((n, 0)) if current is None else current,
+        "channels": scalars_of(recording),
         "attitude": "navigation",
     }
 

@@ -12,7 +12,8 @@ from sim.effects.base import Effect
 from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.scenario import Model, ModelSpec, Scenario
-from sim.state import Array, State
+from sim.simulate import channels_of
+from sim.state import MOTION, Array, State
 from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
 from validation.diagnosis.problem.linear import LinearProblem
@@ -90,4 +91,6 @@ def _field(model: ModelSpec, enu_nT: Array) -> Any:
 
 
 def _motion(effects: Sequence[Effect]) -> dict[str, Any]:
-    return CIRCLES if any("current" in effect.needs for effect in effects) else TABLE
+    given = channels_of(TABLE["vehicle"]["kind"])
+    needed = {name for effect in effects for name in effect.needs} - MOTION
+    return TABLE if needed <= set(given) else CIRCLES

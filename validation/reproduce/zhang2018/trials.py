@@ -23,7 +23,7 @@ from sim.effects.iron import HardIron, HardIronDrift
 from sim.effects.noise import WhiteNoise
 from sim.rotation import matrix_from_q
 from sim.scenario import load
-from sim.simulate import blocks, plan
+from sim.simulate import blocks, channels_of, plan
 from sim.state import State
 from sim.streams import stream
 
@@ -120,7 +120,6 @@ def spiral(excited: bool) -> State:
 
     field, time_s = take("true_field_x_nT", "true_field_y_nT", "true_field_z_nT"), take("time_s")[:, 0]
     R_wb = matrix_from_q(take("true_qw", "true_qx", "true_qy", "true_qz"))
-    currents = take(*(name for name in columns[0] if name.startswith("current_")))
     position = take("true_pos_east_m", "true_pos_north_m", "true_pos_up_m")
     still = np.zeros_like(field)  # none of these effects depends on the rates
     return State(
@@ -132,8 +131,7 @@ def spiral(excited: bool) -> State:
         ready.field_enu_nT,
         field,
         still,
-        take("temperature_degC")[:, 0],
-        currents,
+        {name: take(name)[:, 0] for name in channels_of(scenario.vehicle.kind)},
     )
 
 
