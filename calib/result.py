@@ -41,7 +41,7 @@ class Segment:
     matrix: Array
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Calibration:
     """A fitted measurement model and its inverse.
 
@@ -72,6 +72,12 @@ class Calibration:
     array_offset_nT: Array | None = None
     array_matrix: Array | None = None
     segments: tuple[Segment, ...] = ()
+
+    def __repr__(self) -> str:
+        """One line: name, status, offset and the matrix's diagonal."""
+        offset, diagonal = (", ".join(f"{v:.6g}" for v in values) for values in (self.offset_nT, np.diag(self.matrix)))
+        reason = f" ({self.status.reason})" if self.status.reason else ""
+        return f"{self.name}: {self.status.kind}{reason}, offset ({offset}) nT, matrix's diagonal ({diagonal})"
 
     @property
     def offset_covariance_nT2(self) -> Array | None:

@@ -1,47 +1,87 @@
 """magbench: simulation and synthetic-data test bench for three-axis magnetometer calibration.
 
-Public names, imported on first use:
-
 >>> import magbench
->>> sorted(name for name in magbench.__all__)[:4]
-['Calibration', 'Outcome', 'Recording', 'Reference']
+>>> found = magbench.calibrate([[48_000, 0, 0], [0, 48_000, 0], [0, 0, 48_000]] * 5, 48_000)
+>>> found.status.kind
+'unobservable'
+
+Functions import what they need when they are called, types when they are first used.
 """
 
 from __future__ import annotations
 
-import importlib
 import os
-from typing import Any
-
-__version__ = "0.1.0"
-_PUBLIC = {
-    "Calibration": "magbench.calib.result",
-    "Outcome": "magbench.validation.scoring.outcome",
-    "Recording": "magbench.sim.dataset",
-    "Reference": "magbench.calib",
-    "Scenario": "magbench.sim.scenario",
-    "Truth": "magbench.sim.dataset",
-    "catalogue": "magbench.scenarios.load",
-    "generate": "magbench.sim.generate",
-    "load": "magbench.sim.scenario",
-    "read_recording": "magbench.sim.dataset",
-    "read_run": "magbench.sim.dataset",
-    "run_scenario": "magbench.validation.outputs.run",
-}
-__all__ = sorted(_PUBLIC)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"magbench has no {name!r}; it has {', '.join(_PUBLIC)}")
-    return getattr(importlib.import_module(_PUBLIC[name]), name)
-
-
-def __dir__() -> list[str]:
-    return __all__
-
+from typing import TYPE_CHECKING
 
 if not os.path.isdir(os.path.join(os.path.dirname(__file__), "sim")):  # not installed: a checkout
     from magbench.checkout import join
 
     join()
+
+from magbench.face import apply, calibrate, diagnose, inspect, run, simulate
+from scenarios.errors import InputError
+
+if TYPE_CHECKING:
+    from calib.reference import Reference
+    from calib.result import Calibration
+    from scenarios.load import catalogue
+    from sim.dataset import Recording, Truth, read_recording, read_run
+    from sim.generate import generate
+    from sim.scenario import Scenario, load
+    from validation.diagnosis.result import Diagnosis
+    from validation.inspection.inspection import Inspection
+    from validation.outputs.run import run_scenario
+    from validation.scoring.outcome import Outcome
+
+__version__ = "0.1.0"
+__all__ = [
+    "Calibration",
+    "Diagnosis",
+    "InputError",
+    "Inspection",
+    "Outcome",
+    "Recording",
+    "Reference",
+    "Scenario",
+    "Truth",
+    "apply",
+    "calibrate",
+    "catalogue",
+    "diagnose",
+    "generate",
+    "inspect",
+    "load",
+    "read_recording",
+    "read_run",
+    "run",
+    "run_scenario",
+    "simulate",
+]
+
+if not TYPE_CHECKING:  # type checkers read the imports above
+    _LATER = {
+        "Calibration": "magbench.calib.result",
+        "Diagnosis": "magbench.validation.diagnosis.result",
+        "Inspection": "magbench.validation.inspection.inspection",
+        "Outcome": "magbench.validation.scoring.outcome",
+        "Recording": "magbench.sim.dataset",
+        "Reference": "magbench.calib.reference",
+        "Scenario": "magbench.sim.scenario",
+        "Truth": "magbench.sim.dataset",
+        "catalogue": "magbench.scenarios.load",
+        "generate": "magbench.sim.generate",
+        "load": "magbench.sim.scenario",
+        "read_recording": "magbench.sim.dataset",
+        "read_run": "magbench.sim.dataset",
+        "run_scenario": "magbench.validation.outputs.run",
+    }
+
+    def __getattr__(name):
+        from importlib import import_module
+
+        if name not in _LATER:
+            raise AttributeError(f"magbench has no {name!r}; it has {', '.join(__all__)}")
+        return getattr(import_module(_LATER[name]), name)
+
+    def __dir__():
+        return [*__all__, "__version__"]

@@ -74,14 +74,13 @@ def _field(data: object) -> Array:
     """An array (n, 3) of numbers, NaN where it is masked."""
     kind = type(data).__name__
     if data is None or isinstance(data, str | bytes | int | float | complex):
-        raise InputError(f"{_with_article(kind)} is not a recording", where="data", do=WANTED)
+        raise InputError(f"is of type {kind}, not a recording", where="data", do=WANTED)
     try:
         values = np.asarray(data)
     except ValueError:
         raise InputError("its rows differ in length", where=str(ARRAY), do=WANTED) from None
     if values.dtype.kind not in "fiu":
-        what = f"{_with_article(kind)} of {values.dtype} does not hold numbers"
-        raise InputError(what, where="data", do=WANTED)
+        raise InputError(f"{kind} holds {values.dtype}, not numbers", where="data", do=WANTED)
     if values.ndim == 2 and values.shape[0] == 3 != values.shape[1]:
         raise InputError(f"has shape {values.shape}", where=str(ARRAY), do="rows are samples: pass its transpose, .T")
     if values.ndim != 2 or values.shape[1] != 3:
@@ -95,7 +94,3 @@ def _times(time_s: ArrayLike, samples: int) -> Array:
         what = f"has shape {values.shape} and type {values.dtype}, not ({samples},) numbers"
         raise InputError(what, where="time_s", do="give the time of every sample, in seconds")
     return values.astype(np.float64)
-
-
-def _with_article(kind: str) -> str:
-    return f"an {kind}" if kind[0].lower() in "aeiou" else f"a {kind}"

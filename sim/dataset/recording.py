@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording:
     """A recording of n samples: the only thing that a calibrator sees. What was not measured is None.
 
@@ -45,6 +45,15 @@ class Recording:
     def __len__(self) -> int:
         return len(self.time_s)
 
+    def __repr__(self) -> str:
+        """One line: how long it is, and what was recorded beside the field."""
+        sensors = 1 if self.array_mag_nT is None else len(self.array_mag_nT)
+        of = "one magnetometer" if sensors == 1 else f"{sensors} magnetometers"
+        length_s = float(self.time_s[-1] - self.time_s[0]) if len(self) else 0.0
+        beside = [item.name for item in fields(self)[2:-2] if getattr(self, item.name) is not None]
+        named = f"; {', '.join([*beside, *self.channels])}" if beside or self.channels else ""
+        return f"Recording: {len(self)} samples of {of} in {length_s:.6g} s{named}"
+
     def sensor(self, index: int) -> Recording:
         """The recording as seen by one sensor of an array (0-based)."""
         if self.array_mag_nT is None:
@@ -52,7 +61,7 @@ class Recording:
         return replace(self, mag_nT=self.array_mag_nT[index], array_mag_nT=None)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Truth:
     """The truth beside a simulated recording.
 
@@ -67,3 +76,7 @@ class Truth:
     pos_enu_m: Array
     effects: dict[str, Array]
     parameters: dict[str, Any]
+
+    def __repr__(self) -> str:
+        """One line: how long it is, and which effects were at work."""
+        return f"Truth: {len(self.field_nT)} samples; {', '.join(self.effects) or 'no effects'}"

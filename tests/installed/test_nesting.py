@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib.util
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -84,3 +85,9 @@ def test_a_module_that_is_no_python_is_left_for_its_import_to_tell(tmp_path: Pat
     (tmp_path / "sim" / "field.py").write_text("from calib import\n")
     nest(tmp_path, tmp_path / "out")
     assert (tmp_path / "out" / "magbench" / "sim" / "field.py").read_text() == "from calib import\n"
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda p: p.name)
+def test_public_examples_import_magbench_alone(page: Path) -> None:
+    for snippet in re.findall(r"^```python\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL):
+        assert nested(snippet) == snippet

@@ -215,9 +215,3 @@ def test_processes_that_are_ended_are_told_in_one_line(
         monkeypatch.setattr(magbench.app, "app", mock.Mock(side_effect=cause))
         assert main([]) == 2
         assert "memory" in capsys.readouterr().err
-
-
-def test_every_public_name_is_there() -> None:
-    assert all(getattr(magbench, name) is not None for name in magbench.__all__)
-    with pytest.raises(AttributeError, match="run_scenario"):
-        _ = magbench.run_everything

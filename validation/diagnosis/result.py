@@ -90,7 +90,7 @@ class GapSize:
         return cls(_rms(before * sigma_nT), before_sigma, _rms(after * sigma_nT), after_sigma, explained)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
     """All that is reported of one recording against one model.
 
@@ -115,6 +115,10 @@ class Diagnosis:
     before_nT: Array
     after_nT: Array
     advice: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Verdict and sentence."""
+        return f"{self.verdict}: {self.sentence}"
 
     @property
     def not_observable(self) -> tuple[str, ...]:

@@ -23,13 +23,17 @@ from validation.text import counted
 SECTION = "file"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Inspection:
     """What a first look at a recording found, and one `Look` for each magnetometer."""
 
     log: Log
     findings: tuple[Finding, ...]
     looks: tuple[Look, ...]
+
+    def __repr__(self) -> str:
+        """How much there is to mend, and what."""
+        return "\n".join([headline(self), *(finding.text for finding in self.warnings)])
 
     @property
     def warnings(self) -> list[Finding]:

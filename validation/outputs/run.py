@@ -51,11 +51,22 @@ def run_scenario(
         return _run(scenario, out, seed, progress, warn)
 
 
-def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress, warn: Callable[[str], object]) -> Outcome:
+def simulated_and_judged(
+    scenario: Scenario,
+    out: Path,
+    seed: int | None,
+    progress: Progress = lambda done, total: None,
+    warn: Callable[[str], object] = lambda text: None,
+) -> Outcome:
+    """Write the dataset into `out`, fit the scenario's calibrators and score them: the first two stages."""
     written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES), warn)
     recording, truth = read_run(out)
     judged = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES))
-    outcome = replace(judged, tracking=written.files[0].tracking)
+    return replace(judged, tracking=written.files[0].tracking)
+
+
+def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress, warn: Callable[[str], object]) -> Outcome:
+    outcome = simulated_and_judged(scenario, out, seed, progress, warn)
     write_calibrations(outcome.calibrations, out)
     write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, allow_nan=False) + "\n")
     progress(2, STAGES)

@@ -13,13 +13,14 @@ from sim.dataset.recording import Recording, Truth
 from sim.scenario import Scenario
 from sim.tracking import Tracking
 from validation.scoring.scores import Score
+from validation.text import counted, figure, words
 
 Array = NDArray[np.float64]
 RANKED_BY = "holdout_sphere_component_rms"
 """The score that orders calibrators: the whole field vector, on a motion the fit has not seen."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Outcome:
     """One simulated run with every calibrator's answer.
 
@@ -35,6 +36,15 @@ class Outcome:
     scores: dict[str, list[Score]]
     corrected: dict[str, Array]
     tracking: Tracking | None = None
+
+    def __repr__(self) -> str:
+        """One line: the scenario, and which calibrator came out best by which score."""
+        order, by = self.ranking()
+        best = next((s for s in self.scores.get(order[0], []) if s.name == by), None) if order else None
+        first = f", best {order[0]}" if order else ""
+        figures = "" if best is None else f" ({words(by)} {figure(best.value)} {best.unit})"
+        what = f"{counted(len(order), 'calibrator')} on {len(self.recording)} samples"
+        return f"{self.scenario.name}: {what}{first}{figures}"
 
     @property
     def sensors(self) -> int:

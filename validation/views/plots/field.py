@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -25,14 +26,16 @@ DASHED = (0, (4, 3))
 
 def draw_sphere(outcome: Outcome) -> Figure:
     """Raw field and best corrected field against the reference sphere, in space and in three projections."""
-    clouds = [
-        ("raw", outcome.recording.mag_nT),
-        *((f"corrected: {n}", outcome.corrected[n]) for n in outcome.shown()[:1]),
-    ]
+    best = {f"corrected: {name}": outcome.corrected[name] for name in outcome.shown()[:1]}
+    return draw_clouds({"raw": outcome.recording.mag_nT} | best, outcome.field_strength_nT)
+
+
+def draw_clouds(clouds: Mapping[str, Array], field_strength_nT: float) -> Figure:
+    """Fields (n, 3) in nT by title, against the reference sphere, in space and in three projections."""
     figure = Figure(figsize=(WIDTH_IN, 3.0 * len(clouds)), layout="constrained")
     parts = figure.subfigures(len(clouds), 1, squeeze=False)[:, 0]
-    for part, (title, cloud) in zip(parts, clouds, strict=True):
-        _sphere_row(part, title, cloud[every_nth(len(cloud), MOST_POINTS)] / 1e3, outcome.field_strength_nT / 1e3)
+    for part, (title, cloud) in zip(parts, clouds.items(), strict=True):
+        _sphere_row(part, title, cloud[every_nth(len(cloud), MOST_POINTS)] / 1e3, field_strength_nT / 1e3)
     return figure
 
 

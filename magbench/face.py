@@ -1,0 +1,225 @@
+"""The functions for notebooks and scripts: typed for editors, and each imports what it needs when it is called."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, overload
+
+from magbench.inputs import in_keywords, path_of, recording_from, reference_from
+from scenarios.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from os import PathLike
+    from pathlib import Path
+    from typing import Any
+
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    from calib.result import Calibration
+    from magbench.results import CalibrationResult, DiagnosisResult, InspectionResult, RunResult
+    from sim.dataset import Recording, Truth
+    from sim.dataset.memory import Frame
+    from sim.scenario import Scenario
+
+    Data = Recording | Frame | NDArray[Any] | Sequence[Sequence[float]] | Mapping[str, ArrayLike] | str | PathLike[str]
+    """A recording; a data frame or a dict with columns time_s and mag_x_nT …; an array (n, 3) in nT; a file's path."""
+
+
+@overload
+def calibrate(
+    data: Data,
+    field_strength_nT: float | None = None,
+    *,
+    with_: str = "ellipsoid",
+    field_enu_nT: Sequence[float] | None = None,
+    time_s: ArrayLike | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+) -> CalibrationResult: ...
+
+
+@overload
+def calibrate(
+    data: Data,
+    field_strength_nT: float | None = None,
+    *,
+    with_: list[str] | tuple[str, ...],
+    field_enu_nT: Sequence[float] | None = None,
+    time_s: ArrayLike | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+) -> dict[str, CalibrationResult]: ...
+
+
+@in_keywords()
+def calibrate(
+    data: Data,
+    field_strength_nT: float | None = None,
+    *,
+    with_: str | list[str] | tuple[str, ...] = "ellipsoid",
+    field_enu_nT: Sequence[float] | None = None,
+    time_s: ArrayLike | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+) -> CalibrationResult | dict[str, CalibrationResult]:
+    """Fit m = S h + b to a recording by one calibrator, or by several: then by name, in a dict.
+
+    data : a Recording; an array (n, 3) in nT, body frame; a data frame, or a dict, with columns time_s and mag_x_nT …;
+        or the path of a log, a run or a dataset directory.
+    field_strength_nT, field_enu_nT : the Earth's field there, its strength or (east, north, up); a simulated run's
+        file knows its own.
+    with_ : names of `magbench list calibrators`. A fit that failed is a result too: its `status` says why.
+    time_s : (n,) beside an array; without it the samples are taken to be a second apart.
+    maps : `mag_x_nT=bx,unit=uT` renames and converts columns. run : which run of a dataset directory.
+
+    Raises InputError for data that are not fit for use, an unknown calibrator, and a reference that is not known.
+    """
+    from magbench.results import CalibrationResult
+    from validation.calibrating.fitting import fit_all, sensors
+
+    names = [with_] if isinstance(with_, str) else list(with_)
+    recording = recording_from(data, time_s=time_s, maps=maps, run=run)
+    reference = reference_from(data, run, field_strength_nT, field_enu_nT)
+    fitted = fit_all(recording, reference, names)
+    views = {key: one for name in names for key, one in sensors(recording, name).items()}
+    results = {key: CalibrationResult.of(found, views[key], reference) for key, found in fitted.items()}
+    if not isinstance(with_, str):
+        return results
+    if len(results) != 1:
+        what = "the recording is of an array of sensors, each with its calibration"
+        raise InputError(what, where="with_", do=f'pass a list: with_=["{with_}"] gives {", ".join(results)}')
+    return next(iter(results.values()))
+
+
+@in_keywords()
+def apply(
+    calibration: Calibration,
+    data: Data,
+    *,
+    time_s: ArrayLike | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+) -> NDArray[np.float64]:
+    """The field (n, 3) in nT, body frame, of a recording after correction; data as in `calibrate`.
+
+    Raises InputError for a calibration without an estimate.
+    """
+    if calibration.status.kind in ("not_applicable", "not_converged"):
+        raise InputError(f"gave no calibration: {calibration.status.reason}", where=calibration.name)
+    return calibration.apply(recording_from(data, time_s=time_s, maps=maps, run=run))
+
+
+@in_keywords()
+def inspect(data: Data, *, time_s: ArrayLike | None = None, maps: Sequence[str] = (), run: int = 0) -> InspectionResult:
+    """Tell what a recording holds, what it is fit for and what is odd; data as in `calibrate`."""
+    from os import PathLike
+    from pathlib import Path
+
+    from magbench.results import InspectionResult
+    from sim.dataset import Recording
+    from sim.dataset.assemble import arrays_of
+    from sim.dataset.importer import RawColumns
+    from sim.dataset.memory import raw_columns_of
+    from validation.inspection.inspection import inspect_file, inspect_log
+    from validation.inspection.log import log_of
+
+    if isinstance(data, str | PathLike):
+        return InspectionResult.of(inspect_file(path_of(data), maps=maps, run=run))
+    if isinstance(data, Recording):
+        raw = RawColumns(Path("recording"), arrays_of(recording_from(data)))
+    else:
+        raw = raw_columns_of(data, time_s=time_s, maps=maps)
+    return InspectionResult.of(inspect_log(log_of(raw, maps)))
+
+
+@in_keywords()
+def diagnose(
+    data: Data,
+    model: str | Path | None = None,
+    *,
+    field_strength_nT: float | None = None,
+    field_enu_nT: Sequence[float] | None = None,
+    confirm: Data | None = None,
+    actuators: Sequence[str] = (),
+    maps: Sequence[str] = (),
+    run: int = 0,
+) -> DiagnosisResult:
+    """Find where a recording and a model disagree, and name the missing effect; data and reference as in `calibrate`.
+
+    model : a scenario's name, or a file of it or of its [field] and [effects.*] alone; without it hard iron, soft iron
+        and white noise, fitted. confirm : a second recording, in which the finding must hold too. actuators : channels
+        to treat like motor currents.
+    """
+    from pathlib import Path
+
+    from magbench.results import DiagnosisResult
+    from sim.scenario import ModelSpec, load_model
+    from validation.diagnosis.files import diagnose_recording, with_actuators
+
+    spec = load_model(model) if model else ModelSpec()
+    stated = field_strength_nT is not None or field_enu_nT is not None
+    reference = None
+    if stated or spec.field is None:
+        reference = reference_from(data, run, field_strength_nT, field_enu_nT)
+    recordings = [
+        with_actuators(recording_from(one, maps=maps, run=run), actuators, Path("recording"))
+        for one in (data, confirm)
+        if one is not None
+    ]
+    second = None if confirm is None else recordings[1]
+    found = diagnose_recording(recordings[0], spec, reference, confirm=second, fitted_base=model is None)
+    return DiagnosisResult.of(found)
+
+
+@in_keywords()
+def simulate(
+    scenario: str | Path | Scenario, *, overrides: Sequence[str] = (), seed: int | None = None
+) -> tuple[Recording, Truth]:
+    """One run of a scenario, by name, file or `magbench.load`: what the instrument gives, and the truth beside it.
+
+    overrides : `effects.white_noise.std_nT=[5,5,5]` and the like. `magbench.generate` writes many runs to files.
+    """
+    from pathlib import Path
+    from tempfile import TemporaryDirectory
+
+    from sim.dataset import read_run
+    from sim.generate import generate
+
+    with TemporaryDirectory(prefix="magbench-") as place:
+        generate(_loaded(scenario, overrides), Path(place), seed=seed)
+        return read_run(Path(place))
+
+
+@in_keywords()
+def run(
+    scenario: str | Path | Scenario,
+    out: str | PathLike[str] | None = None,
+    *,
+    overrides: Sequence[str] = (),
+    seed: int | None = None,
+) -> RunResult:
+    """Simulate a scenario, calibrate, and score against the truth; with `out` write report and recording there."""
+    from pathlib import Path
+    from tempfile import TemporaryDirectory
+
+    from magbench.results import RunResult
+    from validation.outputs.run import run_scenario, simulated_and_judged
+
+    spec = _loaded(scenario, overrides)
+    if out is not None:
+        return RunResult.of(run_scenario(spec, Path(out), seed=seed))
+    with TemporaryDirectory(prefix="magbench-") as place:
+        return RunResult.of(simulated_and_judged(spec, Path(place), seed))
+
+
+def _loaded(scenario: str | Path | Scenario, overrides: Sequence[str]) -> Scenario:
+    from sim.scenario import Scenario, load
+
+    if not isinstance(scenario, Scenario):
+        return load(scenario, overrides)
+    if overrides:
+        do = "pass them to magbench.load"
+        raise InputError("a scenario that is loaded takes no overrides", where="overrides", do=do)
+    return scenario
