@@ -9,6 +9,7 @@ from typing import Any
 
 from scenarios.errors import InputError
 
+MAX_LENGTH = 10_000
 MAX_DEPTH = 20
 """Parts of a key; a scenario has no value deeper than six."""
 _INDEX = re.compile(r"[0-9]{1,6}")
@@ -38,8 +39,12 @@ def parse(text: str) -> Override:
 
     Raises InputError where the text has no key, or the value is neither.
     """
+    if len(text) > MAX_LENGTH:
+        where, do = f"--set {text[:60]}…", "write the value into a scenario file"
+        raise InputError(f"longer than {MAX_LENGTH} characters", where=where, do=do)
     key, equals, value = (part.strip() for part in text.partition("="))
     text = " ".join(text.split())  # messages stay on one line
+    text = text if len(text) <= 200 else text[:200] + "…"
     path = _parse_key(key)
     if not equals or not path:
         raise InputError("not a dotted key and a value", where=f"--set {text}", do="write --set phases.0.radius_m=20")

@@ -18,6 +18,7 @@ from sim.dataset.files import system_errors_about
 
 PARQUET_MARK = b"PAR1"
 _TEXT_SUFFIXES = (".csv", ".tsv", ".txt")
+_RAGGED = re.compile(r"(?:Row #(\d+): )?Expected (\d+) columns, got (\d+)")
 _FORMATS = "give a Parquet file (.parquet) or a text table with a header line (.csv, .tsv, .txt)"
 
 
@@ -77,22 +78,14 @@ def _head(path: Path, length: int) -> bytes:
 
 def _load_csv(path: Path) -> pa.Table:
     header = _header(path)
-    ragged: list[pa.csv.InvalidRow] = []
-
-    def keep_first(row: pa.csv.InvalidRow) -> str:
-        ragged.append(row)
-        return "error"
-
     try:
         table = pyarrow.csv.read_csv(
             path,
             read_options=pyarrow.csv.ReadOptions(use_threads=False),
-            parse_options=pyarrow.csv.ParseOptions(
-                delimiter=_delimiter(header), invalid_row_handler=keep_first, ignore_empty_lines=True
-            ),
+            parse_options=pyarrow.csv.ParseOptions(delimiter=_delimiter(header), ignore_empty_lines=True),
         )
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        raise _csv_error(path, ragged, error) from error
+        raise _csv_error(path, error) from error
     _stripped(path, table.column_names)
     return table.rename_columns([name.strip() for name in table.column_names])
 
@@ -123,11 +116,11 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _csv_error(path: Path, ragged: list[pa.csv.InvalidRow], error: Exception) -> InputError:
+def _csv_error(path: Path, error: Exception) -> InputError:
+    ragged = _RAGGED.search(str(error))
     if ragged:
-        row = ragged[0]
-        line = f"line {row.number}" if row.number else "a line"
-        what = f"{line} has {row.actual_columns} cells, the header has {row.expected_columns}"
+        line, expected, actual = ragged.groups()
+        what = f"{f'line {line}' if line else 'a line'} has {actual} cells, the header has {expected}"
         return InputError(what, where=str(path), do="repair or remove the line; all columns must have the same length")
     reason = re.sub(r"\s+", " ", str(error))[:160]
     return InputError(f"cannot be read as CSV: {reason}", where=str(path), do=_FORMATS)

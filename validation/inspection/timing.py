@@ -170,10 +170,11 @@ def interpolation_rows(values: Array) -> float | None:
     if enough > 0.6 * len(bend):
         return None
     kink = np.flatnonzero(bend > 0.1 * np.quantile(bend, 1 - 0.5 * enough / len(bend)))
-    if len(kink) < 10:
+    start = kink[np.diff(np.r_[-10, kink]) > 1]
+    if len(kink) < 10 or len(start) < 2:
         return None
-    apart = float(len(bend) / np.count_nonzero(np.diff(np.r_[-10, kink]) > 1))
-    regular = np.mean(np.abs(np.diff(kink[np.diff(np.r_[-10, kink]) > 1]) / apart - 1) < 0.5)
+    apart = float(len(bend) / len(start))
+    regular = np.mean(np.abs(np.diff(start) / apart - 1) < 0.5)
     return apart if apart >= LEAST_KINK_ROWS and regular > 0.5 else None
 
 

@@ -1,0 +1,122 @@
+"""What holds whatever a command is given: a status, at most one line, and nothing half-written or not finite."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+import os
+import random
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis.strategies import SearchStrategy
+
+from magbench.app import call
+from sim.dataset.files import sha256_of
+
+PROGRESS = ("simulating", "running", "diagnosis:")
+"""How lines begin that tell how far a command has come."""
+QUIET = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)
+"""What Python does not show to users."""
+NIGHTLY = 9
+"""A thousand cases in the normal run and nine thousand more in the nightly one: ten thousand in all."""
+amounts = pytest.mark.parametrize("times", [1, pytest.param(NIGHTLY, marks=pytest.mark.slow)])
+
+
+def fuzz(strategy: SearchStrategy[Any], check: Callable[[Any], None], cases: int, times: int) -> None:
+    """Check `cases` drawn inputs: always the same ones in the normal run, others every night.
+
+    A failure shows the input, shrunk; MAGBENCH_FUZZ_SEED repeats a night.
+    """
+    number = int(os.environ.get("MAGBENCH_FUZZ_SEED", random.randrange(2**32)))
+
+    @settings(
+        max_examples=cases * times,
+        derandomize=times == 1,
+        database=None,
+        deadline=None,
+        print_blob=True,
+        phases=(Phase.generate,),
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(strategy)
+    def every(case: Any) -> None:
+        check(case)
+
+    try:
+        (every if times == 1 else seed(number)(every))()
+    except BaseException as error:
+        error.add_note(f"MAGBENCH_FUZZ_SEED={number}")
+        raise
+
+
+def hold(place: Path, *arguments: str) -> int:
+    """Run a command in this process, hold it to the contract, return its status; it writes to `place` alone."""
+    out, err = io.StringIO(), io.StringIO()
+    with warnings.catch_warnings(record=True) as leaked:
+        warnings.simplefilter("always")
+        for quiet in QUIET:
+            warnings.simplefilter("ignore", quiet)
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            status = call(list(arguments))
+    said = f"{' '.join(arguments)}\nstatus {status}\n{err.getvalue()}"
+    assert not leaked, f"{said}\nwarned: {leaked[0].filename}:{leaked[0].lineno}: {leaked[0].message}"
+    check_answer(status, out.getvalue(), err.getvalue(), said, as_json="--json" in arguments)
+    check_written(place)
+    return status
+
+
+def check_answer(status: int, out: str, err: str, said: str, *, as_json: bool) -> None:
+    """Status 2 is one line of printable characters on standard error, and nothing on standard output."""
+    assert status in (0, 1, 2), said
+    lines = [line for line in err.splitlines() if not line.startswith(PROGRESS)]
+    assert "Traceback" not in err, said
+    if status == 2:
+        assert out == "", said
+        assert len(lines) == 1, said
+        assert lines[0].startswith("magbench: "), said
+        assert lines[0].isprintable(), said
+    elif as_json:
+        json.loads(out, parse_constant=_not_finite)
+
+
+def check_written(place: Path) -> None:
+    """Every file is whole, and no number in it is NaN or infinite."""
+    for path in place.rglob("*") if place.exists() else ():
+        if path.suffix == ".json":
+            json.loads(path.read_text(), parse_constant=_not_finite)
+        elif path.suffix in (".parquet", ".csv"):
+            table = pq.read_table(path, partitioning=None) if path.suffix == ".parquet" else pyarrow.csv.read_csv(path)
+            _check_finite(path, table)
+        assert path.suffix != ".part", path
+
+
+def check_dataset(out: Path) -> None:
+    """A dataset that a command was content with is complete, and its files are those that it lists."""
+    manifest = json.loads((out / "dataset.json").read_text())
+    assert manifest["complete"]
+    assert len(manifest["files"]) == manifest["runs"]
+    for file in manifest["files"]:
+        assert sha256_of(out / file["path"]) == file["sha256"]
+        assert pq.read_metadata(out / file["path"]).num_rows == file["rows"]
+
+
+def _check_finite(path: Path, table: pa.Table) -> None:
+    for name in table.column_names:
+        column = table.column(name)
+        if pa.types.is_floating(column.type):
+            assert np.isfinite(column.to_numpy()).all(), f"{path}: {name}"
+
+
+def _not_finite(word: str) -> NoReturn:
+    raise AssertionError(f"{word} was written as JSON: {math.nan}")

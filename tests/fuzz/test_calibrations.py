@@ -1,0 +1,65 @@
+"""Damaged calibrations, applied."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from sim.dataset import write_recording
+from sim.dataset.assemble import recording_of
+from tests.fuzz.contract import amounts, fuzz, hold
+from tests.fuzz.material import CALIBRATION, measured
+from tests.fuzz.values import damaged_json
+
+CASES = 160
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    """A directory with a log."""
+    write_recording(recording_of(measured()), tmp_path / "log.parquet")
+    return tmp_path
+
+
+def check(place: Path, text: str) -> int:
+    """Apply the calibration; returns the status."""
+    out = place / "out"
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir()
+    file = place / "calibration.json"
+    file.write_text(text, encoding="utf-8", errors="surrogateescape")
+    status = hold(out, "apply", str(file), str(place / "log.parquet"), "-o", str(out / "corrected.parquet"), "--json")
+    assert [path.name for path in out.iterdir()] == ([] if status else ["corrected.parquet"])
+    return status
+
+
+@amounts
+def test_calibrations(place: Path, times: int) -> None:
+    fuzz(damaged_json(CALIBRATION), lambda text: check(place, text), CASES, times)
+
+
+def changed(**changes: object) -> str:
+    return json.dumps({"ellipsoid": CALIBRATION["ellipsoid"] | changes})
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        changed(matrix=[[1.0, 0.0, 0.0]] * 3),
+        changed(matrix=[[0.0] * 3] * 3, eddy_s=None),
+        changed(matrix=[[1e-300, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        changed(offset_nT=[1e300, 0.0, 0.0]),
+        changed(eddy_s=[[1e300] * 3] * 3),
+        changed(offset_nT=[float("nan"), 0.0, 0.0]),
+        changed(segments=[{"start_s": 0.0, "offset_nT": [0.0] * 3, "matrix": [[0.0] * 3] * 3}]),
+        changed(covariance=[[float("inf")] * 3] * 3),
+        changed(wall_s=10**400),
+        "[" * 100_000,
+        "",
+    ],
+)
+def test_known_cases(place: Path, text: str) -> None:
+    assert check(place, text) == 2
