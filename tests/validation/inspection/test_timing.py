@@ -59,6 +59,16 @@ def test_gaps_are_where_samples_were_left_out() -> None:
     assert one(findings(TIME_S), "gaps").value == []
 
 
+def test_the_longest_of_many_gaps_are_listed_in_order_of_time() -> None:
+    """Of 29 gaps that grow from 11 to 39 rows the last 20."""
+    lengths = np.arange(10, 40)
+    step = np.full(SAMPLES, 1 / RATE_HZ)
+    step[100 * np.arange(30)] = lengths / RATE_HZ
+    found = one(findings(np.cumsum(step)), "gaps")
+    assert [gap["length_s"] for gap in found.value] == pytest.approx((lengths[10:] / RATE_HZ).tolist())
+    assert found.text.startswith("29 gaps")
+
+
 def test_a_clock_that_steps_back() -> None:
     stamps = np.r_[TIME_S[:2000], TIME_S[1900:2900]]
     found = one(findings(stamps), "order")

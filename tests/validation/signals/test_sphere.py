@@ -35,7 +35,8 @@ def test_the_middle_of_a_cell_is_in_it() -> None:
 
 def test_poles_and_the_date_line_are_in_a_cell() -> None:
     edges = np.array([[0, 0, 1], [0, 0, -1], [1, -1e-18, 0], [-1, 0, 0], [1, 0, 0]], float)
-    assert ((GRID.index(edges) >= 0) & (GRID.index(edges) < GRID.total)).all()
+    beside = np.array([[1e-6, 0, 1], [1e-6, 0, -1], [1, -1e-6, 0], [-1, -1e-6, 0], [1, 1e-6, 0]])
+    assert GRID.index(edges).tolist() == GRID.index(directions(beside)).tolist()
 
 
 def test_what_has_no_direction_is_left_out() -> None:

@@ -1,0 +1,57 @@
+"""What `run` says in JSON: every score and calibration, and nothing that JSON cannot hold."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from calib import from_json
+from sim.dataset import read_run
+from sim.generate import generate
+from sim.scenario import load
+from tests.validation.views import outcome_example as example
+from validation.outputs.run import judge, summary
+from validation.scoring.outcome import Outcome
+from validation.scoring.scores import Score
+
+
+@pytest.fixture(scope="module")
+def outcome() -> Outcome:
+    whole: Outcome = example.example_outcome(300)
+    lost = [Score("offset_error", float("nan"), "nT"), Score("heading_rms", float("inf"), "deg")]
+    return dataclasses.replace(whole, scores=whole.scores | {"psoga": lost})
+
+
+def test_scores_are_rows_with_their_unit_and_null_for_what_is_not_finite(outcome: Outcome) -> None:
+    found = json.loads(json.dumps(summary(outcome), allow_nan=False))
+    assert list(found) == ["scenario", "ranking", "tracking", "scores", "calibrations"]
+    assert found["scores"]["psoga"] == [
+        {"score": "offset_error", "value": None, "unit": "nT", "in_sample": False, "rotation_removed": False},
+        {"score": "heading_rms", "value": None, "unit": "deg", "in_sample": False, "rotation_removed": False},
+    ]
+    assert found["ranking"] == outcome.ranking()[0]
+    assert found["tracking"] is None
+
+
+def test_calibrations_are_read_back(outcome: Outcome) -> None:
+    found = summary(outcome)["calibrations"]
+    back = from_json(json.dumps(found["ellipsoid"]), name="ellipsoid", where="summary")
+    np.testing.assert_allclose(back.offset_nT, outcome.calibrations["ellipsoid"].offset_nT)
+
+
+def test_a_run_is_judged_against_its_own_truth(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """A calibrator that knows the field to its noise is close to the truth; progress only grows."""
+    scenario = load("tumble", ["sampling.rate_hz=5"])
+    folder = tmp_path_factory.mktemp("run") / "data"
+    generate(scenario, folder)
+    told: list[float] = []
+    found = judge(scenario, *read_run(folder), told.append)
+    assert list(found.calibrations) == list(scenario.calibrators)
+    assert told == sorted(told)
+    assert 0 <= told[0] < told[-1] <= 1
+    best = found.ranking()[0][0]
+    error = next(s.value for s in found.scores[best] if s.name == "holdout_sphere_component_rms")
+    assert error < 0.002 * found.field_strength_nT
