@@ -9,7 +9,6 @@ from typing import Any, Self
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from calib.reference import Reference
@@ -21,7 +20,7 @@ from validation.scoring.outcome import Outcome
 from validation.views.plots.diagnosis import draw_gap
 from validation.views.plots.field import draw_clouds, draw_sphere
 from validation.views.plots.inspection import draw_coverage
-from validation.views.plots.style import encoded
+from validation.views.plots.style import Figure, encoded
 from validation.views.words.diagnosis import parameter_rows
 from validation.views.words.inspection import rows
 
