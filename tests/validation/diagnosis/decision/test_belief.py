@@ -1,0 +1,181 @@
+"""Selection, changes of the iron, and each doubt of what was found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.effects import EFFECTS
+from sim.effects.base import Effect
+from sim.effects.iron import HardIron
+from sim.effects.noise import WhiteNoise
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.decision.belief import (
+    DOUBTS,
+    Belief,
+    Wanders,
+    believed,
+    explained_share,
+    iron_differs,
+    little_is_explained,
+    noise_beside_effects,
+    noise_instead_of_effects,
+    wander_moves_the_mean,
+)
+from validation.diagnosis.decision.iron import absorbed_effects, iron_changes
+from validation.diagnosis.decision.selection import Selection, _with_earth_vector, accepted, select
+from validation.diagnosis.evidence.battery import Battery
+from validation.diagnosis.evidence.compare import Evidence
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.slow_noise import SlowNoise
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.blocks import Fit
+
+DRIVEN = next(effect for effect in EFFECTS if "current" in effect.needs and not effect.sought())
+WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
+CLEAN, LEFT = Battery({}, (), 0.0, ()), Battery({}, (), 0.0, ("means",))
+NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, -100.0, fits=True, identified=True)
+
+
+def _evidence(effect: type[Effect], gain: float, width: int, policy: Policy = STANDARD) -> Evidence:
+    nothing = Fit(np.zeros((1, 1)), np.zeros(width), np.zeros((width, width)))
+    return Evidence(Candidate(effect), gain, 1.0, 1.0, 1.0, None, nothing, width)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def driven() -> Selection:
+    """A selection with a current's field in it."""
+    return select(problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}}))
+
+
+@pytest.fixture(scope="module")
+def nothing() -> Selection:
+    """A selection of white noise."""
+    return select(problem())
+
+
+def test_the_narrowest_of_those_as_good_is_accepted() -> None:
+    wide, narrow, far = _evidence(DRIVEN, 100.0, 9), _evidence(WARM, 98.0, 3), _evidence(HardIron, 20.0, 1)
+    chosen = accepted((wide, narrow, far), STANDARD)
+    assert chosen is not None
+    assert chosen.name == WARM.name
+    assert chosen.alternatives == (DRIVEN.name,)
+
+
+def test_what_the_best_of_a_whole_library_gains_by_chance_is_not_accepted() -> None:
+    needed = STANDARD.accepted(len(EFFECTS))
+    assert needed == pytest.approx(np.log(100 * len(EFFECTS)))
+    assert accepted((_evidence(DRIVEN, needed - 0.1, 3),), STANDARD) is None
+    assert accepted((_evidence(DRIVEN, needed + 0.1, 3),), STANDARD) is not None
+    assert accepted((), STANDARD) is None
+
+
+def test_one_effect_is_found_and_leaves_nothing(driven: Selection) -> None:
+    assert [one.name for one in driven.found] == [DRIVEN.name]
+    assert driven.after.clean
+    assert not driven.before.clean
+    assert driven.first_ranking[0].name == DRIVEN.name
+    assert explained_share(driven) == pytest.approx(1.0, abs=0.1)
+
+
+def test_two_effects_are_found_one_after_the_other() -> None:
+    hidden = {DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}, WARM.name: {WARM.linear[0]: [6.0, -5.0, 4.0]}}
+    selection = select(problem(hidden=hidden))
+    assert {one.name for one in selection.found} == {DRIVEN.name, WARM.name}
+    alone = select(problem(hidden=hidden, policy=Policy(most_effects=1)))
+    assert len(alone.found) == 1
+
+
+def test_nothing_is_found_in_white_noise(nothing: Selection) -> None:
+    assert nothing.found == ()
+    assert nothing.after.clean
+    assert believed(nothing).clean
+
+
+def test_a_constant_vector_of_the_earth_that_is_left_is_told() -> None:
+    """A constant error of the field cannot be taken up by the base where the vehicle turns."""
+    given = recording()
+    error = np.einsum("nji,j->ni", problem(given).state.R_wb, np.array([3.0, -2.0, 0.0]))
+    off = Ground.of(problem(replace(given, mag_nT=given.mag_nT + error)))
+    assert _with_earth_vector(CLEAN, off).why == ("a constant vector in the earth's frame",)
+    assert _with_earth_vector(CLEAN, Ground.of(problem(given))).clean
+
+
+def _believed(selection: Selection, **changes: object) -> Belief:
+    return replace(Belief(selection, Wanders(), selection.found), **changes)  # type: ignore[arg-type]
+
+
+def test_noise_has_the_name_where_it_does_as_well(driven: Selection) -> None:
+    doubted = noise_instead_of_effects(_believed(driven, wanders=Wanders(NOISE, None, -200.0)))
+    assert (doubted.found, doubted.noise) == ((), NOISE)
+    kept = noise_instead_of_effects(_believed(driven, wanders=Wanders(NOISE, None, 0.0)))
+    assert (kept.found, kept.noise) == (driven.found, None)
+    poor = replace(NOISE, fits=False)
+    assert noise_instead_of_effects(_believed(driven, wanders=Wanders(poor, None, -200.0))).noise is None
+
+
+def test_effects_with_a_wander_beside_them_pay_more(driven: Selection) -> None:
+    """Beside a wander the columns cost twice: effect and wander must beat the wander alone by more."""
+    columns, apart = driven.end.inside.shape[2], STANDARD.apart
+    for margin, kept in ((2.5 * (columns + apart), True), (1.5 * (columns + apart), False)):
+        beside = replace(NOISE, score=NOISE.score + margin)
+        doubted = noise_instead_of_effects(_believed(driven, wanders=Wanders(NOISE, beside, -900.0)))
+        assert (doubted.noise is None) == kept
+
+
+def test_noise_beside_effects_must_be_told_and_be_no_form(driven: Selection) -> None:
+    loud = replace(driven, start=driven.start, end=driven.start)
+    assert noise_beside_effects(_believed(loud, wanders=Wanders(None, NOISE))).noise is NOISE
+    small = replace(driven.found[0], evidence=replace(driven.found[0].evidence, strength=1e3))
+    assert noise_beside_effects(_believed(loud, found=(small,), wanders=Wanders(None, NOISE))).noise is None
+    vague = replace(NOISE, identified=False)
+    assert noise_beside_effects(_believed(loud, wanders=Wanders(None, vague))).noise is None
+
+
+def test_effects_that_explain_little_and_leave_structure_are_no_names(driven: Selection) -> None:
+    little = replace(driven, end=driven.start, after=LEFT)
+    doubted = little_is_explained(_believed(little))
+    assert (doubted.found, doubted.unexplained) == ((), True)
+    assert little_is_explained(_believed(replace(driven, after=LEFT))).found == driven.found
+    assert little_is_explained(_believed(replace(little, after=CLEAN))).found == driven.found
+    assert little_is_explained(_believed(little, noise=NOISE)).found == driven.found
+
+
+def test_iron_is_asked_only_where_the_model_knows_it() -> None:
+    given = recording()
+    moved = replace(given, mag_nT=given.mag_nT + np.array([30.0, -20.0, 10.0]))
+    selection = select(problem(moved))
+    found = iron_differs(_believed(selection)).iron
+    assert len(found) == 1
+    assert "hard_iron" in (found[0].name, *found[0].alternatives)
+    ground = replace(selection.end, problem=replace(selection.end.problem, iron_known=False))
+    assert iron_differs(_believed(replace(selection, end=ground))).iron == ()
+    assert iron_differs(_believed(selection, unexplained=True)).iron == ()
+
+
+def test_the_iron_of_the_model_itself_has_not_changed(nothing: Selection) -> None:
+    assert iron_changes(nothing) == ()
+
+
+def test_a_wander_takes_constants_with_it() -> None:
+    given = recording()
+    selection = select(problem(replace(given, mag_nT=given.mag_nT + np.array([30.0, -20.0, 10.0]))))
+    belief = iron_differs(_believed(selection))
+    assert wander_moves_the_mean(belief).iron == belief.iron
+    assert wander_moves_the_mean(replace(belief, noise=NOISE)).iron == ()
+
+
+def test_doubts_are_asked_in_their_order(driven: Selection) -> None:
+    assert believed(driven).found == driven.found
+    assert DOUBTS.index(noise_instead_of_effects) < DOUBTS.index(little_is_explained) < DOUBTS.index(iron_differs)
+
+
+def test_on_a_still_vehicle_everything_looks_like_iron() -> None:
+    given = recording()
+    assert given.att_q is not None
+    still = replace(given, att_q=np.tile(given.att_q[:1], (len(given), 1)), mag_nT=given.mag_nT[:1] + given.mag_nT * 0)
+    still = replace(still, mag_nT=still.mag_nT + np.random.default_rng(0).normal(size=given.mag_nT.shape))
+    assert len(absorbed_effects(problem(still))) > len(absorbed_effects(problem(given)))

@@ -1,0 +1,160 @@
+"""Every rule of the verdict, every doubt of a name, and every line of advice."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim.effects import EFFECTS
+from sim.effects.iron import HardIron
+from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, pieced_together, verdict_of
+from validation.diagnosis.decision.wording import ADVICE, advice_for, sentence_for
+from validation.diagnosis.evidence.battery import Battery
+from validation.diagnosis.evidence.localise import Share
+from validation.diagnosis.result import Diagnosis, GapSize, How, Named, Reach
+from validation.diagnosis.verdict import Verdict
+
+DRIVEN = next(effect for effect in EFFECTS if "current" in effect.needs and not effect.sought())
+POSED = problem()
+GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.97)
+EFFECT = DRIVEN(**{DRIVEN.linear[0]: (1.0, 0.0, 0.0)})
+FOUND = Named(EFFECT, (), How.HELD_OUT, 50.0, 1.0)
+IRON = Named(HardIron((3.0, 0.0, 0.0)), (), How.IRON, 50.0, 1.0)
+NOISE = Named(EFFECT, (), How.SPECTRUM, 50.0, 0.0)
+
+
+def _case(*named: Named, clean: bool = True, explained: float | None = 0.97, **changes: Any) -> Case:
+    case = Case(POSED, named, clean, replace(GAP, explained=explained), (), np.zeros_like(POSED.target))
+    return replace(case, **changes)
+
+
+def _or(named: Named, *others: str) -> Named:
+    return replace(named, alternatives=others)
+
+
+@pytest.mark.parametrize(
+    ("case", "verdict"),
+    [
+        (_case(), Verdict.NONE),
+        (_case(clean=False), Verdict.UNKNOWN),
+        (_case(FOUND), Verdict.NAMED),
+        (_case(_or(FOUND, "bandwidth")), Verdict.CLASS),
+        (_case(FOUND, IRON), Verdict.COMPOSITE),
+        (_case(FOUND, clean=False), Verdict.PARTIAL),
+        (_case(FOUND, clean=False, explained=0.4), Verdict.UNKNOWN),
+        (_case(FOUND, clean=False, explained=None), Verdict.PARTIAL),
+        (_case(IRON), Verdict.NAMED),
+        (_case(_or(IRON, "soft_iron")), Verdict.CLASS),
+        (_case(_or(IRON, "eddy_current")), Verdict.NOT_OBSERVABLE),
+        (_case(NOISE), Verdict.NAMED),
+        (_case(_or(NOISE, "offset_jump")), Verdict.GENERIC),
+    ],
+)
+def test_rules_in_their_order(case: Case, verdict: Verdict) -> None:
+    assert verdict_of(case) is verdict
+
+
+def test_pieces_that_explain_less_than_most_are_no_cause() -> None:
+    two = _case(FOUND, FOUND, clean=False, explained=0.8)
+    assert pieced_together(two) is not None
+    assert doubts_of(two, Verdict.PARTIAL)
+    assert pieced_together(replace(two, gap=replace(GAP, explained=0.95))) is None
+    assert pieced_together(_case(FOUND, clean=False, explained=0.8)) is None
+
+
+def _still_driven(share: float) -> Case:
+    """A case whose rest goes with the current by some share of its power."""
+    current = POSED.state.current_A[:, 0] - POSED.state.current_A[:, 0].mean()
+    noise = np.random.default_rng(0).normal(size=POSED.target.shape)
+    left = noise * 1e-3 + np.sqrt(share) * (current / current.std())[:, None]
+    where = (Share("current_1_A", "body", 0.9),)
+    return _case(FOUND, clean=False, explained=0.7, where=where, left=left)
+
+
+def test_a_name_after_which_the_channel_is_still_there_only_resembles_the_cause() -> None:
+    assert channel_is_left(_still_driven(1.0)) == "what is left still goes with current_1_A"
+    assert doubts_of(_still_driven(1.0), Verdict.PARTIAL)
+    assert channel_is_left(replace(_still_driven(1.0), left=np.random.default_rng(1).normal(size=(4000, 3)))) is None
+    assert channel_is_left(replace(_still_driven(1.0), gap=replace(GAP, explained=0.99))) is None
+    assert channel_is_left(replace(_still_driven(1.0), where=())) is None
+
+
+def test_beside_a_noise_time_alone_speaks_against_no_name() -> None:
+    slow = np.sin(0.02 * POSED.state.time_s)[:, None] * np.ones(3)
+    case = _case(FOUND, NOISE, explained=0.7, where=(Share("time_s", "body", 0.9),), left=slow)
+    assert channel_is_left(case) is None
+    assert channel_is_left(replace(case, named=(FOUND,))) is not None
+
+
+def test_verdicts_that_leave_nothing_are_not_doubted() -> None:
+    assert doubts_of(_still_driven(1.0), Verdict.NAMED) == ()
+    assert doubts_of(replace(_still_driven(1.0), gap=replace(GAP, explained=None)), Verdict.PARTIAL) == ()
+
+
+def _diagnosis(verdict: Verdict = Verdict.NAMED, *named: Named, **changes: Any) -> Diagnosis:
+    tests = Battery({}, (), 0.0, ("means over 5 s",))
+    made = Diagnosis(verdict, "", named, (), GAP, (), (), (), (), tests, tests, None, POSED, POSED.target, POSED.target)  # type: ignore[arg-type]
+    return replace(made, **changes)
+
+
+def test_the_sentence_says_cause_size_and_share() -> None:
+    told = sentence_for(_diagnosis(Verdict.NAMED, FOUND))
+    assert told.startswith(f"Missing in the model: {DRIVEN.name}: {DRIVEN.linear[0]} (1, 0, 0) nT/A, 1 sigma")
+    assert "97 % of the gap" in told
+    unknown = sentence_for(_diagnosis(Verdict.UNKNOWN, where=(Share("pump", "body", 0.5),)))
+    assert "means over 5 s" in unknown
+    assert "it goes with pump" in unknown
+
+
+def test_nothing_is_advised_where_nothing_was_found() -> None:
+    assert advice_for(_diagnosis(Verdict.NONE)) == ()
+
+
+def _turned() -> np.ndarray[Any, Any]:
+    """A slow gap across the field."""
+    across = np.cross(POSED.state.field_nT, [0.0, 0.0, 1.0])
+    return np.sin(0.03 * POSED.state.time_s)[:, None] * across / np.linalg.norm(across, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize(
+    ("found", "says"),
+    [
+        (_diagnosis(Verdict.CLASS, _or(FOUND, "bandwidth")), "may also be bandwidth. To tell: "),
+        (_diagnosis(Verdict.NAMED, FOUND), "--confirm"),
+        (_diagnosis(Verdict.NONE, absorbed=("eddy_current",)), "eddy_current can hardly be told from"),
+        (_diagnosis(Verdict.NONE, untested=("motor_current (no current)",)), "want of channels: motor_current"),
+        (_diagnosis(Verdict.UNKNOWN, before_nT=_turned()), "suspect navigation's attitude"),
+    ],
+)
+def test_each_finding_has_its_advice(found: Diagnosis, says: str) -> None:
+    (line,) = [line for line in advice_for(found) if says in line]
+    assert line.endswith(".")
+
+
+def test_a_recorded_channel_is_offered_as_an_actuator() -> None:
+    given = replace(recording(), channels={"pump": np.ones(4000)})
+    found = _diagnosis(Verdict.UNKNOWN, problem=problem(given), where=(Share("pump", "body", 0.5),))
+    assert "--actuator pump" in advice_for(found)[0]
+    assert "--actuator" not in " ".join(advice_for(replace(found, verdict=Verdict.CLASS)))
+
+
+def test_what_was_confirmed_need_not_be_confirmed_again() -> None:
+    assert advice_for(_diagnosis(Verdict.NAMED, replace(FOUND, evidence=Reach.TRANSFERRED))) == ()
+
+
+def test_without_attitude_attitude_is_asked_for() -> None:
+    found = _diagnosis(Verdict.NONE, problem=problem(without_attitude(recording())))
+    assert "log attitude" in advice_for(found)[0]
+    assert len(ADVICE) == 7
+
+
+def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
+    """(g0^2 - g1^2) / (g0^2 - 1): from 3 to 2 sigma, five eighths."""
+    size = GapSize.of(np.full((9, 1), 3.0), np.full((9, 1), 2.0), np.array([10.0]), POSED.policy)
+    assert (size.before_nT, size.after_nT) == (30.0, 20.0)
+    assert size.explained == pytest.approx(5 / 8)
+    assert GapSize.of(np.ones((9, 1)), np.ones((9, 1)), np.ones(1), POSED.policy).explained is None

@@ -1,0 +1,69 @@
+"""White noise passes the tests at the rate that the policy states; slow waves, tones and tails do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.state import Array
+from validation.diagnosis.evidence.battery import Battery, battery
+from validation.diagnosis.policy import STANDARD, Policy
+
+N, STEP_S = 20_000, 0.02
+
+
+def _tests(residual: Array, policy: Policy = STANDARD, memory: int = 1) -> Battery:
+    return battery(residual, np.ones(len(residual)), STEP_S, 0, policy, memory)
+
+
+def _white(seed: int) -> Array:
+    return np.random.default_rng([seed, 5]).normal(size=(N, 3))
+
+
+def test_white_noise_is_clean() -> None:
+    """At most 0.1 % for means and as little for tones and tails: none or one of 40."""
+    assert sum(not _tests(_white(seed)).clean for seed in range(40)) <= 1
+
+
+def test_an_alarm_of_a_half_is_given_to_about_half() -> None:
+    loose = Policy(means_alarm=0.5)
+    alarms = sum(any(w.startswith("means") for w in _tests(_white(seed), loose).why) for seed in range(30))
+    assert 0.15 * 30 < alarms < 0.65 * 30
+
+
+def test_the_excess_of_means_is_one_for_white_noise_and_that_of_a_wave_for_a_wave() -> None:
+    excess = _tests(_white(0)).excess
+    assert set(excess) == set(STANDARD.mean_lengths_s)
+    assert list(excess.values()) == pytest.approx([1.0] * 3, abs=0.25)
+    size, length = 0.1, round(5.0 / STEP_S)
+    wave = size * np.sqrt(2) * np.sin(2 * np.pi * 0.004 * STEP_S * np.arange(N))[:, None]
+    assert _tests(_white(0) + wave).excess[5.0] == pytest.approx(1 + length * size**2, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("added", "word"),
+    [
+        (lambda t: 0.1 * np.sin(2 * np.pi * 0.02 * t), "means"),
+        (lambda t: 0.15 * np.sin(2 * np.pi * 7.3 * t), "tones at 7.3"),
+        (lambda t: np.where(np.arange(len(t)) % 1000 == 0, 12.0, 0.0), "heavy tails"),
+    ],
+)
+def test_what_is_left_is_told_by_its_word(added, word) -> None:  # type: ignore[no-untyped-def]
+    tests = _tests(_white(1) + added(STEP_S * np.arange(N))[:, None])
+    assert not tests.clean
+    assert any(line.startswith(word) for line in tests.why)
+
+
+def test_noise_behind_a_filter_is_clean_where_its_memory_is_known() -> None:
+    smooth = np.apply_along_axis(lambda v: np.convolve(v, np.ones(3) / np.sqrt(3), "same"), 0, _white(2))
+    assert any(line.startswith("means") for line in _tests(smooth).why)
+    assert not any(line.startswith("means") for line in _tests(smooth, memory=STANDARD.filter_memory).why)
+
+
+def test_samples_left_out_do_not_count() -> None:
+    residual, usable = _white(3), np.ones(N)
+    usable[3000:9000] = 0.0
+    residual[usable == 0] = 0.0
+    tests = battery(residual, usable, STEP_S, 12, STANDARD)
+    assert not any(line.startswith(("means", "heavy")) for line in tests.why)
+    assert tests.kurtosis == pytest.approx(0.0, abs=0.1)

@@ -1,0 +1,104 @@
+"""What the values show by themselves: rounding, full scale, held and wrong values, and more noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim.effects.base import Effect
+from sim.effects.electronics import Quantisation, Saturation
+from sim.effects.faults import Dropouts, Spikes
+from sim.effects.noise import WhiteNoise
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.evidence.direct import direct_evidence
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.localise import TIME, channels, explained_share, localise
+from validation.diagnosis.evidence.white_noise import more_noise
+from validation.diagnosis.policy import STANDARD, Policy
+
+FAULTS: dict[type[Effect], dict[str, Any]] = {
+    Quantisation: {"step_nT": 4.0},
+    Saturation: {"full_scale_nT": 30_000.0},
+    Dropouts: {"rate_hz": 0.02, "mean_duration_s": 4.0},
+    Spikes: {"rate_hz": 0.1, "amplitude_nT": 300.0},
+}
+
+
+@pytest.mark.parametrize("effect", FAULTS, ids=lambda e: e.name)
+def test_a_fault_is_seen_with_its_size(effect: type[Effect]) -> None:
+    posed = problem(hidden={effect.name: FAULTS[effect]}, n=8000)
+    (found,) = direct_evidence(posed)
+    assert type(found.effect) is effect
+    for name, value in FAULTS[effect].items():
+        assert getattr(found.effect, name) == pytest.approx(value, rel=0.5 if effect in (Dropouts, Spikes) else 0.01)
+
+
+def _rounded(model: tuple[Effect, ...] = (), policy: Policy = STANDARD):  # type: ignore[no-untyped-def]
+    given = recording()
+    return problem(replace(given, mag_nT=4.0 * np.round(given.mag_nT / 4.0)), model, policy)
+
+
+def test_clean_values_show_nothing() -> None:
+    assert direct_evidence(problem()) == []
+
+
+def test_what_the_model_has_or_the_library_has_not_is_not_found() -> None:
+    assert direct_evidence(_rounded((Quantisation(4.0),))) == []
+    assert direct_evidence(_rounded((Quantisation(2.0),))) != []
+    assert direct_evidence(_rounded(), frozenset({Quantisation.name})) == []
+    spiked = problem(hidden={Spikes.name: FAULTS[Spikes]}, model=(Spikes(rate_hz=0.1, amplitude_nT=300.0),))
+    assert direct_evidence(spiked) == []
+
+
+def test_a_number_of_the_policy_changes_what_is_seen() -> None:
+    assert direct_evidence(_rounded(policy=Policy(least_step_sigma=10.0))) == []
+
+
+def test_wrong_samples_are_those_that_were_made_wrong() -> None:
+    given = recording()
+    mag = given.mag_nT.copy()
+    where = np.array([300, 1200, 1900, 2800, 3500])
+    mag[where, 1] += [200.0, -150.0, 300.0, 180.0, -220.0]
+    (found,) = direct_evidence(problem(replace(given, mag_nT=mag)))
+    assert found.samples[where].all()
+    assert np.count_nonzero(found.samples) <= len(where) + 2
+
+
+def test_more_white_noise_is_what_the_model_lacks() -> None:
+    """sqrt(5^2 - 3^2) = 4; rounding to q has q^2 / 12 of its own."""
+    posed = problem(noise_nT=5.0, model=(WhiteNoise((3.0, 3.0, 3.0)),))
+    left = Ground.of(posed).residual()
+    found = more_noise(posed, left, ())
+    assert isinstance(found, WhiteNoise)
+    assert found.std_nT == pytest.approx((4.0,) * 3, rel=0.06)
+    assert more_noise(posed, left, (Quantisation(float(np.sqrt(12 * 16))),)) is None
+    assert more_noise(problem(noise_nT=5.0, model=(WhiteNoise((4.9, 4.9, 4.9)),)), left, ()) is None
+    assert more_noise(problem(noise_nT=5.0), left, ()) is None
+
+
+def test_a_gap_goes_first_with_the_channel_that_drives_it() -> None:
+    posed = problem(replace(recording(), channels={"pump": np.sin(0.9 * recording().time_s) > 0.3}))
+    for name, values in channels(posed):
+        if name != TIME and not name.startswith("field"):
+            left = np.asarray(values)[:, None] * np.array([1.0, 0.5, -0.5]) / np.std(values)
+            first = localise(posed, left - left.mean(axis=0))[0]
+            assert first.channel == name
+            assert first.share > 0.9
+
+
+def test_the_share_of_a_channel_that_has_nothing_to_do_with_it_is_none() -> None:
+    rng = np.random.default_rng(6)
+    shares = [explained_share(rng.normal(size=800), rng.normal(size=(800, 3)), STANDARD) for _ in range(40)]
+    assert max(shares) < STANDARD.least_channel_share
+    assert explained_share(np.full(800, 3.0), rng.normal(size=(800, 3)), STANDARD) == 0.0
+
+
+def test_an_error_of_the_earths_frame_is_told_by_its_frame() -> None:
+    posed = problem()
+    wave = np.sin(0.02 * posed.state.time_s)[:, None] * np.array([3.0, -2.0, 1.0])
+    left = np.einsum("nji,nj->ni", posed.state.R_wb, wave)
+    time = next(one for one in localise(posed, left) if one.channel == TIME)
+    assert time.frame == "earth"

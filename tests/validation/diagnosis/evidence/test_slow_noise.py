@@ -1,0 +1,119 @@
+"""Slow noises of known size are told by name; errors of the attitude and driven gaps are none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sim.effects import BY_NAME, EFFECTS
+from sim.state import Array
+from tests.validation.diagnosis.synthetic import NOISE_NT, problem, recording
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.slow_noise import along_field, slow_noise, turns_the_field, wander, white_score
+from validation.diagnosis.evidence.spectrum import Bands
+from validation.diagnosis.evidence.stated import as_stated
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.linear import LinearProblem
+
+SLOW = [effect.name for effect in EFFECTS if effect.clues.spectrum is not None]
+SIZES = {name: 0.5 if BY_NAME[name].clues.spectrum(np.array([0.1]))[0] > 3 else 2.0 for name in SLOW}  # type: ignore[misc]
+
+
+def _hidden(name: str, seed: int = 0) -> LinearProblem:
+    level = BY_NAME[name].with_role("level")
+    return problem(hidden={name: {level: [SIZES[name]] * 3}}, seed=seed)
+
+
+def _left(posed: LinearProblem) -> Array:
+    return Ground.of(posed).residual()
+
+
+def _turned(error_deg: float) -> LinearProblem:
+    """A recording whose attitude wanders."""
+    given = recording()
+    rng = np.random.default_rng(4)
+    walk = np.cumsum(rng.normal(size=(len(given), 3)), axis=0)
+    walk *= np.radians(error_deg) / walk.std()
+    assert given.att_q is not None
+    q = (Rotation.from_quat(given.att_q, scalar_first=True) * Rotation.from_rotvec(walk)).as_quat(scalar_first=True)
+    return problem(replace(given, att_q=q, gyro_rad_s=None))
+
+
+@pytest.mark.parametrize("name", SLOW)
+def test_a_slow_noise_is_told_with_its_size(name: str) -> None:
+    posed = _hidden(name)
+    found = slow_noise(posed, _left(posed))
+    assert found is not None
+    assert name in (found.effect.name, *found.alternatives)
+    assert found.fits
+    if found.effect.name == name:
+        level = BY_NAME[name].with_role("level")
+        assert level is not None
+        assert np.mean(getattr(found.effect, level)) == pytest.approx(SIZES[name], rel=0.3)
+
+
+def test_white_noise_is_no_slow_one() -> None:
+    posed = problem()
+    assert slow_noise(posed, _left(posed)) is None
+
+
+def test_the_score_of_white_noise_is_below_that_of_the_slow_noise_that_is_there() -> None:
+    posed = _hidden(SLOW[0])
+    found = slow_noise(posed, _left(posed))
+    assert found is not None
+    assert found.score > white_score(posed, _left(posed)) + STANDARD.apart
+
+
+def test_an_error_of_the_attitude_has_nothing_along_the_field_and_is_no_noise() -> None:
+    posed = _turned(0.05)
+    assert along_field(posed, _left(posed)) < 0.02
+    assert turns_the_field(posed, _left(posed))
+    assert slow_noise(posed, _left(posed)) is None
+    assert along_field(problem(), np.random.default_rng(0).normal(size=(4000, 3))) == pytest.approx(1 / 3, abs=0.1)
+
+
+def test_a_gap_that_goes_with_a_channel_is_no_wander() -> None:
+    given = recording()
+    assert given.pos_enu_m is not None
+    driven = replace(given, mag_nT=given.mag_nT + 0.02 * given.pos_enu_m[:, :1] ** 2 * np.array([1.0, -0.5, 0.5]))
+    posed = problem(driven)
+    assert wander(posed, _left(posed)) is None
+
+
+def test_bands_of_white_noise_have_its_level() -> None:
+    """One-sided density of white noise of one unit: two intervals."""
+    bands = Bands.of(np.random.default_rng(5).normal(size=(20_000, 3)), 0.1, STANDARD)
+    assert bands.power[-10:] == pytest.approx([0.2] * 10, rel=0.15)
+    level = bands.fit(0.2, np.zeros(len(bands.f)))[1]
+    assert level == pytest.approx(0.2, rel=0.03)
+    assert bands.odds(bands.power / 0.2).min() > 1e-4
+
+
+def test_what_the_model_states_of_its_attitude_is_no_gap_and_more_is() -> None:
+    posed = _turned(0.01)
+    left = _left(posed)
+    stated = replace(posed, attitude_std_rad=np.radians(0.01))
+    less = replace(posed, attitude_std_rad=np.radians(0.002))
+    assert not as_stated(posed, left)
+    assert as_stated(stated, left)
+    assert not as_stated(less, left)
+
+
+def test_a_stated_attitude_error_excuses_nothing_along_the_field() -> None:
+    posed = replace(_hidden(SLOW[0]), attitude_std_rad=np.radians(1.0))
+    assert not as_stated(posed, _left(posed))
+
+
+@pytest.mark.parametrize("name", SLOW)
+def test_a_wander_that_the_model_has_is_stated(name: str) -> None:
+    level = BY_NAME[name].with_role("level")
+    assert level is not None
+    posed = _hidden(name)
+    known = replace(posed, effects=(BY_NAME[name](**{level: (SIZES[name],) * 3}),))
+    small = replace(posed, effects=(BY_NAME[name](**{level: (SIZES[name] / 10,) * 3}),))
+    assert as_stated(known, _left(posed))
+    assert not as_stated(small, _left(posed))
+    assert pytest.approx(float(posed.sigma_nT.mean()), rel=0.1) == NOISE_NT

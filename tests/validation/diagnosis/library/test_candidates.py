@@ -1,0 +1,146 @@
+"""Candidates as columns: what they span is what the effect does, and what is proposed is what was measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim.effects import BY_NAME, EFFECTS
+from sim.state import Array
+from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.decision.iron import survival
+from validation.diagnosis.library.candidates import (
+    Candidate,
+    amplitude_and_phase,
+    changes_of_iron,
+    missing_channels,
+    proposed,
+)
+from validation.diagnosis.problem.linear import LinearProblem
+
+PHASED = [effect for effect in EFFECTS if effect.with_role("phase") and not effect.sought()]
+TANGENT = [effect for effect in EFFECTS if effect.tangents]
+
+
+def _applied(name: str, values: dict[str, Any], posed: LinearProblem) -> Array:
+    effect = BY_NAME[name](**values)
+    early = effect.stage in ("field", "vehicle")
+    signal = posed.state.field_nT if early else posed.clean_nT
+    return effect.apply(posed.state, signal, np.random.default_rng(0), {})
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if e.linear and not e.with_role("phase")], ids=lambda e: e.name)
+def test_columns_times_coefficients_are_what_the_effect_does(effect) -> None:  # type: ignore[no-untyped-def]
+    posed = problem()
+    acting = effect(**effect.example)
+    rest = {p.name: getattr(acting, p.name) for p in acting.parameters() if p.name not in acting.linear}
+    candidate = Candidate(effect, tuple(rest.items()))
+    early = effect.stage in ("field", "vehicle")
+    signal = posed.state.field_nT if early else posed.clean_nT
+    columns = candidate.contribution_nT(posed)
+    done = acting.apply(posed.state, signal, np.random.default_rng(0), {})
+    assert columns @ acting.coefficients() == pytest.approx(done, rel=1e-6, abs=1e-9 * np.abs(done).max())
+    assert candidate.made(acting.coefficients()).coefficients() == pytest.approx(acting.coefficients())
+
+
+@pytest.mark.parametrize("phase_deg", [-140.0, 10.0, 75.0])
+def test_sine_and_cosine_give_amplitude_and_phase_back(phase_deg: float) -> None:
+    amplitude, phase = np.array([2.0, -1.0, 0.5]), np.radians(phase_deg)
+    found, found_deg = amplitude_and_phase(np.concatenate([amplitude * np.cos(phase), amplitude * np.sin(phase)]))
+    same = np.exp(1j * np.radians(found_deg)) * found
+    assert same == pytest.approx(np.exp(1j * phase) * amplitude)
+
+
+@pytest.mark.parametrize("effect", PHASED, ids=lambda e: e.name)
+def test_the_columns_of_a_wave_span_every_phase(effect) -> None:  # type: ignore[no-untyped-def]
+    posed = problem()
+    candidate = Candidate(effect)
+    columns = candidate.contribution_nT(posed).reshape(-1, 2 * len(effect.linear_units()))
+    wave = _applied(effect.name, {**effect.example, effect.with_role("phase"): 33.0}, posed).ravel()
+    period = {k: v for k, v in effect.example.items() if k not in effect.linear and k != effect.with_role("phase")}
+    if not period or all(getattr(effect(), k) == v for k, v in period.items()):
+        c = np.linalg.lstsq(columns, wave, rcond=1e-12)[0]
+        assert columns @ c == pytest.approx(wave, abs=1e-4 * np.abs(wave).max())
+
+
+@pytest.mark.parametrize("effect", TANGENT, ids=lambda e: e.name)
+def test_small_angles_add_up(effect) -> None:  # type: ignore[no-untyped-def]
+    """Tangents are right to first order: the error of a combination is of second."""
+    posed = problem(noise_nT=0.01)
+    c = np.array([0.4, -0.7, 0.5])
+    made = Candidate(effect).made(c)
+    early = effect.stage in ("field", "vehicle")
+    signal = posed.state.field_nT if early else posed.clean_nT
+    done = made.apply(posed.state, signal, np.random.default_rng(0), {})
+    assert np.abs(Candidate(effect).contribution_nT(posed) @ c - done).max() < 1e-3 * np.abs(done).max()
+
+
+def test_coefficients_are_brought_into_bounds_and_known_to_be_beyond_them() -> None:
+    (effect,) = [e for e in EFFECTS if e.linear and "position" in e.needs and e.sought()]
+    candidate = Candidate(effect, ((effect.with_role("place"), (0.0, 0.0, -9.0)),))
+    low, high = candidate.bounds[0]
+    assert candidate.possible(np.array([high, low, 0.0]))
+    assert not candidate.possible(np.array([1.01 * high, 0.0, 0.0]))
+    assert candidate.made(np.array([1.01 * high, 0.0, 0.0])).coefficients() == pytest.approx([high, 0.0, 0.0])
+
+
+def test_a_delay_of_the_wrong_sign_is_not_possible() -> None:
+    delays = [e for e in EFFECTS if not e.linear and not e.tangents and e.search]
+    assert delays
+    for effect in delays:
+        assert Candidate(effect).possible(np.array([1.0]))
+        assert not Candidate(effect).possible(np.array([-1.0]))
+
+
+def test_what_was_not_measured_is_not_proposed() -> None:
+    given = recording()
+    for column, need in (("temperature_degC", "temperature"), ("current_A", "current"), ("pos_enu_m", "position")):
+        posed = problem(replace(given, **{column: None}))
+        assert proposed(problem(given)).keys() - proposed(posed).keys()
+        assert not any(need in BY_NAME[name].needs for name in proposed(posed))
+        assert any(missing_channels(effect, posed) == (need,) for effect in EFFECTS)
+
+
+def test_without_attitude_nothing_that_needs_it_is_proposed() -> None:
+    names = proposed(problem(without_attitude(recording())))
+    assert names
+    assert not any({"attitude", "position"} & set(BY_NAME[name].needs) for name in names)
+
+
+def test_a_path_that_is_too_short_has_no_places() -> None:
+    given = recording()
+    assert given.pos_enu_m is not None
+    still = replace(given, pos_enu_m=given.pos_enu_m * 0.01)
+    assert any("position" in BY_NAME[name].needs for name in proposed(problem(given)))
+    assert not any("position" in BY_NAME[name].needs for name in proposed(problem(still)))
+
+
+def test_names_left_out_and_noises_are_not_proposed() -> None:
+    posed = problem()
+    some = next(iter(proposed(posed)))
+    assert some not in proposed(posed, frozenset({some}))
+    assert not any(BY_NAME[name].stochastic for name in proposed(posed))
+
+
+def test_each_motor_and_all_of_them_are_tried() -> None:
+    posed = problem()
+    driven = [name for name in proposed(posed) if BY_NAME[name].with_role("motor")]
+    assert driven
+    for name in driven:
+        motor = BY_NAME[name].with_role("motor")
+        assert [dict(one.nonlinear)[motor] for one in proposed(posed)[name]] == [0, 1, 2]
+
+
+@pytest.mark.parametrize("name", changes_of_iron())
+def test_the_base_takes_up_whole_what_is_called_iron(name: str) -> None:
+    posed = problem(noise_nT=0.01)
+    assert survival(posed, changes_of_iron()[name][0]) < 1e-3
+
+
+def test_the_base_leaves_most_of_what_a_free_motion_shows() -> None:
+    posed = problem()
+    driven = [members[0] for name, members in proposed(posed).items() if "current" in BY_NAME[name].needs]
+    assert all(survival(posed, member) > posed.policy.absorbed_survival for member in driven)

@@ -1,0 +1,140 @@
+"""Moments, tones and places are found where they were put, on series whose truth is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.effects import EFFECTS
+from sim.effects.base import Effect
+from sim.effects.values import Role
+from sim.state import Array
+from tests.validation.diagnosis.synthetic import HZ, problem, recording, without_attitude
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.library.moments import _gains, moments
+from validation.diagnosis.library.places import ThinnedPath, places
+from validation.diagnosis.library.search import SEARCHES, between_neighbours, found_by_search
+from validation.diagnosis.library.tones import tones
+from validation.diagnosis.problem.linear import LinearProblem
+
+
+def _sought(role: Role) -> type[Effect]:
+    return next(effect for effect in EFFECTS if effect.sought() == role)
+
+
+def _value(candidate: Candidate, role: Role) -> Array:
+    name = candidate.effect.with_role(role)
+    assert name is not None
+    return np.asarray(dict(candidate.nonlinear)[name])
+
+
+def _left(posed: LinearProblem) -> Array:
+    return Ground.of(posed).residual()
+
+
+def _stepped(at: int, step_nT: tuple[float, float, float]) -> LinearProblem:
+    given = recording()
+    mag = given.mag_nT.copy()
+    mag[at:] += step_nT
+    return problem(replace(given, mag_nT=mag))
+
+
+@pytest.mark.parametrize("at", [700, 2000, 3500])
+def test_the_moment_of_a_step_is_its_sample(at: int) -> None:
+    posed = _stepped(at, (8.0, -6.0, 4.0))
+    (found,) = moments(posed, _left(posed), Candidate(_sought("moment")))
+    assert float(_value(found, "moment")) == pytest.approx(at / HZ, abs=1.5 / HZ)
+    assert found.tried == 4000
+
+
+def test_the_gain_of_a_moment_is_that_of_dense_least_squares() -> None:
+    posed = _stepped(1500, (3.0, 2.0, -1.0))
+    left = _left(posed)
+    t = 1500
+    step = np.r_[np.zeros(t), np.ones(len(left) - t)]
+    step -= posed.base @ np.linalg.lstsq(posed.base, step, rcond=None)[0]
+    dense = ((step @ left) ** 2).sum() / (step @ step)
+    assert _gains(posed, left)[t] == pytest.approx(dense, rel=1e-6)
+
+
+def test_a_step_is_found_through_the_strength_alone() -> None:
+    given = recording()
+    mag = given.mag_nT.copy()
+    mag[1800:] += (30.0, -20.0, 25.0)
+    posed = problem(without_attitude(replace(given, mag_nT=mag)))
+    member = Candidate(_sought("moment"), (("time_s", 0.0),))
+    (found,) = moments(posed, _left(posed), member)
+    assert float(_value(found, "moment")) == pytest.approx(180.0, abs=5.0)
+
+
+@pytest.mark.parametrize("tone_hz", [0.3217, 1.2345, 3.9])
+def test_a_tone_is_found_between_the_lines(tone_hz: float) -> None:
+    given = recording()
+    assert given.current_A is not None
+    wave = given.current_A.sum(axis=1) * np.sin(2 * np.pi * tone_hz * given.time_s + 0.7)
+    posed = problem(replace(given, mag_nT=given.mag_nT + wave[:, None] * np.array([0.8, 0.3, -0.5])))
+    motor = _sought("frequency").with_role("motor")
+    assert motor is not None
+    (found,) = tones(posed, _left(posed), Candidate(_sought("frequency"), ((motor, 0),)))
+    assert float(_value(found, "frequency")) == pytest.approx(tone_hz, abs=1e-3)
+
+
+def test_a_ripple_is_never_slower_than_the_policy_says() -> None:
+    given = recording()
+    slow = 20 * np.sin(2 * np.pi * 0.02 * given.time_s)
+    posed = problem(replace(given, mag_nT=given.mag_nT + slow[:, None]))
+    (found,) = tones(posed, _left(posed), Candidate(_sought("frequency")))
+    assert float(_value(found, "frequency")) > posed.policy.slowest_tone_hz - 1 / 400
+
+
+def _with_dipole(place: Array) -> LinearProblem:
+    effect = _sought("place")
+    hidden = {effect.name: {effect.with_role("place"): place.tolist(), effect.linear[0]: [60.0, -40.0, 80.0]}}
+    return problem(hidden=hidden)
+
+
+def test_a_dipole_is_found_at_its_place() -> None:
+    place = np.array([8.0, 14.0, -8.0])
+    posed = _with_dipole(place)
+    found = places(posed, _left(posed), Candidate(_sought("place")))
+    assert found
+    assert min(np.linalg.norm(_value(one, "place") - place) for one in found) < 0.5
+
+
+def test_unit_dipoles_are_the_effects_own() -> None:
+    """What the search's kernel leaves of the effect's field at the true place is nothing."""
+    effect, place = _sought("place"), np.array([8.0, 14.0, -8.0])
+    posed = problem(noise_nT=1e-6)
+    name = effect.with_role("place")
+    assert name is not None
+    columns = Candidate(effect, ((name, tuple(place)),)).columns(posed)
+    thin = ThinnedPath.of(posed, columns @ np.array([1.0, -2.0, 0.5]))
+    assert np.linalg.norm(thin.left(place)) < 0.01 * np.linalg.norm(thin.y)
+
+
+def test_every_role_that_must_be_sought_has_a_search() -> None:
+    assert {effect.sought() for effect in EFFECTS} - {None} == set(SEARCHES)
+
+
+def test_what_has_no_search_stays_as_it_is() -> None:
+    members = [Candidate(effect) for effect in EFFECTS if effect.search and not effect.sought()][:1]
+    assert found_by_search(problem(), np.zeros((4000, 3)), members) == members
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if len(e.search) == 1 and not e.sought()], ids=lambda e: e.name)
+def test_a_listed_number_moves_between_its_neighbours(effect: type[Effect]) -> None:
+    """A misfit with its minimum between two listed values: it is found, to a percent."""
+    ((name, listed),) = effect.search.items()
+    low, high = listed[-2], listed[-1]
+    truth = float(np.sqrt(max(low, 1e-2 * high) * high))
+
+    def misfit(candidate: Candidate) -> float:
+        return float(np.log(dict(candidate.nonlinear)[name] / truth) ** 2)
+
+    found = between_neighbours(Candidate(effect, ((name, high),)), misfit)
+    assert found is not None
+    assert dict(found.nonlinear)[name] == pytest.approx(truth, rel=0.03)
+    assert found.tried == len(listed)

@@ -1,0 +1,107 @@
+"""Whitening, the fitted turn and the noise of a problem, in vector and in strength mode."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from scenarios.errors import InputError
+from sim.effects.iron import HardIron, SoftIron
+from tests.validation.diagnosis.synthetic import (
+    FIELD_ENU_NT,
+    NOISE_NT,
+    STRENGTH_NT,
+    problem,
+    recording,
+    without_attitude,
+)
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.motion import quieter_rate
+from validation.diagnosis.problem.pose import pose
+
+MATRIX = np.array([[1.05, 0.01, -0.02], [0.0, 0.97, 0.015], [0.005, 0.01, 1.02]])
+
+
+def test_the_noise_of_a_sample_is_that_of_the_sensor() -> None:
+    assert problem().sigma_nT == pytest.approx([NOISE_NT] * 3, rel=0.06)
+    assert problem(without_attitude(recording())).sigma_nT == pytest.approx([NOISE_NT], rel=0.06)
+
+
+def test_the_fitted_turn_is_the_matrix_that_was_applied() -> None:
+    given = recording(noise_nT=0.1)
+    moved = replace(given, mag_nT=given.mag_nT @ MATRIX.T + np.array([300.0, -200.0, 100.0]))
+    assert problem(moved).turn == pytest.approx(MATRIX, abs=1e-4)
+
+
+def test_a_fixed_turn_of_the_sensor_leaves_no_gap() -> None:
+    given = recording()
+    turned = replace(given, mag_nT=Rotation.from_euler("ZYX", [1.0, 0.4, -0.2]).apply(given.mag_nT))
+    left = problem(turned).target
+    assert np.sqrt((left**2).mean()) == pytest.approx(1.0, abs=0.05)
+
+
+def test_early_contributions_pass_through_the_turn_and_late_ones_do_not() -> None:
+    given = recording(noise_nT=0.1)
+    posed = problem(replace(given, mag_nT=given.mag_nT @ MATRIX.T))
+    e = np.random.default_rng(0).normal(size=(len(given), 3, 2))
+    assert posed.whitened(e, "vehicle") * posed.sigma_nT[:, None] == pytest.approx(posed.turn @ e)
+    assert posed.whitened(e, "sensor") * posed.sigma_nT[:, None] == pytest.approx(e)
+
+
+def test_samples_left_out_weigh_nothing() -> None:
+    posed = problem()
+    gone = np.zeros(len(posed.recording), bool)
+    gone[100:200] = True
+    rest = posed.without(gone)
+    for values in (rest.target, rest.base, rest.whitened(np.ones((len(gone), 3, 1)), "field")):
+        assert not values[gone].any()
+        assert values[~gone].any()
+
+
+@pytest.mark.parametrize("stage", ["vehicle", "sensor"])
+def test_the_column_of_a_strength_is_its_derivative(stage: str) -> None:
+    """``d|h| / d eps`` of the calibrated field, by a difference."""
+    given = recording(noise_nT=0.1)
+    posed = problem(without_attitude(replace(given, mag_nT=given.mag_nT @ MATRIX.T)))
+    e = np.random.default_rng(1).normal(size=(len(given), 3))
+    inward = e if stage == "vehicle" else e @ np.linalg.inv(posed.turn).T
+    h, small = posed.state.field_nT, 1e-2
+    change = np.linalg.norm(h + small * inward, axis=1) - np.linalg.norm(h - small * inward, axis=1)
+    column = posed.whitened(e[:, :, None], stage)[:, 0, 0]
+    assert column * posed.sigma_nT == pytest.approx(change / (2 * small), abs=1e-6)
+
+
+def test_the_strengths_base_takes_up_every_small_change_of_iron() -> None:
+    posed = problem(without_attitude(recording(noise_nT=1e-3)))
+    for changed in (HardIron((5.0, -3.0, 4.0)), SoftIron(((1e-4, 2e-5, 0), (2e-5, -1e-4, 0), (0, 0, 5e-5)))):
+        done = changed.apply(posed.state, posed.state.field_nT, np.random.default_rng(0), {})
+        column = posed.whitened(done[:, :, None], "vehicle")[:, 0, 0]
+        left = column - posed.base @ np.linalg.lstsq(posed.base, column, rcond=None)[0]
+        assert np.linalg.norm(left) < 1e-6 * np.linalg.norm(column)
+
+
+def test_a_few_wrong_samples_do_not_move_the_base_and_many_are_a_gap() -> None:
+    given = recording()
+    for share, moved in ((0.01, False), (0.3, True)):
+        mag = given.mag_nT.copy()
+        mag[np.random.default_rng(2).random(len(mag)) < share] += 5000.0
+        offset = (problem(replace(given, mag_nT=mag)).clean_nT - given.mag_nT).mean(axis=0)
+        assert (np.abs(offset).max() > 100.0) == moved
+
+
+def test_an_attitude_that_is_held_gives_way_to_the_gyro() -> None:
+    given = recording()
+    truth = quieter_rate(given, STANDARD)
+    noisy = truth + 0.05 * np.random.default_rng(3).normal(size=truth.shape)
+    assert given.att_q is not None
+    held = np.repeat(given.att_q[::2], 2, axis=0)
+    assert (quieter_rate(replace(given, gyro_rad_s=noisy), STANDARD) == truth).all()
+    assert (quieter_rate(replace(given, gyro_rad_s=noisy, att_q=held), STANDARD) == noisy).all()
+
+
+def test_a_recording_too_short_to_cut_is_refused() -> None:
+    with pytest.raises(InputError, match="at least 200"):
+        pose(recording(100), FIELD_ENU_NT, STRENGTH_NT, ())

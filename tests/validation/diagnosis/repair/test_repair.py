@@ -1,0 +1,133 @@
+"""Refined parameters against the closed form, open directions, joined chains, and a second recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenarios.errors import InputError
+from sim.effects import BY_NAME, EFFECTS
+from sim.effects.base import Effect
+from sim.effects.drift import OffsetJump
+from sim.effects.electronics import Quantisation
+from sim.effects.noise import WhiteNoise
+from sim.state import Array
+from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.repair.chain import joined, left_as_it_stands, left_with_iron_refitted, predict
+from validation.diagnosis.repair.confirm import evidence_there
+from validation.diagnosis.repair.numbers import FreeNumbers
+from validation.diagnosis.repair.refine import refined, variances
+
+DRIVEN = next(effect for effect in EFFECTS if "current" in effect.needs and not effect.sought())
+GAIN = (2.0, -1.0, 4.0)
+TRUTH = DRIVEN(**{DRIVEN.linear[0]: GAIN})
+START = DRIVEN(**{DRIVEN.linear[0]: (1.5, -0.5, 3.0)})
+EVERY = np.ones(4000, bool)
+
+
+def _dense(refit_iron: bool) -> tuple[Array, Array]:
+    """Coefficients and standard deviations by one least squares on all columns: the effect is linear in its gain."""
+    posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
+    columns = Candidate(DRIVEN).contribution_nT(posed).reshape(-1, 3)
+    if refit_iron:  # of the iron, which is nearly one, only what is beside the effect matters
+        iron = np.column_stack([posed.predicted_nT / 5e4, np.ones(4000)])
+        base = np.kron(iron[:, None, :], np.eye(3)).reshape(-1, 12)
+        columns = np.concatenate([columns, base], axis=1)
+    weight = 1 / np.tile(posed.sigma_nT, 4000)
+    A = columns * weight[:, None]
+    b = ((posed.recording.mag_nT - posed.predicted_nT).ravel()) * weight
+    size = np.linalg.norm(A, axis=0)
+    c = np.linalg.lstsq(A / size, b, rcond=None)[0] / size
+    std = np.sqrt(np.diag(np.linalg.inv((A / size).T @ (A / size)))) / size
+    return c[:3], std[:3]
+
+
+@pytest.mark.parametrize("refit_iron", [True, False])
+def test_refined_parameters_are_those_of_the_closed_form(refit_iron: bool) -> None:
+    posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
+    fine = refined(posed, [START], EVERY, refit_iron=refit_iron)
+    c, std = _dense(refit_iron)
+    assert getattr(fine.effects[0], DRIVEN.linear[0]) == pytest.approx(c, abs=0.02 * std.max() + 1e-3)
+    assert fine.spread[0][DRIVEN.linear[0]] == pytest.approx(std, rel=0.02)
+    assert np.abs(c - GAIN).max() < 4 * std.max()
+
+
+def test_colour_widens_by_its_root() -> None:
+    posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
+    plain, wide = (refined(posed, [START], EVERY, V).spread[0][DRIVEN.linear[0]] for V in (1.0, 9.0))
+    assert wide == pytest.approx(3 * plain, rel=1e-6)
+
+
+def test_without_attitude_nothing_is_refined() -> None:
+    posed = problem(without_attitude(recording()))
+    assert refined(posed, [START], EVERY).effects == (START,)
+
+
+def test_a_direction_that_the_data_leave_open_has_no_interval() -> None:
+    """Two columns alike: their sum is known, each of them is not; the third is."""
+    rng = np.random.default_rng(0)
+    J = rng.normal(size=(500, 3))
+    J[:, 1] = J[:, 0] * 2
+    found = variances(J.T @ J, STANDARD)
+    assert np.isinf(found[:2]).all()
+    assert found[2] == pytest.approx(1 / (J[:, 2] ** 2).sum(), rel=0.05)
+    full = rng.normal(size=(500, 3))
+    assert variances(full.T @ full, STANDARD) == pytest.approx(np.diag(np.linalg.inv(full.T @ full)))
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if not e.stochastic], ids=lambda e: e.name)
+def test_numbers_go_out_and_come_back(effect: type[Effect]) -> None:
+    made = effect(**effect.example)
+    numbers = FreeNumbers((made, TRUTH))
+    again = FreeNumbers(numbers.at(numbers.values))
+    assert again.values == pytest.approx(numbers.values, rel=1e-9, abs=1e-12)
+    assert (numbers.scale > 0).all()
+    spread = numbers.spread(numbers.scale)
+    assert all(np.shape(part) == np.shape(getattr(made, name)) for name, part in spread[0].items())
+    fixed = [p.name for p in made.parameters() if p.role in ("fixed", "motor", "moment")]
+    assert not set(fixed) & set(spread[0])
+
+
+def test_new_effects_stand_at_their_physical_place() -> None:
+    given = (WhiteNoise((1.0,) * 3), Quantisation(1.0))
+    order = [effect.name for effect in joined(given, [TRUTH, OffsetJump()])]
+    rank = {name: i for i, name in enumerate(BY_NAME)}
+    assert order == sorted(order, key=rank.__getitem__)
+    assert joined((TRUTH,), [START]) == (TRUTH, START)
+
+
+def test_a_prediction_is_smooth_where_the_converter_rounds() -> None:
+    posed = problem(model=(Quantisation(100.0),))
+    assert len(np.unique(predict(posed, [TRUTH])[:, 0])) > 3000
+
+
+def test_the_right_effect_takes_the_gap_away() -> None:
+    posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
+    for left in (left_as_it_stands, lambda posed, nT: left_with_iron_refitted(posed, nT, EVERY)):
+        before, after = (float((left(posed, predict(posed, new)) ** 2).mean()) for new in ([], [TRUTH]))
+        assert before > 1.5
+        assert after == pytest.approx(1.0, abs=0.08)
+
+
+def test_a_second_recording_bears_out_what_it_has() -> None:
+    """Nats of a frozen effect on another recording: half the squares that it takes away."""
+    there = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}}, seed=7)
+    absent = problem(seed=7)
+    with_it, without = evidence_there(there, [TRUTH], []), evidence_there(absent, [TRUTH], [])
+    part = Candidate(DRIVEN).columns(there) @ np.array(GAIN)
+    left = part - there.base @ np.linalg.lstsq(there.base, part, rcond=None)[0]
+    assert with_it == pytest.approx((left**2).sum() / 2, rel=0.25)
+    assert with_it > STANDARD.apart
+    assert without < -STANDARD.apart
+
+
+def test_numbers_that_do_not_go_together_are_refused() -> None:
+    numbers = FreeNumbers((TRUTH,))
+    assert numbers.at(np.array([1e12, 0.0, 0.0]))[0].coefficients()[0] < 1e12
+    with pytest.raises((InputError, ValueError)):
+        numbers.at(np.array([np.nan, 0.0, 0.0]))
+    assert replace(TRUTH) == TRUTH

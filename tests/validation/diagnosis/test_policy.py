@@ -1,0 +1,105 @@
+"""Every number that decides stands in the policy, with words, and changing one changes a decision."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from scenarios.errors import InputError
+from sim.effects import EFFECTS
+from tests.conftest import ROOT
+from tests.validation.diagnosis.synthetic import problem
+from validation.diagnosis.decision.selection import select
+from validation.diagnosis.policy import STANDARD, Policy, changed
+from validation.diagnosis.problem.blocks import Cut
+
+FILES = sorted((ROOT / "validation" / "diagnosis").rglob("*.py"))
+DRIVEN = next(effect for effect in EFFECTS if "current" in effect.needs and not effect.sought())
+GUARDS = {
+    "pose.py": {"NOMINAL_NT"},
+    "linear.py": {"LEAST_NOISE"},
+    "places.py": {"MEAN_S", "MOST_MEANS"},
+    "battery.py": {"MOST_TONES"},
+    "spectrum.py": {"WINDOW_LINES"},
+    "steps.py": {"LOG_SIZES"},
+    "result.py": {"NORMAL_95"},
+    "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
+    "chain.py": {"SCALE_NT"},
+    "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
+    "refine.py": {"ROUNDS", "IMPOSSIBLE"},
+}
+"""Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""
+COUNTS = {0, 1, 2, 3, 24}
+"""Numbers that may be compared with: signs, shapes, whether there are several; 24 / n is a kurtosis' variance."""
+ROUNDING = 1e-6
+"""Numbers below only keep a division or a comparison from failing."""
+
+
+def _numbers(node: ast.AST) -> Iterator[float]:
+    for part in ast.walk(node):
+        if isinstance(part, ast.Constant) and isinstance(part.value, int | float) and not isinstance(part.value, bool):
+            yield part.value
+
+
+def _constants(tree: ast.Module) -> set[str]:
+    """Names of module constants that hold a number."""
+    made = [node for node in tree.body if isinstance(node, ast.Assign) and any(_numbers(node.value))]
+    names = (name for node in made for target in node.targets for name in ast.walk(target))
+    return {name.id for name in names if isinstance(name, ast.Name)}
+
+
+@pytest.mark.parametrize("path", [f for f in FILES if f.name != "policy.py"], ids=lambda p: p.name)
+def test_no_number_that_decides_stands_elsewhere(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert _constants(tree) <= GUARDS.get(path.name, set())
+    compared = [
+        number
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Compare)
+        for side in (node.left, *node.comparators)
+        if not isinstance(side, ast.Call | ast.Subscript)
+        for number in _numbers(side)
+    ]
+    assert {number for number in compared if number > ROUNDING} <= COUNTS
+
+
+def test_every_number_has_its_words() -> None:
+    for one in fields(Policy):
+        assert len(one.metadata["meaning"].split()) >= 4, one.name
+        assert one.metadata["alarms"], one.name
+        assert one.metadata["run"], one.name
+
+
+def test_every_number_is_used() -> None:
+    text = "".join(path.read_text(encoding="utf-8") for path in FILES)
+    for one in fields(Policy):
+        assert f"policy.{one.name}" in text or f"self.{one.name}" in text, one.name
+
+
+def test_a_stricter_policy_names_less() -> None:
+    posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [0.2, -0.15, 0.2]}})
+    strict = problem(posed.recording, policy=Policy(alpha=1e-300))
+    assert [one.name for one in select(posed).found] == [DRIVEN.name]
+    assert select(strict).found == ()
+
+
+def test_blocks_follow_the_policy() -> None:
+    assert Cut.of(10_000, 0.1, STANDARD).length == 50
+    assert Cut.of(10_000, 0.1, changed(STANDARD, ["block_s=2"])).length == 20
+    assert Cut.of(1_000, 0.1, STANDARD).length == 10
+
+
+def test_numbers_are_read_as_their_kind() -> None:
+    made = changed(STANDARD, ["alpha=0.001", "splits=4", "colour_blocks=1,4"])
+    assert (made.alpha, made.splits, made.colour_blocks) == (0.001, 4, (1, 4))
+    assert made.apart > STANDARD.apart
+
+
+@pytest.mark.parametrize("text", ["nonsense=1", "alpha=much", "splits=2.5", "alpha", "alpha=-1", "half=inf"])
+def test_what_is_no_number_of_the_policy_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match=text.partition("=")[0]):
+        changed(STANDARD, [text])
