@@ -61,6 +61,11 @@ class Plan:
     effects: tuple[tuple[Effect, ...], ...]
 
     @property
+    def interval_s(self) -> float:
+        """Time between samples."""
+        return 1.0 / self.drawn.sampling.rate_hz
+
+    @property
     def effects_named(self) -> tuple[str, ...]:
         """Names of all effects of all sensors, each once, in chain order: that of every sensor, whichever it has."""
         present = {effect.name for sensor in self.effects for effect in sensor}
@@ -115,38 +120,61 @@ def blocks(plan: Plan, watch: Callable[[Motion], object] = lambda motion: None) 
     `watch` is shown the motion of each block.
     """
     scenario = plan.drawn
-    interval_s = 1.0 / scenario.sampling.rate_hz
-    thermometer = Thermometer(scenario.thermal, interval_s)
-    instruments = Instruments(scenario.navigation, plan.seed, plan.run, interval_s, _alignment_q(plan.effects[0]))
+    thermometer = Thermometer(scenario.thermal, plan.interval_s)
+    instruments = Instruments(scenario.navigation, plan.seed, plan.run, plan.interval_s, _alignment_q(plan.effects[0]))
     chains = [Chain(effects, plan.seed, plan.run, k) for k, effects in enumerate(plan.effects)]
     for motion in drive(scenario, stream(plan.seed, plan.run, "flow")):
         watch(motion)
         temperature = thermometer.temperature_degC(-motion.kinematics.pos_enu_m[:, 2], motion.current_A)
-        block = _measured(instruments.measure(motion, temperature))
-        block |= motion.channels
-        block["time_s"] = motion.time_s
-        block["phase"] = np.full(len(motion.time_s), scenario.phases[motion.phase].label)
+        block = _recorded(scenario, motion, instruments.measure(motion, temperature))
         for k, (effects, sensor) in enumerate(zip(chains, scenario.sensors, strict=True)):
-            state = _state(plan, motion, sensor, temperature, interval_s)
-            mag, labels = effects.apply(state)
-            number = k + 1 if len(chains) > 1 else None
-            block |= _columns(mag_names(number), mag)
-            for name in plan.effects_named:
-                label = labels.get(name)
-                block |= _columns(effect_names(name, number), np.zeros_like(mag) if label is None else label)
-        block |= _columns(TRUE_FIELD, state.field_nT)
-        block |= _columns(TRUE_ATTITUDE, motion.kinematics.q)
-        block |= _columns(TRUE_POSITION, motion.kinematics.pos_enu_m)
-        yield block
+            state = _state(plan, motion, sensor, temperature)
+            block |= _magnetometer(plan, effects, state, k + 1 if len(chains) > 1 else None)
+        yield block | _truth(plan, motion)
 
 
-def _state(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Array, interval_s: float) -> State:
+def _recorded(scenario: Scenario, motion: Motion, measured: dict[str, Array]) -> Block:
+    """What the instruments beside the magnetometer give."""
+    about: Block = {
+        "time_s": motion.time_s,
+        "phase": np.full(len(motion.time_s), scenario.phases[motion.phase].label),
+        TEMPERATURE: measured["temperature_degC"],
+    }
+    vectors: Block = {}
+    for key, group in (
+        *(("gyro_rad_s", GYRO), ("accel_m_s2", ACCEL)),
+        *(("att_q", ATTITUDE), ("pos_enu_m", POSITION)),
+    ):
+        vectors |= _columns(group, measured[key])
+    return about | vectors | currents_of(measured["current_A"]) | motion.channels
+
+
+def _magnetometer(plan: Plan, effects: Chain, state: State, number: int | None) -> Block:
+    """One magnetometer's signal, and what each effect contributes to it; number: of several, from 1."""
+    mag_nT, labels = effects.apply(state)
+    block = _columns(mag_names(number), mag_nT)
+    for name in plan.effects_named:
+        label_nT = labels[name] if name in labels else np.zeros_like(mag_nT)
+        block |= _columns(effect_names(name, number), label_nT)
+    return block
+
+
+def _truth(plan: Plan, motion: Motion) -> Block:
+    """The undisturbed field in the body, and the true pose."""
+    return {
+        **_columns(TRUE_FIELD, to_body(motion.R_wb, plan.field_enu_nT[None])),
+        **_columns(TRUE_ATTITUDE, motion.kinematics.q),
+        **_columns(TRUE_POSITION, motion.kinematics.pos_enu_m),
+    }
+
+
+def _state(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Array) -> State:
     """What the magnetometer at its place on the body goes through."""
     k = motion.kinematics
     field = to_body(motion.R_wb, plan.field_enu_nT[None])
     return State(
         time_s=motion.time_s,
-        interval_s=interval_s,
+        interval_s=plan.interval_s,
         pos_enu_m=k.pos_enu_m + to_world(motion.R_wb, np.array([sensor.position_m])),
         R_wb=motion.R_wb,
         rate_rad_s=k.rate_rad_s,
@@ -164,16 +192,6 @@ def _alignment_q(effects: tuple[Effect, ...]) -> Array:
         if isinstance(effect, AttitudeMisalignment):
             q = q_from_matrix(effect.turn(matrix_from_q(q)))
     return q
-
-
-def _measured(values: dict[str, Array]) -> Block:
-    block: Block = {TEMPERATURE: values["temperature_degC"]}
-    for key, group in (
-        *(("gyro_rad_s", GYRO), ("accel_m_s2", ACCEL)),
-        *(("att_q", ATTITUDE), ("pos_enu_m", POSITION)),
-    ):
-        block |= _columns(group, values[key])
-    return block | currents_of(values["current_A"])
 
 
 def _columns(labels: tuple[str, ...], values: Array) -> Block:
