@@ -114,9 +114,13 @@ def _singular(fit: Calibration) -> Status | None:
 
 def _misfit(residual_nT: Array, strength_nT: float) -> Status | None:
     """Not converged when what is left is no small part of the field."""
+    limit_nT = MAX_MISFIT_FRACTION * strength_nT
+    flat = residual_nT.ravel()
+    if flat @ flat <= len(residual_nT) * limit_nT**2 / 2:  # half of the samples can then be no further off
+        return None
     length = np.abs(residual_nT) if residual_nT.ndim == 1 else np.linalg.norm(residual_nT, axis=1)
     typical = float(np.median(length))
-    if typical <= MAX_MISFIT_FRACTION * strength_nT:
+    if typical <= limit_nT:
         return None
     return Status(
         "not_converged",

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.models.ellipsoid import Ellipsoid, EllipsoidFit, Standardised
+from calib.models.ellipsoid import EllipsoidFit, Standardised
 from calib.models.quadric import QuadricFit, fit_ellipsoid_specific, refit
 from calib.observability import thinnest_direction, unobservable
 from calib.reference import Reference
@@ -41,13 +41,13 @@ class EllipsoidCalibrator(Calibrator):
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         scaled = Standardised.of(recording.mag_nT)
         fit, history, settled = self._rounds(scaled.x)
-        if Ellipsoid.of_quadric(fit.theta) is None:
+        estimate = EllipsoidFit.of_quadric(fit.theta, fit.covariance, fit.noise_std, history)
+        if estimate is None:
             why = "the quadric that fits the measurements best is not an ellipsoid"
             return unobservable(thinnest_direction(recording.mag_nT), why)
         status = Status.settled(
             settled, f"after {self.rounds} rounds the estimate still moves by {history[-1]:.2g} standard deviations"
         )
-        estimate = EllipsoidFit.of_quadric(fit.theta, fit.covariance, fit.noise_std, history)
         return scaled.calibration(self.name, status, estimate, reference)
 
     def _rounds(self, x: Array) -> tuple[QuadricFit, tuple[float, ...], bool]:

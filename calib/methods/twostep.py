@@ -55,14 +55,15 @@ class TwoStep(Calibrator):
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         scaled = Standardised.of(recording.mag_nT)
         found = self.estimate(scaled.x)
-        if found is None:
+        fit = None if found is None else found.fit(scaled.x)
+        if found is None or fit is None:
             return unobservable(thinnest_direction(recording.mag_nT), "the centred estimate is not an ellipsoid")
         status = Status.settled(
             found.settled,
             f"the last of {len(found.history)} steps was still {found.history[-1]:.2g} standard "
             f"deviations long, the limit is {self.tolerance:g}",
         )
-        return scaled.calibration(self.name, status, found.fit(scaled.x), reference)
+        return scaled.calibration(self.name, status, fit, reference)
 
     def estimate(self, x: Array) -> Estimate | None:
         """The estimate from standardised points (n, 3); None when step one's is not an ellipsoid."""
@@ -116,8 +117,8 @@ class Estimate:
         T = symmetric_root(shape_matrix(self.theta))
         return norm_coordinates(T, T @ centre_of(self.theta))
 
-    def fit(self, x: Array) -> EllipsoidFit:
-        """The ellipsoid and its mean square error."""
+    def fit(self, x: Array) -> EllipsoidFit | None:
+        """The ellipsoid and its mean square error; None where the estimate is no ellipsoid."""
         theta, variance = self.theta, self.centred.variance(self.theta)
         parts = np.split(x, range(PART, len(x), PART))
         bias = sum((_expected_gradient(theta, part) for part in parts), np.zeros(9))

@@ -81,11 +81,13 @@ class EllipsoidFit:
         return cls(Ellipsoid.of_norm(p), jacobian @ error @ jacobian.T, noise_std, history)
 
     @classmethod
-    def of_quadric(cls, theta: Array, error: Array, noise_std: float, history: tuple[float, ...] = ()) -> EllipsoidFit:
-        """From quadric coordinates (10,) and their mean square error (10, 10); LinAlgError for no ellipsoid."""
+    def of_quadric(
+        cls, theta: Array, error: Array, noise_std: float, history: tuple[float, ...] = ()
+    ) -> EllipsoidFit | None:
+        """From quadric coordinates (10,) and their mean square error (10, 10); None when it is no real ellipsoid."""
         ellipsoid = Ellipsoid.of_quadric(theta)
         if ellipsoid is None:
-            raise np.linalg.LinAlgError("the quadric is no ellipsoid")
+            return None
         jacobian = quadric_jacobian(theta)
         return cls(ellipsoid, jacobian @ error @ jacobian.T, noise_std, history)
 

@@ -58,8 +58,7 @@ def test_no_ellipsoid() -> None:
     imaginary[9] += 1.5
     assert Ellipsoid.of_quadric(hyperboloid) is None
     assert Ellipsoid.of_quadric(imaginary) is None
-    with pytest.raises(np.linalg.LinAlgError):
-        EllipsoidFit.of_quadric(hyperboloid, np.eye(10), 1.0)
+    assert EllipsoidFit.of_quadric(hyperboloid, np.eye(10), 1.0) is None
 
 
 def test_jacobians_against_differences() -> None:
@@ -82,6 +81,7 @@ def test_both_coordinates_give_one_covariance() -> None:
     )
     one = EllipsoidFit.of_norm(p, root @ root.T, 1.0)
     other = EllipsoidFit.of_quadric(quadric_of(TRUE), carried.T @ root @ root.T @ carried, 1.0)
+    assert other is not None
     np.testing.assert_allclose(other.covariance, one.covariance, rtol=1e-6, atol=1e-12)
 
 
