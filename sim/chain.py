@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from sim.effects.base import Effect, Replacement
 from sim.state import Array, State
+from sim.streams import stream
 
 Labels = dict[str, Array]
 
@@ -41,9 +41,8 @@ class Chain:
     Parameters
     ----------
     effects : in the order in which they act, see `sim.effects.build`.
-    seed, run, sensor : each effect draws from a stream of its own,
-        ``SeedSequence(seed, spawn_key=(run, sensor, crc32(name), instance))``, so that adding an effect or a sensor
-        leaves the others' noise as it is.
+    seed, run, sensor : each effect draws from a stream of its own, by sensor, name and instance, so that adding an
+        effect or a sensor leaves the others' noise as it is.
     """
 
     def __init__(self, effects: Sequence[Effect], seed: int, run: int = 0, sensor: int = 0) -> None:
@@ -52,8 +51,8 @@ class Chain:
         for effect in effects:
             instance = seen.get(effect.name, 0)
             seen[effect.name] = instance + 1
-            key = (run, sensor, zlib.crc32(effect.name.encode()), instance)
-            self.links.append(Link(effect, np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))))
+            rng = stream(seed, run, sensor, effect.name, instance, bits=np.random.PCG64)
+            self.links.append(Link(effect, rng))
 
     def apply(self, state: State) -> tuple[Array, Labels]:
         """Measured field mag_nT (n, 3) of the run's next block, and name -> (n, 3) contributions in nT.
