@@ -10,9 +10,11 @@ from pathlib import Path
 
 from benchmarks.closed_loop import bare_steps, commands
 from benchmarks.measure import Row, paired_ratio
-from sim.effects import EFFECTS
+from sim.effects import EFFECTS, Effects
 from sim.generate import generate
 from sim.scenario import Scenario, load
+from sim.simulate import channels_of
+from sim.state import MOTION
 
 MOST_COST = 3.0
 MOST_GROWTH_MIB = 100.0
@@ -20,10 +22,11 @@ HOUR_S = 3600.0
 
 
 def every_effect(hours: float) -> Scenario:
-    """An AUV spiral at 50 Hz with every effect of the library, each with values under which it acts."""
-    effects = {cls.name: dict(cls.example) for cls in EFFECTS}
+    """An AUV spiral at 50 Hz with every effect that its channels allow, each with values under which it acts."""
     base = load("auv-spiral", [f"phases.0.duration_s={HOUR_S * hours}", "sampling.rate_hz=50"])
-    return base.model_copy(update={"effects": effects})
+    there = {*MOTION, *channels_of(base.vehicle.kind)}
+    effects = {cls.name: dict(cls.example) for cls in EFFECTS if there.issuperset(cls.needs)}
+    return base.model_copy(update={"effects": Effects(effects)})
 
 
 def rows() -> list[Row]:

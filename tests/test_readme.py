@@ -7,8 +7,10 @@ import importlib.util
 import io
 import re
 import shlex
+import sys
 from collections.abc import Sequence
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from magbench.cli import main
 from scenarios.load import catalogue
 from sim.dataset import read_manifest
 from sim.scenario import Scenario
+from sim.state import State
 from tests.conftest import ROOT
 from tests.short import cuts
 from validation.calibrating.export import FORMATS
@@ -108,6 +111,20 @@ def run_snippet(code: str, page: Path) -> None:
     if not any(f"import {name}" in code and importlib.util.find_spec(name) is None for name in NOT_OURS):
         with contextlib.redirect_stdout(io.StringIO()):
             exec(compiled, {"__name__": "snippet"})
+
+
+def test_the_worked_example_is_an_effect_that_acts(monkeypatch: pytest.MonkeyPatch) -> None:
+    ((_, code),) = [block for block in blocks(ROOT / "CONTRIBUTING.md") if block[0] == "python"]
+    battery = ModuleType("battery")
+    monkeypatch.setitem(sys.modules, "battery", battery)
+    exec(compile(code, "battery.py", "exec"), battery.__dict__)
+    effect, R_wb, none = battery.BatteryField, np.tile(np.eye(3), (3, 1, 1)), np.zeros((3, 3))
+    charge = {battery.CHARGE: np.array([1.0, 0.5, 0.0])}
+    state = State(np.arange(3.0), 1.0, none, R_wb, none, none[0], none, none, charge)
+    rng = np.random.default_rng(0)
+    expected = np.outer([0.0, 0.5, 1.0], effect.example["gain_nT"])
+    np.testing.assert_allclose(effect(**effect.example).apply(state, none, rng, {}), expected)
+    assert not effect().apply(state, none, rng, {}).any()
 
 
 @pytest.mark.parametrize("page", [*PAGES, *OTHERS], ids=lambda page: page.name)

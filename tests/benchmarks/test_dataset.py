@@ -1,0 +1,16 @@
+"""What the speed of `simulate` is measured on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.dataset import every_effect
+from sim.dataset import read_run
+from sim.generate import generate
+
+
+def test_every_effect_of_the_benchmark_acts(tmp_path):
+    generate(every_effect(0.02), tmp_path / "out")
+    _, truth = read_run(tmp_path / "out")
+    assert not [name for name, label_nT in truth.effects.items() if not np.abs(label_nT).max() > 0]
+    assert len(truth.effects) > 20
