@@ -107,7 +107,7 @@ def _measured(tables: Tables, state: State, trial: Trial) -> Array:
         mine = table if isinstance(table, list) else [table]
         everything[name] = [BASE[name], *mine] if name in BASE else table
     felt = state
-    for name in trial.hidden:
+    for name in tables:
         felt = felt_by(name, felt)
     return Chain(effect_table.build(everything, None, "truth"), trial.seed).apply(felt)[0]
 
