@@ -18,7 +18,7 @@ from validation.diagnosis.policy import STANDARD, Policy, changed
 from validation.diagnosis.problem.blocks import Cut
 
 FILES = sorted((ROOT / "validation" / "diagnosis").rglob("*.py"))
-DRIVEN = next(effect for effect in EFFECTS if "current" in effect.needs and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 GUARDS = {
     "pose.py": {"NOMINAL_NT"},
     "linear.py": {"LEAST_NOISE"},

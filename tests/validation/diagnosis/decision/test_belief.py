@@ -34,7 +34,7 @@ from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.blocks import Fit
 
-DRIVEN = next(effect for effect in EFFECTS if "current" in effect.needs and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
 CLEAN, LEFT = Battery({}, (), 0.0, ()), Battery({}, (), 0.0, ("means",))
 NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, -100.0, fits=True, identified=True)

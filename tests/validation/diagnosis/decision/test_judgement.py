@@ -18,7 +18,7 @@ from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.result import Diagnosis, GapSize, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
 
-DRIVEN = next(effect for effect in EFFECTS if "current" in effect.needs and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 POSED = problem()
 GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.97)
 EFFECT = DRIVEN(**{DRIVEN.linear[0]: (1.0, 0.0, 0.0)})

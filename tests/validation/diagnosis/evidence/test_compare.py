@@ -16,7 +16,7 @@ from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.blocks import held_out
 
-DRIVEN = next(effect for effect in EFFECTS if "current" in effect.needs and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 HIDDEN = {DRIVEN.name: {DRIVEN.linear[0]: [1.0, -0.5, 2.0]}}
 MOTOR = DRIVEN.with_role("motor")
 CANDIDATE = Candidate(DRIVEN, ((MOTOR or "", 0),))

@@ -97,7 +97,7 @@ def test_a_delay_of_the_wrong_sign_is_not_possible() -> None:
 
 def test_what_was_not_measured_is_not_proposed() -> None:
     given = recording()
-    for column, need in (("temperature_degC", "temperature"), ("current_A", "current"), ("pos_enu_m", "position")):
+    for column, need in (("temperature_degC", "temperature_degC"), ("current_A", "current_1_A"), ("pos_enu_m", "position")):
         posed = problem(replace(given, **{column: None}))
         assert proposed(problem(given)).keys() - proposed(posed).keys()
         assert not any(need in BY_NAME[name].needs for name in proposed(posed))
@@ -142,5 +142,5 @@ def test_the_base_takes_up_whole_what_is_called_iron(name: str) -> None:
 
 def test_the_base_leaves_most_of_what_a_free_motion_shows() -> None:
     posed = problem()
-    driven = [members[0] for name, members in proposed(posed).items() if "current" in BY_NAME[name].needs]
+    driven = [members[0] for name, members in proposed(posed).items() if BY_NAME[name].with_role("motor")]
     assert all(survival(posed, member) > posed.policy.absorbed_survival for member in driven)

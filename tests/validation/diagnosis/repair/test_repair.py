@@ -22,7 +22,7 @@ from validation.diagnosis.repair.confirm import evidence_there
 from validation.diagnosis.repair.numbers import FreeNumbers
 from validation.diagnosis.repair.refine import refined, variances
 
-DRIVEN = next(effect for effect in EFFECTS if "current" in effect.needs and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 GAIN = (2.0, -1.0, 4.0)
 TRUTH = DRIVEN(**{DRIVEN.linear[0]: GAIN})
 START = DRIVEN(**{DRIVEN.linear[0]: (1.5, -0.5, 3.0)})
