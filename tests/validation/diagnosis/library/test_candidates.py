@@ -97,7 +97,8 @@ def test_a_delay_of_the_wrong_sign_is_not_possible() -> None:
 
 def test_what_was_not_measured_is_not_proposed() -> None:
     given = recording()
-    for column, need in (("temperature_degC", "temperature_degC"), ("current_A", "current_1_A"), ("pos_enu_m", "position")):
+    causes = {"temperature_degC": "temperature_degC", "current_A": "current_1_A", "pos_enu_m": "position"}
+    for column, need in causes.items():
         posed = problem(replace(given, **{column: None}))
         assert proposed(problem(given)).keys() - proposed(posed).keys()
         assert not any(need in BY_NAME[name].needs for name in proposed(posed))
