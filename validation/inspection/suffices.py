@@ -23,17 +23,19 @@ FIELD_CHANGE_RATIO = 20.0
 
 
 @dataclass(frozen=True)
-class Kind:
+class CalibrationKind:
     """A kind of calibration: the calibrator that stands for it, and what it gives."""
 
     key: str
     what: str
 
 
-SPHERE = Kind("sphere", "An offset alone, from the strength (sphere)")
-ELLIPSOID = Kind("ellipsoid", "Offset and symmetric matrix, from the strength (ellipsoid)")
-VECTOR = Kind("vector_least_squares", "Offset and full matrix, from attitude and field vector (vector_least_squares)")
-EDDY = Kind("eddy", "Eddy currents as well, from attitude and field vector")
+SPHERE = CalibrationKind("sphere", "An offset alone, from the strength (sphere)")
+ELLIPSOID = CalibrationKind("ellipsoid", "Offset and symmetric matrix, from the strength (ellipsoid)")
+VECTOR = CalibrationKind(
+    "vector_least_squares", "Offset and full matrix, from attitude and field vector (vector_least_squares)"
+)
+EDDY = CalibrationKind("eddy", "Eddy currents as well, from attitude and field vector")
 
 
 def calibration_findings(look: Look) -> list[Finding]:
@@ -54,7 +56,7 @@ def calibration_findings(look: Look) -> list[Finding]:
     return found
 
 
-def _enough(look: Look, statuses: dict[Kind, Status]) -> Finding:
+def _enough(look: Look, statuses: dict[CalibrationKind, Status]) -> Finding:
     """The kinds that suffice; a warning where none does."""
     kinds = [kind.key for kind, status in statuses.items() if status.kind == "ok"]
     if kinds:
@@ -94,7 +96,7 @@ def _reason(look: Look, status: Status) -> str:
     return status.reason
 
 
-def _tried(look: Look) -> dict[Kind, Status]:
+def _tried(look: Look) -> dict[CalibrationKind, Status]:
     series = look.series
     strength = look.strength_nT if look.strength_nT > 0 else 1.0
     plain = Recording(series.time_s, series.mag_nT)
