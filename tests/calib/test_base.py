@@ -113,3 +113,12 @@ def test_attitude_that_moves_by_no_more_than_its_error_is_no_motion(standard):
     status = vector(attitude_std_rad=0.3).fit(recording, standard.REFERENCE).status
     assert status.kind == "unobservable"
     assert "degrees rms" in status.reason
+
+
+@pytest.mark.parametrize("sequential", [False, True])
+def test_a_sequential_claim_is_left_alone(sequential, standard):
+    method = type("Maybe", (Scripted,), {"sequential": sequential})
+    recording = perfect(standard, 1200)
+    drift_nT = np.outer(recording.time_s, [3.0, -2.0, 2.0])
+    result = method("tight").fit(replace(recording, mag_nT=recording.mag_nT + drift_nT), standard.REFERENCE)
+    assert ("covariance_inflation" in result.parameters) is not sequential

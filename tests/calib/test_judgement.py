@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from calib import CALIBRATORS, Calibration, Reference, Status, get
-from calib.judgement import unsupported
+from calib.judgement import unsupported, widened
 from calib.result import OFFSET_NAMES
 from sim.dataset import Recording
 from tests.calib.expected import expected
@@ -122,3 +122,18 @@ def test_a_covariance_that_is_none_is_not_believed(covariance):
     assert status is not None
     assert status.kind == "not_converged"
     assert "positive definite" in status.reason
+
+
+def test_only_the_claim_is_widened_and_the_lasting_noise_goes_to_the_offset():
+    """A step half way: the blocks scatter, and with known attitude their means are in the offset's covariance."""
+    step_nT = np.outer(np.where(np.arange(4000) < 2000, -20.0, 20.0), [1.0, 0.0, 0.0])
+    residual_nT = step_nT + np.random.default_rng(0).normal(0.0, 5.0, (4000, 3))
+    fitted = answer(covariance=np.eye(3) * 1e-4, covariance_names=OFFSET_NAMES, matrix=np.diag([2.0, 1.0, 1.0]))
+    strength, vector = (widened(fitted, residual_nT, vector=known) for known in (False, True))
+    factor = strength.parameters["covariance_inflation"]
+    assert factor > 100
+    np.testing.assert_allclose(strength.covariance, factor * fitted.covariance)
+    lasting = vector.covariance - strength.covariance
+    assert lasting[0, 0] == pytest.approx(0.25 * 400.0, rel=0.2)
+    assert np.abs(lasting[1:, 1:]).max() < 1.0
+    assert widened(answer(), residual_nT, vector=True).covariance is None
