@@ -117,6 +117,9 @@ def test_ellipsoid_specific_start_is_exact_without_noise(seed: int) -> None:
     far = np.array([[100.0, 0.0, 0.0]])
     assert design(far)[0] @ theta[:9] + theta[9] > 0
     assert np.linalg.eigvalsh(shape_matrix(theta))[0] > 0
+    again = refit(x + rng.normal(0.0, 1e-3, x.shape), theta)
+    assert again.theta[:3].sum() > 0
+    assert again.noise_std == pytest.approx(1e-3, rel=0.35)
 
 
 def test_ellipsoid_specific_start_is_an_ellipsoid_where_the_plain_fit_is_none() -> None:
