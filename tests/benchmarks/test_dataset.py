@@ -6,11 +6,13 @@ import numpy as np
 
 from benchmarks.dataset import every_effect
 from sim.dataset import read_run
+from sim.effects.earth import AttitudeMisalignment
 from sim.generate import generate
 
 
 def test_every_effect_of_the_benchmark_acts(tmp_path):
     generate(every_effect(0.02), tmp_path / "out")
     _, truth = read_run(tmp_path / "out")
-    assert not [name for name, label_nT in truth.effects.items() if not np.abs(label_nT).max() > 0]
+    quiet = {name for name, label_nT in truth.effects.items() if not np.abs(label_nT).max() > 0}
+    assert quiet <= {AttitudeMisalignment.name}  # it turns what navigation says, not the field
     assert len(truth.effects) > 20
