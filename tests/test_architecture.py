@@ -26,20 +26,8 @@ SHARED = {"__init__.py", "text.py"}
 """What any room of `validation` may use."""
 MOST_TOKENS, MOST_COMPLEXITY = 300, 10
 
-CIRCLES_LEFT: set[str] = {
-    "calib",
-}
-LONG_LEFT: set[str] = {
-    "de_turntable.__init__",
-    "ellipsoid_segmented._together",
-    "gradiometer_spread.of",
-    "kalman.track",
-    "simulate.blocks",
-    "sphere._covariance",
-    "sphere._solve",
-    "tolles_lawson._solve",
-    "vector_lm._solve",
-}
+CIRCLES_LEFT: set[str] = set()
+LONG_LEFT: set[str] = set()
 NAMES_LEFT: set[str] = set()
 WORDS = {
     "validation/reproduce/ding2021/rows.py": {"scale", "misalignment"},
