@@ -100,5 +100,10 @@ def series_of(log: Log, sensor: int | None) -> Series:
     rows = np.flatnonzero(np.isfinite(time_s) & np.isfinite(field).all(axis=1))
     rows = rows[np.unique(time_s[rows], return_index=True)[1]]
     others = (log.vector(names) for names in (GYRO, ACCEL, ATTITUDE))
-    gyro, accel, attitude = (None if v is None or not np.isfinite(v).any() else v[rows] for v in others)
+    gyro, accel, attitude = (None if v is None or not np.isfinite(v).any() else _measured(v[rows]) for v in others)
     return Series(rows, time_s[rows], field[rows], gyro, accel, attitude)
+
+
+def _measured(values: Array) -> Array:
+    """What is infinite was not measured."""
+    return np.where(np.isinf(values), np.nan, values)
