@@ -121,3 +121,38 @@ def test_a_trial_is_the_textbook_s() -> None:
     assert sorted(np.round(others[others != 0.0], 9)) in ([-0.5, -0.5, 0.5, 0.5], [-0.5, 0.5])
     make_trial(x, 2, 5, True, 0.5, 1.0, low, high, np.random.default_rng(0), trial)
     assert sorted(np.linalg.solve(x.T, trial)[np.abs(np.linalg.solve(x.T, trial)) > 1e-12]) == [-0.5, 0.5, 1.0]
+
+
+@pytest.mark.parametrize(("generation", "inertia"), [(0, 0.9 - 0.05), (9, 0.4)])
+def test_inertia_falls_evenly(generation: int, inertia: float) -> None:
+    swarm, bowl = Swarm((0.9, 0.4), 0.0, 0.0, 0.2, 10), Bowl()
+    population = Population.spread(bowl, 5, np.random.default_rng(0))
+    swarm.velocity = np.full((5, 4), 1e-6)
+    swarm.advance(population, bowl, generation, np.random.default_rng(0))
+    np.testing.assert_allclose(swarm.velocity, inertia * 1e-6)
+
+
+@pytest.mark.parametrize(("generation", "width"), [(0, 0.1), (8, 0.02)])
+def test_mutations_narrow_evenly(generation: int, width: float) -> None:
+    """Without crossover, from one place in the middle: normal deviates of that part of the range."""
+    bowl, x = Bowl(), np.zeros((2000, 4))
+    population = Population(x, bowl.costs(x), x, bowl.costs(x))
+    Tournament(0.0, 1.0, 0.1, 10).advance(population, bowl, generation, np.random.default_rng(0))
+    assert population.x[1:].std() == pytest.approx(width * 2.0, rel=0.05)
+    np.testing.assert_array_equal(population.x[0], 0.0)
+
+
+def test_only_the_worse_half_inherits() -> None:
+    """A swarm that stands still leaves the better half where it was."""
+    move, bowl, rng = (
+        SwarmWithHeredity(Swarm((0.9, 0.4), 0.0, 0.0, 0.0, 10), HEREDITY),
+        Bowl(),
+        np.random.default_rng(0),
+    )
+    population = Population.spread(bowl, 40, rng)
+    before, order = population.x.copy(), np.argsort(population.cost)
+    move.setup(population, bowl, rng)
+    move.advance(population, bowl, 0, rng)
+    moved = (population.x != before).any(axis=1)
+    assert not moved[order[:20]].any()
+    assert moved[order[20:]].sum() > 10
