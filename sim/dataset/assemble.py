@@ -29,11 +29,12 @@ Named = Mapping[str, NDArray[Any]]
 
 def recording_of(named: Named) -> Recording:
     """The recording in named columns; truth is left out, a vector with a missing component is None."""
+    held: dict[str, Any] = {signal.field: _signal(named, signal) for signal in SIGNALS if signal.group != "mag"}
+    held["channels"] = _channels(named)
     sensors = numbers("mag", tuple(named))
     array = np.stack([_stack(named, mag_names(k)) for k in sensors]) if sensors else None
-    held: dict[str, Any] = {signal.field: _signal(named, signal) for signal in SIGNALS if signal.group != "mag"}
     mag_nT = _stack(named, mag_names()) if array is None else array[0]
-    return Recording(**held, mag_nT=mag_nT, channels=_channels(named), array_mag_nT=array)
+    return Recording(**held, mag_nT=mag_nT, array_mag_nT=array)
 
 
 def truth_of(named: Named, parameters: dict[str, Any]) -> Truth:

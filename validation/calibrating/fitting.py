@@ -77,12 +77,12 @@ def reference_of(path: Path, run: int, strength_nT: float | None, enu: Sequence[
     if strength_nT is not None or enu is not None:
         return stated_reference(str(path), strength_nT, enu)
     known = parameters_of(path, run=run).get("field_enu_nT")
-    if known is not None:
-        _check_strength(math.hypot(*known), f"{path}: field_enu_nT of its metadata")
-    return stated_reference(str(path), None, known)
+    return stated_reference(str(path), None, known, f"{path}: field_enu_nT of its metadata")
 
 
-def stated_reference(where: str, strength_nT: float | None, enu: Sequence[float] | None) -> Reference:
+def stated_reference(
+    where: str, strength_nT: float | None, enu: Sequence[float] | None, enu_from: str = "--field-enu-nT"
+) -> Reference:
     """The reference of a strength, of a vector (east, north, up), or of both, nT; InputError for neither."""
     if strength_nT is None and enu is None:
         do = "give --field-strength-nT F or --field-enu-nT E,N,U"
@@ -93,8 +93,8 @@ def stated_reference(where: str, strength_nT: float | None, enu: Sequence[float]
         assert strength_nT is not None
         return Reference(strength_nT)
     if len(enu) != 3:
-        raise InputError(f"{enu!r} is not a field vector", where="--field-enu-nT", do="give east, north and up in nT")
-    _check_strength(math.hypot(*enu), "--field-enu-nT")
+        raise InputError(f"{enu!r} is not a field vector", where=enu_from, do="give east, north and up in nT")
+    _check_strength(math.hypot(*enu), enu_from)
     strength = float(np.linalg.norm(enu)) if strength_nT is None else strength_nT
     return Reference(strength, (enu[0], enu[1], enu[2]))
 
