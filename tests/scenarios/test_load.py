@@ -2,14 +2,14 @@
 
 import copy
 import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tomlkit
 
 from scenarios.errors import InputError
-from scenarios.toml import as_dict, digest, dumps, to_toml
+from scenarios.toml import as_dict, digest, to_toml
 from sim.effects.faults import Spikes
 from sim.effects.noise import WhiteNoise
 from sim.scenario import Scenario, load, load_model
@@ -154,7 +154,7 @@ def test_junk_in_any_place_loads_or_is_told(name: str, tmp_path: Path) -> None:
             node = node[key]
         for junk in JUNK[count % 3 :: 3]:
             node[place[-1]] = junk
-            path.write_text(dumps(data))
+            path.write_text(tomlkit.dumps(data))
             try:
                 load(path)
             except InputError as error:
@@ -204,20 +204,6 @@ def test_digest_tells_scenarios_apart(file: Path) -> None:
 
 def test_as_dict_validates_back(file: Path) -> None:
     assert Scenario.model_validate(as_dict(load(file))) == load(file)
-
-
-VALUES: dict[str, Any] = {
-    "plain": {"i": -3, "f": 1e-7, "big": 1e300, "t": True, "inf": float("-inf")},
-    "text": {"s": 'quote " \\ \n tab\t del\x7f é 😀'},
-    "a key with.dot": {"": {"deep er": [1, 2.5]}},
-    "arrays": {"empty": [], "nested": [[1, 2], [3]], "mixed": [1, {"a": [1], "b c": "x"}]},
-    "tables": [{"x": 1, "sub": {"y": 2}}, {"z": [{"k": 1}, {}]}],
-    "hollow": {},
-}
-
-
-def test_writer_round_trips_every_toml_type() -> None:
-    assert tomllib.loads(dumps(VALUES)) == VALUES
 
 
 def test_to_toml_loads_back_equal(file: Path, tmp_path: Path) -> None:
