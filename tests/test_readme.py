@@ -228,8 +228,8 @@ def test_every_source_that_the_code_cites_is_in_the_references() -> None:
 
 def test_scores_and_columns_are_named_as_they_are(place: Path) -> None:
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        assert main(["simulate", "auv-spiral", "-o", "out"]) == 0
-        spec = sim.scenario.load("auv-spiral")
+        assert main(["simulate", "auv-spiral-excited", "-o", "out"]) == 0
+        spec = sim.scenario.load("auv-spiral-excited")
     outcome = magbench.run_scenario(spec, place / "out")
     scores = (ROOT / "docs" / "scores.md").read_text(encoding="utf-8")
     told = set(re.findall(r"^\| `(\w+)` \|", scores, re.MULTILINE))
