@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,9 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 
 Progress = Callable[[str], object]
+CHAIN = tuple(BY_NAME)
+ROUNDING = 1e-6
+"""Relative difference up to which two gains are the same number."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +87,20 @@ def accepted(ranking: Sequence[Evidence], policy: Policy) -> Accepted | None:
     if not ranking or ranking[0].nats <= policy.accepted(len(EFFECTS)):
         return None
     close = [e for e in ranking if not e.behind(ranking[0], policy) and e.nats > policy.apart]
-    chosen = min(close, key=lambda e: (e.width, -e.gain))
+    chosen = _simplest(close)
     return Accepted(chosen, tuple(e.name for e in close if e is not chosen))
+
+
+def _simplest(close: Sequence[Evidence]) -> Evidence:
+    """The strongest of those with the fewest columns; of two that are one and the same, the chain's first.
+
+    Hard iron and a sensor's offset span the same columns: which of them gains more is a matter of the last bit.
+    """
+    narrowest = min(e.width for e in close)
+    rivals = [e for e in close if e.width == narrowest]
+    most = max(e.gain for e in rivals)
+    same = [e for e in rivals if math.isclose(e.gain, most, rel_tol=ROUNDING)]
+    return min(same, key=lambda e: CHAIN.index(e.name))
 
 
 def residual_tests(ground: Ground, found: Sequence[Accepted]) -> Battery:

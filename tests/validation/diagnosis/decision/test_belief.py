@@ -9,6 +9,7 @@ import pytest
 
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
+from sim.effects.drift import SensorOffset
 from sim.effects.iron import HardIron
 from sim.effects.noise import WhiteNoise
 from tests.validation.diagnosis.synthetic import problem, recording
@@ -63,6 +64,15 @@ def test_the_narrowest_of_those_as_good_is_accepted() -> None:
     assert chosen is not None
     assert chosen.name == WARM.name
     assert chosen.alternatives == (DRIVEN.name,)
+
+
+@pytest.mark.parametrize("last_bit", [-1e-9, 0.0, 1e-9])
+def test_of_two_that_are_the_same_the_first_of_the_chain_is_named(last_bit: float) -> None:
+    iron, offset = _evidence(HardIron, 100.0, 3), _evidence(SensorOffset, 100.0 + last_bit, 3)
+    for ranking in ((iron, offset), (offset, iron)):
+        chosen = accepted(ranking, STANDARD)
+        assert chosen is not None
+        assert (chosen.name, chosen.alternatives) == ("hard_iron", ("sensor_offset",))
 
 
 def test_what_the_best_of_a_whole_library_gains_by_chance_is_not_accepted() -> None:
