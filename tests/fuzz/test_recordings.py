@@ -200,5 +200,19 @@ def test_an_axis_that_repeats_another(place: Path, run: pa.Table) -> None:
         assert answer[method]["status"] != "ok", method
 
 
+@pytest.mark.parametrize(
+    ("changes", "options"),
+    [
+        (damaged("cells", "time_s", row=7, value=1e30), ()),
+        (damaged("drop", "gyro_y_rad_s"), ("time_s=wheel_rad_s,scale=1e-300",)),
+        (damaged("cells", "accel_y_m_s2", row=188, value=3.4e38), ()),
+    ],
+)
+def test_an_inspection_of_what_is_no_time_and_no_number(
+    place: Path, changes: dict[str, Any], options: tuple[str, ...]
+) -> None:
+    assert check(place, log_table(), Case(own=False, command="inspect", options=options, **changes)) == 0
+
+
 def test_a_report_of_a_damaged_log(place: Path, run: pa.Table) -> None:
     assert check(place, run, Case(own=True, command="report", **damaged("empty", "mag_x_nT", row=3))) in (0, 2)

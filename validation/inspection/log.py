@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.errors import InputError
-from sim.dataset.checks import plausible, sound
+from sim.dataset.checks import MIN_INTERVAL_S, plausible, sound
 from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
 from sim.dataset.importer import RawColumns, read_columns
 from sim.dataset.manifest import file_of
 from sim.dataset.units import parse_maps
 
 Array = NDArray[np.float64]
+LATEST_S = 1e19
+"""Nanoseconds of our time since 1970, taken for seconds, are a fifth of this; what is later is no time."""
 
 
 @dataclass(frozen=True)
@@ -93,12 +95,13 @@ def _refusal(raw: RawColumns) -> str:
 
 
 def series_of(log: Log, sensor: int | None) -> Series:
-    """The sound rows of one magnetometer, in order of time: finite, and no time twice."""
+    """The sound rows of one magnetometer, in order of time: finite, no time twice or of another age of the world."""
     field = log.vector(mag_names(sensor))
     assert field is not None
     time_s = log.columns["time_s"]
-    rows = np.flatnonzero(np.isfinite(time_s) & np.isfinite(field).all(axis=1))
+    rows = np.flatnonzero((np.abs(time_s) < LATEST_S) & np.isfinite(field).all(axis=1))
     rows = rows[np.unique(time_s[rows], return_index=True)[1]]
+    rows = rows[np.diff(time_s[rows], prepend=-np.inf) >= MIN_INTERVAL_S]
     others = (log.vector(names) for names in (GYRO, ACCEL, ATTITUDE))
     gyro, accel, attitude = (None if v is None or not np.isfinite(v).any() else _measured(v[rows]) for v in others)
     return Series(rows, time_s[rows], field[rows], gyro, accel, attitude)
