@@ -26,6 +26,8 @@ MAX_GAIN = 20.0
 RESIDUAL_RATIO = 3.0
 """A minimum whose residual exceeds that of the best-fitting quadric by this factor is a local one."""
 ROUNDING = 1e-9
+SCATTER_ROUNDING = 1e-7
+"""Noise below which a scatter matrix tells none: the root of what a float keeps, over the points' extent."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,7 @@ def _wrong_minimum(p: Array, scaled: Standardised, noise_std: float) -> Status |
             "start nearer, or cover more attitudes",
         )
     residual = float(np.sqrt(norm_cost(p, scaled.x) / len(scaled.x))) / float(values[-1])
-    if residual > RESIDUAL_RATIO * noise_std + ROUNDING:
+    if residual > RESIDUAL_RATIO * noise_std + SCATTER_ROUNDING:
         return Status(
             "not_converged",
             f"a local minimum: its residual is {residual * scaled.scale_nT:.3g} nT where "

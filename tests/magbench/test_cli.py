@@ -160,7 +160,8 @@ def count(event, _):
     if event == "import" and left == 0:
         os.kill(os.getpid(), sent)
 sys.addaudithook(count)
-sys.exit(main(sys.argv[3:]))
+sys.argv = ["magbench", *sys.argv[3:]]
+sys.exit(main())
 """
 INTERRUPTED = "magbench: interrupted; the same command resumes"
 
