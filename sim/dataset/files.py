@@ -17,7 +17,7 @@ import numpy as np
 
 from scenarios.errors import InputError
 
-PART = ".part"
+PART = ".magbench-part"
 LOCK_ATTEMPTS = 100
 """How often what is to be locked may vanish under our hands before we call it missing."""
 

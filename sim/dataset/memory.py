@@ -20,6 +20,8 @@ from sim.dataset.recording import Array, Recording
 WANTED = "pass an array (n, 3) in nT, a data frame or dict with columns time_s and mag_x_nT …, a path, or a Recording"
 ARRAY, FRAME = Path("array"), Path("data frame")
 """What messages call them, where they would name a file."""
+CONVERSION = (pa.ArrowException, ValueError, TypeError, OverflowError)
+"""What Arrow raises for values that it cannot hold."""
 
 
 @runtime_checkable
@@ -37,6 +39,8 @@ def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, maps: Seque
     maps : as for files, see `importer.read_columns`.
     Raises InputError for anything else, and for an array of another shape.
     """
+    if time_s is not None and isinstance(data, Frame | Mapping):
+        raise InputError("is given beside columns", where="time_s", do="name the time_s column, or pass an array")
     if isinstance(data, Frame):
         return columns_of(FRAME, _table(data), maps)
     if isinstance(data, Mapping):
@@ -55,19 +59,33 @@ def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, maps: 
 def _table(columns: object) -> pa.Table:
     try:
         return pa.table(columns)
-    except (pa.ArrowException, ValueError, TypeError) as error:
-        reason = " ".join(str(error).split())[:160]
-        raise InputError(f"cannot be read: {reason}", where=str(FRAME), do=WANTED) from None
+    except CONVERSION as error:
+        raise _unreadable(error, str(FRAME)) from None
+
+
+def _unreadable(error: Exception, where: str) -> InputError:
+    return InputError(f"cannot be read: {' '.join(str(error).split())[:160]}", where=where, do=WANTED)
 
 
 def _column(name: str, values: object) -> pa.Array | np.ndarray[tuple[int], np.dtype[np.generic]]:
     try:
-        column = np.asarray(values)
+        column = np.asarray(_without_mask(values))
     except ValueError:
         column = np.empty((0, 0))
     if column.ndim != 1:
         raise InputError("is not a column of values", where=f"{FRAME}: {name}", do="give (n,) values, one a sample")
-    return pa.array(values) if column.dtype == object else column
+    if column.dtype != object:
+        return column
+    try:
+        return pa.array(values)
+    except CONVERSION as error:
+        raise _unreadable(error, f"{FRAME}: {name}") from None
+
+
+def _without_mask(values: object) -> object:
+    """Numbers with NaN where they are masked; anything else as it is."""
+    masked = isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "fiu"
+    return np.ma.filled(np.ma.asarray(values, np.float64), np.nan) if masked else values
 
 
 def _field(data: object) -> Array:
@@ -89,7 +107,11 @@ def _field(data: object) -> Array:
 
 
 def _times(time_s: ArrayLike, samples: int) -> Array:
-    values = np.asarray(time_s)
+    try:
+        values = np.asarray(time_s)
+    except ValueError:
+        do = "give the time of every sample, in seconds"
+        raise InputError("its rows differ in length", where="time_s", do=do) from None
     if values.dtype.kind not in "fiu" or values.shape != (samples,):
         what = f"has shape {values.shape} and type {values.dtype}, not ({samples},) numbers"
         raise InputError(what, where="time_s", do="give the time of every sample, in seconds")

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from pydantic import BaseModel, Field, FiniteFloat, TypeAdapter
 
 from scenarios.files import validated
-from sim.dataset.files import canonical_json, sha256_of
+from sim.dataset.files import canonical_json, sha256_of, system_errors_about
 from sim.dataset.tabular import damage_named
 from sim.tracking import Tracking
 
@@ -82,7 +82,8 @@ def run_file(path: Path, run: int) -> RunFile:
     tracking = None if text is None else validated(_TRACKING, text, where, "remove the file, it is made anew")
     with damage_named(path):
         rows = pq.read_metadata(path).num_rows
-    return RunFile(run, path.name, rows, path.stat().st_size, sha256_of(path), tracking)
+    with system_errors_about(path, "repeat the command: it resumes"):
+        return RunFile(run, path.name, rows, path.stat().st_size, sha256_of(path), tracking)
 
 
 def digest_of(scenario: Mapping[str, Any]) -> str:

@@ -31,7 +31,7 @@ def open_dataset_for_writing(
 ) -> list[int]:
     """Begin or resume a dataset; returns the runs that are still to do.
 
-    Leftovers (`*.part`) are removed. Runs whose file is whole and of this scenario, seed and run number are kept;
+    Leftovers are removed. Runs whose file is whole and of this scenario, seed and run number are kept;
     `runs` may grow. A file that is not the one that the manifest lists was changed by another hand or by the disk: as
     its bytes follow from scenario and seed nothing is lost by making it anew, so it is done again, and `warn` is told.
     A dataset is not continued with other versions of the packages that decide its numbers.

@@ -31,7 +31,7 @@ class RunWriter:
 
     Parameters
     ----------
-    path : the file to be; written beside as `….part`, flushed and renamed.
+    path : the file to be; written beside as `….magbench-part`, flushed and renamed.
     schema : see `columns.schema`.
     metadata : kept in the file as canonical JSON under the key `magbench`.
 

@@ -11,8 +11,6 @@ import numpy as np
 
 from sim.state import Array
 
-WORLD = "world"
-"""MuJoCo's name of what does not turn."""
 PLAIN = (0.5, 0.5, 0.5, 1.0)
 """MuJoCo's colour of a geom that names none: its material's counts then."""
 DRAWN = ("SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX", "MESH")

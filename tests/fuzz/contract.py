@@ -103,7 +103,7 @@ def check_written(place: Path) -> None:
         elif path.suffix in (".parquet", ".csv"):
             table = pq.read_table(path, partitioning=None) if path.suffix == ".parquet" else pyarrow.csv.read_csv(path)
             _check_finite(path, table)
-        assert path.suffix != ".part", path
+        assert path.suffix != ".magbench-part", path
 
 
 def check_dataset(out: Path) -> None:

@@ -108,7 +108,7 @@ def test_bad_scenario(kind: str, command: str, tmp_path: Path, capsys: pytest.Ca
     line = refused(capsys, command, str(file), "-o", str(tmp_path / "out"))
     assert named in line
     assert not list(tmp_path.glob("out/run-*"))
-    assert not list(tmp_path.glob("out/*.part"))
+    assert not list(tmp_path.glob("out/*.magbench-part"))
 
 
 @pytest.mark.parametrize("override", BAD_OVERRIDES)

@@ -72,7 +72,7 @@ def test_interrupted_it_ends_at_once_with_one_line_and_resumes(
     assert [line for line in told.splitlines() if not line.startswith("simulating")] == [
         "magbench: interrupted; the same command resumes"
     ]
-    assert not list(tmp_path.glob("*.part"))
+    assert not list(tmp_path.glob("*.magbench-part"))
 
 
 def test_two_at_once_are_refused(tmp_path: Path) -> None:
@@ -84,7 +84,7 @@ def test_two_at_once_are_refused(tmp_path: Path) -> None:
     first.kill()
     first.wait()
     with locked_directory(tmp_path):
-        assert {path.suffix for path in tmp_path.iterdir()} <= {".json", ".parquet", ".part"}
+        assert {path.suffix for path in tmp_path.iterdir()} <= {".json", ".parquet", ".magbench-part"}
 
 
 def test_more_runs_keep_those_that_are_there(tmp_path: Path) -> None:

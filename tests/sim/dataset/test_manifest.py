@@ -61,11 +61,11 @@ def test_same_command_gives_the_same_bytes_even_when_interrupted(
 def test_resumed_after_a_kill(out: Path, make_run: Any, scenario: dict[str, Any]) -> None:
     open_dataset_for_writing(out, scenario, 7, 4, TABLE)
     write_runs(make_run, out, [0, 1, 2])
-    (out / "run-00003.parquet.part").write_bytes(b"PAR1 cut off")
-    (out / "dataset.json.part").write_bytes(b"{")
+    (out / "run-00003.parquet.magbench-part").write_bytes(b"PAR1 cut off")
+    (out / "dataset.json.magbench-part").write_bytes(b"{")
     run_path(out, 1).write_bytes(run_path(out, 1).read_bytes()[:-50])
     assert open_dataset_for_writing(out, scenario, 7, 4, TABLE) == [1, 3]
-    assert not list(out.glob("*.part"))
+    assert not list(out.glob("*.magbench-part"))
 
 
 @pytest.mark.parametrize(("seed", "run"), [(8, 0), (7, 1)])
@@ -122,7 +122,7 @@ def test_finished_dataset_asks_for_nothing(out: Path, make_run: Any, scenario: d
 
 def test_other_scenario_is_refused_and_nothing_touched(out: Path, make_run: Any, scenario: dict[str, Any]) -> None:
     open_dataset_for_writing(out, scenario, 7, 1, TABLE)
-    (out / "run-00000.parquet.part").write_bytes(b"in work")
+    (out / "run-00000.parquet.magbench-part").write_bytes(b"in work")
     before = everything(out)
     other = json.loads(json.dumps(scenario))
     other["effects"]["hard_iron"]["x_nT"] = 500.0

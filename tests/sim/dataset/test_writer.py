@@ -120,7 +120,7 @@ def test_nothing_is_left_when_the_block_fails(tmp_path: Path, run: Any, error: t
     def fail() -> None:
         with RunWriter(tmp_path / "r.parquet", schema(run.table), {}) as out:
             out.write(run.block)
-            assert (tmp_path / "r.parquet.part").exists()
+            assert (tmp_path / "r.parquet.magbench-part").exists()
             raise error("stop")
 
     with pytest.raises(error, match="stop"):
@@ -143,7 +143,7 @@ def one_line_about(path: Path, words: str) -> Iterator[None]:
 def test_full_disk(tmp_path: Path, run: Any) -> None:
     """A device that is always full stands in for the file that is written beside."""
     target = tmp_path / "r.parquet"
-    target.with_name("r.parquet.part").symlink_to("/dev/full")
+    target.with_name("r.parquet.magbench-part").symlink_to("/dev/full")
     with one_line_about(target, os.strerror(errno.ENOSPC).lower()):
         run.write(target)
     assert list(tmp_path.iterdir()) == []
@@ -207,7 +207,7 @@ def test_killed_while_writing_leaves_no_file_under_the_final_name(tmp_path: Path
     """)
     done = run_python(script, tmp_path / "run-00000.parquet")
     assert done.returncode == -signal.SIGKILL
-    assert os.listdir(tmp_path) == ["run-00000.parquet.part"]
+    assert os.listdir(tmp_path) == ["run-00000.parquet.magbench-part"]
 
 
 def run_python(script: str, path: Path) -> subprocess.CompletedProcess[str]:
@@ -262,7 +262,7 @@ def test_what_another_process_writes_is_refused(tmp_path: Path, what: str) -> No
         with pytest.raises(InputError, match=r"x: another magbench is writing"), hold(tmp_path / "x"):
             pass
     assert what == "directory" or (tmp_path / "x").read_text() == "first"
-    assert not (tmp_path / "x.part").exists()
+    assert not (tmp_path / "x.magbench-part").exists()
 
 
 def test_directory_that_goes_between_making_and_locking_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
