@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from sim.dataset import Recording, Truth
     from sim.dataset.memory import Frame
     from sim.scenario import Scenario
+    from validation.diagnosis.policy import Policy
 
     Data = Recording | Frame | NDArray[Any] | Sequence[Sequence[float]] | Mapping[str, ArrayLike] | str | PathLike[str]
     """A recording; a data frame or a dict with columns time_s and mag_x_nT …; an array (n, 3) in nT; a file's path."""
@@ -79,7 +80,9 @@ def calibrate(
     from magbench.results import CalibrationResult
     from validation.calibrating.fitting import fit_all, sensors
 
-    names = [with_] if isinstance(with_, str) else list(with_)
+    names = [with_] if isinstance(with_, str) else list(with_ or ())
+    if not names:
+        raise InputError("names no calibrator", where="with_", do="see `magbench list calibrators`")
     recording = recording_from(data, time_s=time_s, maps=maps, run=run)
     reference = reference_from(data, run, field_strength_nT, field_enu_nT)
     fitted = fit_all(recording, reference, names)
@@ -106,6 +109,11 @@ def apply(
 
     Raises InputError for a calibration without an estimate.
     """
+    from calib.result import Calibration
+
+    if not isinstance(calibration, Calibration):
+        do = "pass one that magbench.calibrate returned; of several, one by its name"
+        raise InputError(f"is of type {type(calibration).__name__}", where="calibration", do=do)
     if calibration.status.kind in ("not_applicable", "not_converged"):
         raise InputError(f"gave no calibration: {calibration.status.reason}", where=calibration.name)
     return calibration.apply(recording_from(data, time_s=time_s, maps=maps, run=run))
@@ -142,6 +150,8 @@ def diagnose(
     field_strength_nT: float | None = None,
     field_enu_nT: Sequence[float] | None = None,
     confirm: Data | None = None,
+    time_s: ArrayLike | None = None,
+    policy: Policy | None = None,
     actuators: Sequence[str] = (),
     maps: Sequence[str] = (),
     run: int = 0,
@@ -150,26 +160,32 @@ def diagnose(
 
     model : a scenario's name, or a file of it or of its [field] and [effects.*] alone; without it hard iron, soft iron
         and white noise, fitted. confirm : a second recording, in which the finding must hold too. actuators : channels
-        to treat like motor currents.
+        to treat like motor currents. time_s : (n,) of `data`, where that is an array. policy : the numbers that decide.
     """
     from pathlib import Path
 
     from magbench.results import DiagnosisResult
     from sim.scenario import ModelSpec, load_model
     from validation.diagnosis.files import diagnose_recording, with_actuators
+    from validation.diagnosis.policy import STANDARD
 
     spec = load_model(model) if model else ModelSpec()
     stated = field_strength_nT is not None or field_enu_nT is not None
     reference = None
     if stated or spec.field is None:
         reference = reference_from(data, run, field_strength_nT, field_enu_nT)
-    recordings = [
-        with_actuators(recording_from(one, maps=maps, run=run), actuators, Path("recording"))
-        for one in (data, confirm)
-        if one is not None
-    ]
-    second = None if confirm is None else recordings[1]
-    found = diagnose_recording(recordings[0], spec, reference, confirm=second, fitted_base=model is None)
+
+    def driven(one: Data, times: ArrayLike | None = None) -> Recording:
+        return with_actuators(recording_from(one, time_s=times, maps=maps, run=run), actuators, Path("recording"))
+
+    found = diagnose_recording(
+        driven(data, time_s),
+        spec,
+        reference,
+        confirm=None if confirm is None else driven(confirm),
+        fitted_base=model is None,
+        policy=policy or STANDARD,
+    )
     return DiagnosisResult.of(found)
 
 

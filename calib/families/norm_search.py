@@ -24,7 +24,7 @@ from calib.models.ellipsoid import (
     symmetric_root,
 )
 from calib.models.norm import norm_rows
-from calib.numerics.kernels import kernel
+from calib.numerics.kernels import fast_kernel
 from calib.observability import thinnest_direction, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
@@ -40,7 +40,7 @@ TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 TRIANGULAR_NAMES = ("R_xx", "R_xy", "R_xz", "R_yy", "R_yz", "R_zz")
 
 
-@kernel
+@fast_kernel
 def costs(particles: Array, points: Array) -> Array:
     """f = sum_i (|R (z_i - u)| - 1)^2 of each particle: particles (k, 9), points (3, n), gives (k,)."""
     out = np.empty(len(particles))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.models.quadric import design
-from calib.numerics.kernels import kernel
+from calib.numerics.kernels import fast_kernel
 
 Array = NDArray[np.float64]
 SENSOR_NAMES = (
@@ -85,7 +85,7 @@ def _triangle(rows: Array) -> Array:
     return np.asarray(np.linalg.qr(padded).R / math.sqrt(len(rows)))
 
 
-@kernel
+@fast_kernel
 def sensor_matrix(p: Array, matrix: Array) -> None:
     """Fill matrix (3, 3) = T_gamma T_alpha T_beta (K C)^-1 of one sensor's parameters (12,)."""
     a, b, c = math.cos(p[7]) * math.cos(p[8]), math.cos(p[7]) * math.sin(p[8]), math.sin(p[7])
@@ -105,7 +105,7 @@ def sensor_matrix(p: Array, matrix: Array) -> None:
         matrix[r, 2] = t[r][0] * u02 + t[r][1] * u12 + t[r][2] * u22
 
 
-@kernel
+@fast_kernel
 def fill_maps(p: Array, matrix: Array, shift: Array) -> None:
     """Fill matrix (k, 3, 3) and shift (k, 3) of h_i = matrix_i x - shift_i from parameters (12 k,)."""
     for i in range(len(matrix)):
@@ -122,7 +122,7 @@ def maps(p: Array, k: int) -> tuple[Array, Array]:
     return matrix, shift
 
 
-@kernel
+@fast_kernel
 def total_residuals(R: Array, m: Array, s: Array, out: Array) -> None:
     """(|h|^2 - 1) / 2 of one sensor, through its factor: the quadric theta of h = m x - s."""
     theta = np.empty(10)
@@ -138,7 +138,7 @@ def total_residuals(R: Array, m: Array, s: Array, out: Array) -> None:
         out[r] = value
 
 
-@kernel
+@fast_kernel
 def pair_residuals(R: Array, weight: Array, m: Array, s: Array, n: Array, t: Array, out: Array) -> None:
     """h_i - h_j of a pair of sensors, through its factor: 7 values for each of x, y, z."""
     v = np.empty(7)
@@ -153,7 +153,7 @@ def pair_residuals(R: Array, weight: Array, m: Array, s: Array, n: Array, t: Arr
             out[7 * axis + r] = weight[axis] * value
 
 
-@kernel
+@fast_kernel
 def mean_invariants(field: Array, matrix: Array, shift: Array) -> tuple[float, float, float]:
     """Means of d^2 |I1|, d^2 |I2|^(2/3), d^2 mu^2 over the samples of a cross of four; see `invariants`."""
     first, second, third = 0.0, 0.0, 0.0
@@ -172,7 +172,7 @@ def mean_invariants(field: Array, matrix: Array, shift: Array) -> tuple[float, f
     return first / field.shape[1], second / field.shape[1], third / field.shape[1]
 
 
-@kernel
+@fast_kernel
 def invariants_of(xx: float, xy: float, xz: float, yy: float, yz: float) -> tuple[float, float, float]:
     """I1, I2 and mu^2 of one tensor; l2 = 2 sqrt(p) cos((arccos(q / p^(3/2)) - 2 pi) / 3), p = -I1 / 3, q = I2 / 2."""
     zz = -xx - yy
@@ -184,7 +184,7 @@ def invariants_of(xx: float, xy: float, xz: float, yy: float, yz: float) -> tupl
     return one, two, max(-one - 2.0 * middle * middle, 0.0)
 
 
-@kernel
+@fast_kernel
 def residuals(p: Array, task: ArrayObjective, out: Array) -> float:
     """Fill out (`residual_size`,) and return its sum of squares: J of the parameters (12 k,), in units of F^2."""
     k = task.total.shape[0]
@@ -204,7 +204,7 @@ def residuals(p: Array, task: ArrayObjective, out: Array) -> float:
     return cost
 
 
-@kernel
+@fast_kernel
 def array_costs(individuals: Array, task: ArrayObjective, out: Array) -> Array:
     """J (m,) of parameters (m, 12 k); out (`residual_size`,) is scratch."""
     cost = np.empty(len(individuals))

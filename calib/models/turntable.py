@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.numerics.kernels import kernel
+from calib.numerics.kernels import fast_kernel
 
 Array = NDArray[np.float64]
 NAMES = ("a1", "b1", "b2", "c1", "c2")
@@ -25,7 +25,7 @@ def axes_matrix(theta: Array) -> Array:
     )
 
 
-@kernel
+@fast_kernel
 def costs(particles: Array, points: Array, total: float) -> Array:
     """Sum of squared deviations of z and of the length of A^-1 m: particles (k, 5), points (3, n), gives (k,).
 

@@ -1,4 +1,4 @@
-"""Compiled loops."""
+"""Compiled loops that may add in any order; those of `sim.effects.kernels` keep it, for the same bytes everywhere."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-def kernel(function: Callable[P, T]) -> Callable[P, T]:
+def fast_kernel(function: Callable[P, T]) -> Callable[P, T]:
     """Compile a loop: cached on disk, free of the interpreter's lock, sums in any order; inputs must be finite."""
     compiled: Callable[P, T] = njit(cache=True, nogil=True, fastmath=True, error_model="numpy")(function)
     return compiled

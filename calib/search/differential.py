@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from calib.numerics.kernels import kernel
+from calib.numerics.kernels import fast_kernel
 from calib.search.population import Array, Move, Population, Space
 
 
@@ -62,7 +62,7 @@ class Schedule(NamedTuple):
         return factor, crossover, explore
 
 
-@kernel
+@fast_kernel
 def another(size: int, taken: tuple[int, int, int, int], rng: np.random.Generator) -> int:
     """A random index below size that is none of those taken."""
     while True:
@@ -71,7 +71,7 @@ def another(size: int, taken: tuple[int, int, int, int], rng: np.random.Generato
             return index
 
 
-@kernel
+@fast_kernel
 def make_trial(
     x: Array, m: int, best: int, exploring: bool, factor: float, crossover: float, low: Array, high: Array,
     rng: np.random.Generator, trial: Array,
@@ -103,7 +103,7 @@ def make_trial(
         trial[c] = value
 
 
-@kernel
+@fast_kernel
 def make_trials(
     x: Array, best: int, explore: float, factor: float, crossover: float, low: Array, high: Array,
     rng: np.random.Generator, trials: Array,

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from calib.numerics.kernels import kernel
+from calib.numerics.kernels import fast_kernel
 from calib.search.population import Array, Move, Population, Space
 from calib.search.swarm import Swarm
 
@@ -27,7 +27,7 @@ def select(g: Array, rng: np.random.Generator) -> Array:
     return np.minimum(np.searchsorted(wheel, pointers, side="right"), len(g) - 1)
 
 
-@kernel
+@fast_kernel
 def adapted(g: float, mean: float, most: float, usual: float, least: float) -> float:
     """Probability that falls from `usual` at the mean fitness or below to `least`, above zero, at the best."""
     if g < mean or most <= mean:
@@ -35,7 +35,7 @@ def adapted(g: float, mean: float, most: float, usual: float, least: float) -> f
     return usual - (usual - least) * (g - mean) / (most - mean)
 
 
-@kernel
+@fast_kernel
 def evolve(
     x: Array, g: Array, mean: float, most: float, crossing: tuple[float, float], mutating: tuple[float, float],
     step: Array, lower: Array, upper: Array, rng: np.random.Generator,
@@ -113,14 +113,14 @@ class SwarmWithHeredity(Move):
         population.cost[worse] = space.costs(x)
 
 
-@kernel
+@fast_kernel
 def winner(cost: Array, rng: np.random.Generator) -> int:
     """The better of two random individuals of costs (k,)."""
     one, other = int(rng.random() * len(cost)), int(rng.random() * len(cost))
     return one if cost[one] <= cost[other] else other
 
 
-@kernel
+@fast_kernel
 def make_child(
     one: Array, other: Array, low: Array, high: Array, crossing: float, mutating: float, width: float,
     rng: np.random.Generator, child: Array,
@@ -136,7 +136,7 @@ def make_child(
         child[c] = min(max(child[c], low[c]), high[c])
 
 
-@kernel
+@fast_kernel
 def make_children(
     x: Array, cost: Array, low: Array, high: Array, crossing: float, mutating: float, width: float,
     rng: np.random.Generator, children: Array,

@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from calib.numerics.kernels import kernel
+from calib.numerics.kernels import fast_kernel
 from calib.search.population import Array, Move, Population, Space
 
 
-@kernel
+@fast_kernel
 def fly(
     x: Array, v: Array, own: Array, leader: Array, inertia: float, c1: float, c2: float,
     fastest: Array, lower: Array, upper: Array, rng: np.random.Generator,

@@ -213,3 +213,20 @@ def test_every_public_name_is_there() -> None:
 def test_functions_are_there_before_numpy_is(run_python: Callable[[str], Any]) -> None:
     code = "import sys, magbench; magbench.calibrate; sys.exit('numpy' in sys.modules)"
     assert run_python(code).returncode == 0
+
+
+def test_several_calibrations_are_not_taken_for_one() -> None:
+    several: Any = magbench.calibrate(measured(), STRENGTH_NT, with_=["sphere", "ellipsoid"])
+    with pytest.raises(InputError, match="of several, one by its name"):
+        magbench.apply(several, measured())
+    with pytest.raises(InputError, match="names no calibrator"):
+        magbench.calibrate(measured(), STRENGTH_NT, with_=[])
+
+
+def test_a_diagnosis_takes_times_and_a_policy() -> None:
+    from magbench.validation.diagnosis.policy import Policy
+
+    with pytest.raises(InputError, match="501 are needed"):
+        magbench.diagnose(
+            measured(), field_strength_nT=STRENGTH_NT, time_s=0.1 * np.arange(500), policy=Policy(least_samples=501)
+        )

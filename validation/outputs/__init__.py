@@ -1,1 +1,1 @@
-"""What a command leaves in its directory: numbers, page and recording, all of them or none."""
+"""What a command leaves in its directory: numbers, page and recording."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from sim.state import Array
 from validation.reproduce.base import Row, Verdict, judged, spread
-from validation.reproduce.li2017.trials import ANGLE_RATES_RAD_S, INTERVAL_S, MOTIONS, Outcome
+from validation.reproduce.li2017.trials import ANGLE_RATES_RAD_S, INTERVAL_S, MOTIONS, FilterErrors
 
 LONG = (50_000, 200_000)
 ALL_MOTIONS = ((ANGLE_RATES_RAD_S, INTERVAL_S), *MOTIONS)
@@ -16,7 +16,7 @@ TOTAL_NT = (175.75, 6.6585)
 COMPONENTS_NT = ((59.1982, 110.2003, 122.1983), (6.0274, 1.7171, 1.5205))
 """Printed errors of the original and the proposed filter."""
 MOST_TOTAL_NT, MOST_COMPONENT_NT = 6.7, 6.1
-Trials = list[dict[str, Outcome]]
+Trials = list[dict[str, FilterErrors]]
 
 
 def errors_pct(trials: Trials, name: str, part: slice = slice(None)) -> Array:

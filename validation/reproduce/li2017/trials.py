@@ -62,7 +62,7 @@ Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class FilterErrors:
     """One filter on one run.
 
     state_error_pct (21,); errors e (n, 3) of the field compensated without noise: component_nT (3,) mean |e_i|,
@@ -106,14 +106,14 @@ def simulated(seed: int, samples: int = SAMPLES, loud: float = 1.0, state: State
     return VectorData.of(recording, REFERENCE)
 
 
-def outcome(data: VectorData, steps: Track) -> Outcome:
+def outcome(data: VectorData, steps: Track) -> FilterErrors:
     """What a run of a filter gave."""
     error_pct = 100.0 * (steps.state - TRUE_STATE) / TRUE_STATE
     outside = np.flatnonzero(np.abs(error_pct).max(axis=1) > 20.0)
     clean = replace(data, difference_nT=data.observation() @ TRUE_STATE)
     error = compensated(steps.state[-1], clean) - data.field_nT
     strength = np.linalg.norm(data.field_nT + error, axis=1) - REFERENCE.strength_nT
-    return Outcome(
+    return FilterErrors(
         error_pct[-1],
         np.abs(error).mean(axis=0),
         _rms(error),
@@ -136,7 +136,7 @@ def fuzzy_track(data: VectorData, settings: KalmanSettings, **options: float) ->
     return track(data, settings, rule=KalmanFuzzyCalibrator(settings, **options).noise_rule())  # type: ignore[arg-type]
 
 
-def trial(seed: int) -> dict[str, Outcome]:
+def trial(seed: int) -> dict[str, FilterErrors]:
     """One noise realisation through every filter."""
     data, changing = simulated(seed), simulated(seed, loud=LOUD)
     return {
