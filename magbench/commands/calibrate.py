@@ -49,7 +49,7 @@ def calibrate(
         data, split(with_), run=run, maps=map_ or (), strength_nT=field_strength_nT, enu=field_vector(field_enu_nT)
     )
     if out is not None:
-        write_calibrations(results, out, split(export) if export else ())
+        write_calibrations(results, out, export.split(",") if export else ())
     if json:
         emit({"calibrations": {name: to_dict(result) for name, result in results.items()}})
     else:

@@ -74,7 +74,7 @@ BAD = {
     "two of one": ("turns = 2", "turns = 2\nduration_s = 300", r"phases\.1: give either duration_s or turns"),
     "none of one": ("turns = 2", "", r"phases\.1: give either duration_s or turns"),
     "no phases": (GOOD[GOOD.index("[[phases]]") : GOOD.index("[effects")], "", r"phases: missing"),
-    "wrong vehicle": ('"auv"', '"turntable"', r"phases\.0\.kind: the turntable cannot do a \"hover\".*auv, quadrotor"),
+    "wrong vehicle": ('"auv"', '"turntable"', r"phases\.0\.kind: the turntable cannot do a \"hover\".*auv.*quadrotor"),
     "wrong phase": ('kind = "hover"', 'kind = "tumble"', r"phases\.0\.kind: the auv cannot do a \"tumble\".*turntable"),
     "name": ('"test"', '"Test 1"', r"name: .*pattern"),
     "effect is no table": ("[effects.white_noise]", "[effects]", r"effects\.std_nT: an effect is a table"),

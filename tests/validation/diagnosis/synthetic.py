@@ -11,8 +11,10 @@ from scipy.spatial.transform import Rotation
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.dataset import Recording
+from sim.dataset.columns import group_of
 from sim.effects.base import Effect
-from sim.state import Array
+from sim.effects.registry import EFFECTS
+from sim.state import MOTION, Array
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
@@ -21,6 +23,9 @@ FIELD_ENU_NT = np.array([1_000.0, 20_000.0, -43_000.0])
 STRENGTH_NT = float(np.linalg.norm(FIELD_ENU_NT))
 NOISE_NT = 2.0
 HZ = 10.0
+CAUSES = {name for effect in EFFECTS for name in effect.needs} - MOTION
+OTHER_CAUSES = sorted(name for name in CAUSES if group_of(name) == "channel")
+"""What effects depend on beside what every recording may hold."""
 
 
 def recording(
@@ -36,6 +41,7 @@ def recording(
         pos_enu_m=np.column_stack([20 * np.sin(0.05 * t), 20 * np.cos(0.07 * t), -3 + 2 * np.sin(0.03 * t)]),
         temperature_degC=15 + 3 * np.sin(0.013 * t) ** 2,
         current_A=np.column_stack([2 + np.sin(0.31 * t), 1 + 0.5 * np.cos(0.47 * t) ** 3]),
+        channels={name: np.sin(0.23 * t + k) ** 2 for k, name in enumerate(OTHER_CAUSES)},
     )
     state = pose(made, FIELD_ENU_NT, STRENGTH_NT, ()).state
     tables = {"white_noise": {"std_nT": [noise_nT] * 3}, **(hidden or {})}
