@@ -18,7 +18,7 @@ ROUNDING = 1e-7
 
 
 def axes_matrix(theta: Array) -> Array:
-    """A (3, 3) with rows (., 0, a1), (b1, ., b2), (c1, c2, .) of length one."""
+    """A (3, 3) with rows (., 0, a1), (b1, ., b2), (c1, c2, .) of length one ([Zhou2012])."""
     a1, b1, b2, c1, c2 = theta
     return np.array(
         [[np.sqrt(1 - a1**2), 0.0, a1], [b1, np.sqrt(1 - b1**2 - b2**2), b2], [c1, c2, np.sqrt(1 - c1**2 - c2**2)]]

@@ -14,6 +14,8 @@ from sim.effects.kernels import first_order_lag, times
 from sim.effects.values import Mat3, Quantity, Vec3
 from sim.state import Array, State, current_name, missing_channel
 
+Motor = Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")]
+
 
 @frozen
 class EddyCurrent(Effect):
@@ -61,7 +63,7 @@ class MotorCurrent(Effect):
     )
 
     gain_nT_A: Annotated[Vec3, Quantity("nT/A", -1e5, 1e5, "g forward, left, up", role="linear")] = ZERO3
-    motor: Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")] = 0
+    motor: Motor = 0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return _current(state, self.motor, self.name)[:, None] * array(self.gain_nT_A)
@@ -88,7 +90,7 @@ class CurrentRipple(Effect):
     amplitude_nT_A: Annotated[Vec3, Quantity("nT/A", -1e5, 1e5, "a forward, left, up", role="linear")] = ZERO3
     frequency_hz: Annotated[float, Quantity("Hz", 0.0, 1e5, "f", role="frequency")] = 1.0
     phase_deg: Annotated[float, Quantity("deg", -360.0, 360.0, "phi at the start of the run", role="phase")] = 0.0
-    motor: Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")] = 0
+    motor: Motor = 0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         tone = np.sin((2 * math.pi * self.frequency_hz) * state.time_s + math.radians(self.phase_deg))

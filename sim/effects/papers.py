@@ -74,21 +74,13 @@ def long2013(
     )
 
 
-def zhou2012(a1: float, b1: float, b2: float, c1: float, c2: float) -> Chained:
-    """``B = A B_t``, A's rows the sensor's axes in the level frame ([Zhou2012], five direction cosines).
+def zhou2012(axes: Array) -> Chained:
+    """``B = A B_t``, A (3, 3) with the sensor's axes in the level frame as rows, of length one ([Zhou2012]).
 
     A = N Q: the turn Q of a square sensor, then the axes' leaning N (RQ decomposition).
     """
-    N, Q = axes_and_turn(zhou2012_matrix(a1, b1, b2, c1, c2))
+    N, Q = axes_and_turn(axes)
     return Misalignment(rotation_angles_deg(Q)), NonOrthogonality(triangular_angles_deg(N))
-
-
-def zhou2012_matrix(a1: float, b1: float, b2: float, c1: float, c2: float) -> Array:
-    """A (3, 3) with rows (., 0, a1), (b1, ., b2), (c1, c2, .) of length one ([Zhou2012])."""
-    x = (math.sqrt(1 - a1**2), 0.0, a1)
-    y = (b1, math.sqrt(1 - b1**2 - b2**2), b2)
-    z = (c1, c2, math.sqrt(1 - c1**2 - c2**2))
-    return np.array([x, y, z])
 
 
 def ding2021(

@@ -12,7 +12,16 @@ from sim.effects.kernels import first_order_lag
 from sim.effects.values import Quantity, Vec3
 from sim.state import TEMPERATURE, Array, State
 
+REFERENCE_DEGC = 20.0
 LAGS_S = (0.0, 3.0, 10.0, 30.0, 100.0, 300.0)
+CLUES = Clues(apart=WARM_AND_COOL, remedy="log the temperature and take its part off, or let the sensor settle first")
+ReferenceTemperature = Annotated[
+    float, Quantity("degC", -100.0, 200.0, "T_ref, where it contributes nothing", role="fixed")
+]
+Lag = Annotated[
+    float,
+    Quantity("s", 0.0, 1e5, "time constant with which the sensor follows T; 0: at once", role="listed", tried=LAGS_S),
+]
 
 
 @frozen
@@ -24,22 +33,13 @@ class TemperatureScale(Effect):
     static = True
     needs = (TEMPERATURE,)
     example = {"slope_1_K": (1e-4, 2e-4, -3e-4), "reference_degC": 15.0}
-    clues = Clues(
-        apart=WARM_AND_COOL, remedy="log the temperature and take its part off, or let the sensor settle first"
-    )
+    clues = CLUES
 
     slope_1_K: Annotated[Vec3, Quantity("1/K", -0.05, 0.05, "k of the axes x, y, z", role="linear", per_axis=True)] = (
         ZERO3
     )
-    reference_degC: Annotated[
-        float, Quantity("degC", -100.0, 200.0, "T_ref, where it contributes nothing", role="fixed")
-    ] = 20.0
-    lag_s: Annotated[
-        float,
-        Quantity(
-            "s", 0.0, 1e5, "time constant with which the sensor follows T; 0: at once", role="listed", tried=LAGS_S
-        ),
-    ] = 0.0
+    reference_degC: ReferenceTemperature = REFERENCE_DEGC
+    lag_s: Lag = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return signal_nT * (_felt_degC(state, self.lag_s, memory) - self.reference_degC) * array(self.slope_1_K)
@@ -54,20 +54,11 @@ class TemperatureOffset(Effect):
     static = True
     needs = (TEMPERATURE,)
     example = {"slope_nT_K": (1.0, -2.0, 3.0)}
-    clues = Clues(
-        apart=WARM_AND_COOL, remedy="log the temperature and take its part off, or let the sensor settle first"
-    )
+    clues = CLUES
 
     slope_nT_K: Annotated[Vec3, Quantity("nT/K", -1e4, 1e4, "k of the axes x, y, z", role="linear")] = ZERO3
-    reference_degC: Annotated[
-        float, Quantity("degC", -100.0, 200.0, "T_ref, where it contributes nothing", role="fixed")
-    ] = 20.0
-    lag_s: Annotated[
-        float,
-        Quantity(
-            "s", 0.0, 1e5, "time constant with which the sensor follows T; 0: at once", role="listed", tried=LAGS_S
-        ),
-    ] = 0.0
+    reference_degC: ReferenceTemperature = REFERENCE_DEGC
+    lag_s: Lag = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return (_felt_degC(state, self.lag_s, memory) - self.reference_degC) * array(self.slope_nT_K)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, ClassVar, Literal
 
 import mujoco
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from scenarios.paths.base import Ability, PhaseBase
 from sim.engine import Log
+from sim.processes import GaussMarkov
 from sim.state import Array
 from sim.vehicles.base import STEP_S, Kinematics, Vehicle, VehicleTable, free_body_kinematics
 from sim.vehicles.quadrotor_control import SIZE, control
@@ -20,15 +19,6 @@ GUST_CORRELATION_S = 5.0
 """L / V of the vertical Dryden spectrum [MIL-F-8785C] at a height of 30 m and an airspeed of 6 m/s."""
 AMPERE_PER_N32 = 0.4
 """Momentum theory: P = T^1.5 / sqrt(2 rho A) over 0.5 (rotor and motor) at 14.8 V, rotor radius 0.12 m."""
-
-
-@njit(cache=True)
-def _gauss_markov(noise, decay, last):  # type: ignore[no-untyped-def]
-    """g_k = decay g_(k-1) + noise_k, row by row in place; `last` (3,) carries the state over."""
-    for k in range(noise.shape[0]):
-        for i in range(3):
-            last[i] = decay * last[i] + noise[k, i]
-            noise[k, i] = last[i]
 
 
 WindSpeed = Annotated[float, Field(ge=-100, le=100)]
@@ -80,21 +70,14 @@ class Quadrotor(Vehicle):
         )
 
     def flow(self, n: int, rng: np.random.Generator, memory: dict[str, Any]) -> Array:
-        """Constant wind and isotropic first-order Gauss-Markov gusts, (n, 3) m/s ENU.
-
-        g_k = a g_(k-1) + s sqrt(1 - a^2) n_k, a = exp(-dt / T): the Dryden form along the wind. The gust before the
-        first step is drawn from the stationary distribution, so blocks of any length give the same series.
-        """
+        """Constant wind and isotropic first-order Gauss-Markov gusts (Dryden's form along the wind), (n, 3) m/s ENU."""
         wind: Array = np.tile(np.array(self.spec.wind_enu_m_s, dtype=np.float64), (n, 1))
         std = self.spec.gust_std_m_s
         if std == 0:
             return wind
         if "gust" not in memory:
-            memory["gust"] = std * rng.standard_normal(3)
-        decay = math.exp(-STEP_S / GUST_CORRELATION_S)
-        noise = std * np.sqrt(1.0 - decay**2) * rng.standard_normal((n, 3))
-        _gauss_markov(noise, decay, memory["gust"])
-        wind += noise
+            memory["gust"] = GaussMarkov(std, GUST_CORRELATION_S, STEP_S, 3, rng)
+        wind += memory["gust"].draw(n)
         return wind
 
     def currents_A(self, ctrl: Array) -> Array:

@@ -82,7 +82,7 @@ def test_zhou2012_with_its_result(states):
     state = states(300)
     a1, b1, b2, c1, c2 = 0.013572, 0.000115, -0.006312, -0.021201, -0.003657
     rows = [(np.sqrt(1 - a1**2), 0, a1), (b1, np.sqrt(1 - b1**2 - b2**2), b2), (c1, c2, np.sqrt(1 - c1**2 - c2**2))]
-    effects = zhou2012(a1, b1, b2, c1, c2)
+    effects = zhou2012(np.array(rows))
     assert [type(effect) for effect in effects] == [Misalignment, NonOrthogonality]
     close(measured(effects, state), state.field_nT @ np.array(rows).T)
 

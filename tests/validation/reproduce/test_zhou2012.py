@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.models.turntable import axes_matrix
 from validation.reproduce.zhou2012.paper import Zhou2012
 from validation.reproduce.zhou2012.trials import NOISE_NT, PRINTED, STOPS, bound, recording, stops
 
@@ -22,7 +21,9 @@ def test_the_stops_are_a_clockwise_turn_of_a_level_sensor():
 
 def test_the_sensor_measures_through_the_paper_s_matrix():
     state = stops()
-    noise_nT = recording(state, 0).mag_nT - state.field_nT @ axes_matrix(np.array(PRINTED)).T
+    a1, b1, b2, c1, c2 = PRINTED
+    rows = [(np.sqrt(1 - a1**2), 0, a1), (b1, np.sqrt(1 - b1**2 - b2**2), b2), (c1, c2, np.sqrt(1 - c1**2 - c2**2))]
+    noise_nT = recording(state, 0).mag_nT - state.field_nT @ np.array(rows).T
     assert noise_nT.std() == pytest.approx(NOISE_NT, rel=0.4)
 
 

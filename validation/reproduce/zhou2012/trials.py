@@ -66,7 +66,7 @@ def stops() -> State:
 def recording(state: State, seed: int, offset_nT: float = 0.0) -> Recording:
     """What the sensor of the printed values measures at the stops, with white noise and an offset in x."""
     added: tuple[Effect, ...] = (SensorOffset((offset_nT, 0.0, 0.0)), WhiteNoise((NOISE_NT, NOISE_NT, NOISE_NT)))
-    effects = (*zhou2012(*PRINTED), *added)
+    effects = (*zhou2012(axes_matrix(np.array(PRINTED))), *added)
     return Recording(state.time_s, Chain(effects, SEED, seed).apply(state)[0])
 
 
