@@ -126,6 +126,10 @@ class Policy:
     stated_margin: float = number(1.5, "ratio by which slow errors may exceed what the model states of them")
 
     # selection
+    same_gain: float = number(
+        1e-6, "relative difference up to which two effects gain the same, and the chain's first is named",
+        run="tuning seeds 0 and 1: the gains of hard iron and sensor offset differ by rounding alone",
+    )  # fmt: skip
     most_effects: int = number(3, "effects and changes of iron that are looked for")
     form_share: float = number(
         0.15, "part of the first effect's size below which another is its form, no name", run=TUNED

@@ -29,7 +29,6 @@ GUARDS = {
     "result.py": {"NORMAL_95"},
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
     "chain.py": {"SCALE_NT"},
-    "selection.py": {"ROUNDING"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
     "refine.py": {"ROUNDS", "IMPOSSIBLE"},
 }

@@ -18,8 +18,6 @@ from validation.diagnosis.problem.linear import LinearProblem
 
 Progress = Callable[[str], object]
 CHAIN = tuple(BY_NAME)
-ROUNDING = 1e-6
-"""Relative difference up to which two gains are the same number."""
 
 
 @dataclass(frozen=True)
@@ -87,11 +85,11 @@ def accepted(ranking: Sequence[Evidence], policy: Policy) -> Accepted | None:
     if not ranking or ranking[0].nats <= policy.accepted(len(EFFECTS)):
         return None
     close = [e for e in ranking if not e.behind(ranking[0], policy) and e.nats > policy.apart]
-    chosen = _simplest(close)
+    chosen = _simplest(close, policy)
     return Accepted(chosen, tuple(e.name for e in close if e is not chosen))
 
 
-def _simplest(close: Sequence[Evidence]) -> Evidence:
+def _simplest(close: Sequence[Evidence], policy: Policy) -> Evidence:
     """The strongest of those with the fewest columns; of two that are one and the same, the chain's first.
 
     Hard iron and a sensor's offset span the same columns: which of them gains more is a matter of the last bit.
@@ -99,7 +97,7 @@ def _simplest(close: Sequence[Evidence]) -> Evidence:
     narrowest = min(e.width for e in close)
     rivals = [e for e in close if e.width == narrowest]
     most = max(e.gain for e in rivals)
-    same = [e for e in rivals if math.isclose(e.gain, most, rel_tol=ROUNDING)]
+    same = [e for e in rivals if math.isclose(e.gain, most, rel_tol=policy.same_gain)]
     return min(same, key=lambda e: CHAIN.index(e.name))
 
 
