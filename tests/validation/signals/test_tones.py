@@ -39,6 +39,16 @@ def test_a_line_is_found_within_a_bin() -> None:
         np.testing.assert_allclose(found[0].amplitude, [0, 1.5, 0.7], atol=0.25)
 
 
+def test_a_line_between_the_spectrum_s_lines_loses_what_a_hann_window_loses() -> None:
+    """Power (8 / 3 pi)^2 = 0.72 half way between two; without a window (2 / pi)^2 = 0.41."""
+    time_s = np.arange(SAMPLES) / RATE_HZ
+    on, between = (
+        np.mean([tones(time_s, noise(seed) + 3 * np.sin(angle + seed)[:, None])[0].ratio for seed in range(5)])
+        for angle in (2 * np.pi * line * BIN_HZ * time_s for line in (3000, 3000.5))
+    )
+    assert between / on == pytest.approx((8 / (3 * np.pi)) ** 2, rel=0.1)
+
+
 def test_a_line_across_gaps_and_jitter() -> None:
     rng = np.random.default_rng(0)
     time_s = np.arange(SAMPLES) / RATE_HZ
