@@ -78,6 +78,7 @@ def calibrate(
     Raises InputError for data that are not fit for use, an unknown calibrator, and a reference that is not known.
     """
     from magbench.results import CalibrationResult
+    from validation.calibrating.candidates import candidates
     from validation.calibrating.fitting import fit_all, sensors
 
     names = [with_] if isinstance(with_, str) else list(with_ or ())
@@ -85,7 +86,7 @@ def calibrate(
         raise InputError("names no calibrator", where="with_", do="see `magbench list calibrators`")
     recording = recording_from(data, time_s=time_s, maps=maps, run=run)
     reference = reference_from(data, run, field_strength_nT, field_enu_nT)
-    fitted = fit_all(recording, reference, names)
+    fitted = fit_all(recording, reference, candidates(names))
     views = {key: one for name in names for key, one in sensors(recording, name).items()}
     results = {key: CalibrationResult.of(found, views[key], reference) for key, found in fitted.items()}
     if not isinstance(with_, str):

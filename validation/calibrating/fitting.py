@@ -8,38 +8,37 @@ from pathlib import Path
 
 import numpy as np
 
-import calib
 from calib import Calibration, Reference
 from scenarios.errors import InputError
 from sim.dataset import Recording, read_recording
 from sim.dataset.checks import FIELD_RANGE_NT
 from sim.dataset.reader import parameters_of
 from sim.dataset.units import likely_unit
+from validation.calibrating.candidates import Candidate, candidates
 
 
 def fit_all(
     recording: Recording,
     reference: Reference,
-    names: Sequence[str],
+    chosen: Sequence[Candidate],
     seed: int = 0,
     progress: Callable[[float], object] = lambda part: None,
 ) -> dict[str, Calibration]:
-    """Every named calibrator on a recording; of an array, on every sensor: keys `name` or `name@sensor`.
+    """Every chosen calibrator on a recording; of an array, on every sensor: keys `name` or `name@sensor`.
 
     A calibrator of whole arrays gets the recording once, and each sensor its part of the result.
-    `progress` is told the part that is done. Raises InputError for a name that is not registered.
+    `progress` is told the part that is done.
     """
-    methods = {name: calib.get(name) for name in names}
     results: dict[str, Calibration] = {}
-    for done, (name, method) in enumerate(methods.items()):
-        progress(done / len(methods))
-        parts = sensors(recording, name)
-        if method.whole_array:
-            whole = method.fit(recording, reference, np.random.default_rng(seed))
+    for done, candidate in enumerate(chosen):
+        progress(done / len(chosen))
+        parts = sensors(recording, candidate.name)
+        if candidate.whole_array:
+            whole = candidate.fit(recording, reference, np.random.default_rng(seed))
             results |= {key: whole.of_sensor(index) for index, key in enumerate(parts)}
             continue
         for key, one in parts.items():
-            results[key] = method.fit(one, reference, np.random.default_rng(seed))
+            results[key] = candidate.fit(one, reference, np.random.default_rng(seed))
     return results
 
 
@@ -66,10 +65,9 @@ def calibrate_file(
     """
     if not names:
         raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")
-    for name in names:
-        calib.get(name)
+    chosen = candidates(names)
     recording = read_recording(path, run=run, maps=maps)
-    return fit_all(recording, reference_of(path, run, strength_nT, enu), names)
+    return fit_all(recording, reference_of(path, run, strength_nT, enu), chosen)
 
 
 def reference_of(path: Path, run: int, strength_nT: float | None, enu: Sequence[float] | None) -> Reference:

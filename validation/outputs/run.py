@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from sim.dataset import Recording, Truth, read_run
 from sim.dataset.files import locked_directory, write_text
 from sim.generate import write_runs
 from sim.scenario import Scenario
+from validation.calibrating.candidates import Candidate, candidates
 from validation.calibrating.files import write_calibrations
 from validation.calibrating.fitting import fit_all, sensors
 from validation.scoring.holdout import HoldOut, Surroundings, hold_out
@@ -36,37 +37,47 @@ def run_scenario(
     out: Path,
     *,
     seed: int | None = None,
+    chosen: Sequence[Candidate] | None = None,
     progress: Progress = lambda done, total: None,
     warn: Callable[[str], object] = lambda text: None,
 ) -> Outcome:
     """Write the dataset, scores.json, calibration.json, report.html and recording.rrd into `out`.
 
+    `chosen`: who calibrates, the scenario's calibrators by default.
+
     A dataset of the same scenario and seed that is there already is used again. Raises InputError for a bad scenario,
     an unknown calibrator, an `out` that holds another dataset or that another process writes to, and when the
     system refuses to write.
     """
-    for name in scenario.calibrators:
-        calib.get(name)
+    chosen = chosen or candidates(scenario.calibrators)
     with locked_directory(out):
-        return _run(scenario, out, seed, progress, warn)
+        return _run(scenario, out, seed, chosen, progress, warn)
 
 
 def simulated_and_judged(
     scenario: Scenario,
     out: Path,
     seed: int | None,
+    chosen: Sequence[Candidate] | None = None,
     progress: Progress = lambda done, total: None,
     warn: Callable[[str], object] = lambda text: None,
 ) -> Outcome:
-    """Write the dataset into `out`, fit the scenario's calibrators and score them: the first two stages."""
+    """Write the dataset into `out`, fit the calibrators and score them: the first two stages."""
     written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES), warn)
     recording, truth = read_run(out)
-    judged = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES))
+    judged = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
     return replace(judged, tracking=written.files[0].tracking)
 
 
-def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress, warn: Callable[[str], object]) -> Outcome:
-    outcome = simulated_and_judged(scenario, out, seed, progress, warn)
+def _run(
+    scenario: Scenario,
+    out: Path,
+    seed: int | None,
+    chosen: Sequence[Candidate],
+    progress: Progress,
+    warn: Callable[[str], object],
+) -> Outcome:
+    outcome = simulated_and_judged(scenario, out, seed, chosen, progress, warn)
     write_calibrations(outcome.calibrations, out)
     write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, allow_nan=False) + "\n")
     progress(2, STAGES)
@@ -78,15 +89,21 @@ def _run(scenario: Scenario, out: Path, seed: int | None, progress: Progress, wa
 
 
 def judge(
-    scenario: Scenario, recording: Recording, truth: Truth, progress: Callable[[float], object] = lambda part: None
+    scenario: Scenario,
+    recording: Recording,
+    truth: Truth,
+    progress: Callable[[float], object] = lambda part: None,
+    chosen: Sequence[Candidate] | None = None,
 ) -> Outcome:
-    """Fit the scenario's calibrators to a recording and score them against its truth."""
+    """Fit the chosen calibrators, by default the scenario's, to a recording and score them against its truth."""
+    chosen = chosen or candidates(scenario.calibrators)
     east, north, up = truth.parameters["field_enu_nT"]
     reference = Reference(float(np.linalg.norm([east, north, up])), (east, north, up))
-    calibrations = fit_all(recording, reference, scenario.calibrators, progress=progress)
-    views = {key: one for name in scenario.calibrators for key, one in sensors(recording, name).items()}
+    calibrations = fit_all(recording, reference, chosen, progress=progress)
+    views = {key: one for candidate in chosen for key, one in sensors(recording, candidate.name).items()}
+    free = {key: candidate.attitude_free for candidate in chosen for key in sensors(recording, candidate.name)}
     truths = _hold_outs(recording, truth)
-    scores = {key: score(result, views[key], truths[_sensor(key)]) for key, result in calibrations.items()}
+    scores = {key: score(result, views[key], truths[_sensor(key)], free[key]) for key, result in calibrations.items()}
     usable = {key: c for key, c in calibrations.items() if c.status.kind != "not_applicable"}
     corrected = {key: c.apply(views[key]) for key, c in usable.items()}
     return Outcome(scenario, recording, truth, calibrations, scores, corrected)

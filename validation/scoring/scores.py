@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib import CALIBRATORS, Calibration
+from calib import Calibration
 from sim.dataset import Recording
 from validation.scoring.holdout import HoldOut, Pairs
 
@@ -31,9 +31,7 @@ class Score:
     rotation_removed: bool = False
 
 
-def score(
-    calibration: Calibration, recording: Recording, truth: HoldOut, attitude_free: bool | None = None
-) -> list[Score]:
+def score(calibration: Calibration, recording: Recording, truth: HoldOut, attitude_free: bool) -> list[Score]:
     """All scores of a calibration of this recording; one that was not applicable has `failure` and `wall_time` alone.
 
     ===========================  ====  ==========================================================================
@@ -55,28 +53,20 @@ def score(
 
     Q is I, or for an attitude-free method the rotation that fits matrix S to I best: a rotation of the whole sensor
     is not in the field's strength. Heading then means after one alignment of the compass with the vehicle.
-    `attitude_free` None: what the calibrator of that name says; for names that are not registered, False.
     """
     always = [Score("failure", float(calibration.status.kind != "ok"), ""), Score("wall_time", calibration.wall_s, "s")]
     if calibration.status.kind == "not_applicable":
         return always
-    free = is_attitude_free(calibration.name) if attitude_free is None else attitude_free
-    turn = unobservable_rotation(calibration.matrix @ truth.matrix) if free else np.eye(3)
+    turn = unobservable_rotation(calibration.matrix @ truth.matrix) if attitude_free else np.eye(3)
     return [
         *_offset_scores(calibration, truth),
-        *_turned_scores(calibration, truth, turn, free),
+        *_turned_scores(calibration, truth, turn, attitude_free),
         Score("anomaly_rms", anomaly_rms_nT(calibration, truth), "nT"),
         always[0],
         Score("iterations", float(len(calibration.history)), ""),
         always[1],
         Score("in_sample_norm_rms", in_sample_norm_rms_nT(calibration, recording, truth), "nT", in_sample=True),
     ]
-
-
-def is_attitude_free(name: str) -> bool:
-    """Whether a registered calibrator uses no attitude, so that a rotation is left open."""
-    method = CALIBRATORS.get(name.split("@")[0])
-    return method is not None and "attitude" not in method.needs
 
 
 def unobservable_rotation(total: Array) -> Array:

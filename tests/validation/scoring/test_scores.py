@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from calib import CALIBRATORS, Calibration, Reference, Status, get
+from calib import CALIBRATORS, Calibration, Reference, Status
 from sim.dataset import Recording
 from sim.effects import EFFECTS, build
+from validation.calibrating.candidates import candidates
 from validation.scoring.holdout import (
     DIPOLE_PEAK_NT,
     Surroundings,
@@ -19,7 +20,7 @@ from validation.scoring.holdout import (
     survey_line,
     uniform_attitudes,
 )
-from validation.scoring.scores import is_attitude_free, score, unobservable_rotation
+from validation.scoring.scores import score, unobservable_rotation
 
 FIELD_ENU_NT = np.array([1500.0, 27_000.0, -41_000.0])
 SOFT = np.array([[0.05, 0.01, -0.02], [0.015, -0.03, 0.004], [-0.01, 0.02, 0.04]])
@@ -47,8 +48,8 @@ def exact(name="vector_least_squares", **changes):
     return Calibration(name=name, status=Status("ok"), **(values | changes))
 
 
-def values(calibration, recording, truth, **options):
-    return {s.name: s.value for s in score(calibration, recording, truth, **options)}
+def values(calibration, recording, truth, attitude_free=False):
+    return {s.name: s.value for s in score(calibration, recording, truth, attitude_free)}
 
 
 def test_static_effects_depend_on_one_instant_alone():
@@ -154,7 +155,7 @@ def test_claimed_ellipsoid(truth, recording):
 
 def test_failures_are_counted_and_what_did_not_apply_has_no_figures(truth, recording):
     missing = Calibration(name="vector_least_squares", status=Status("not_applicable", "no attitude"))
-    assert {s.name for s in score(missing, recording, truth)} == {"failure", "wall_time"}
+    assert {s.name for s in score(missing, recording, truth, False)} == {"failure", "wall_time"}
     assert values(missing, recording, truth)["failure"] == 1
     vague = replace(exact(), status=Status("unobservable", "why"))
     got = values(vague, recording, truth)
@@ -162,11 +163,11 @@ def test_failures_are_counted_and_what_did_not_apply_has_no_figures(truth, recor
 
 
 def test_only_in_sample_figures_are_marked_so(truth, recording):
-    scores = score(exact(), recording, truth)
+    scores = score(exact(), recording, truth, False)
     assert [s.name for s in scores if s.in_sample] == ["in_sample_norm_rms"]
     assert scores[0].name == "offset_error"
     assert len({s.name for s in scores}) == len(scores)
-    turned = {s.name for s in score(exact("ellipsoid"), recording, truth) if s.rotation_removed}
+    turned = {s.name for s in score(exact(), recording, truth, True) if s.rotation_removed}
     assert turned == {"matrix_error", "holdout_sphere_component_rms", "holdout_level_component_rms", "heading_rms"}
 
 
@@ -182,15 +183,9 @@ def test_degenerate_fit_wins_in_sample_and_loses_on_the_hold_out(truth, recordin
 @pytest.mark.parametrize("name", list(CALIBRATORS))
 def test_every_calibrator_can_be_scored(name, truth, recording):
     reference = Reference.of_vector(tuple(FIELD_ENU_NT))
-    for s in score(get(name).fit(recording, reference), recording, truth):
+    (candidate,) = candidates([name])
+    for s in score(candidate.fit(recording, reference), recording, truth, candidate.attitude_free):
         assert np.isfinite(s.value), s
-
-
-def test_attitude_free_is_known_by_name():
-    assert is_attitude_free("ellipsoid")
-    assert is_attitude_free("ellipsoid@2")
-    assert not is_attitude_free("vector_least_squares")
-    assert not is_attitude_free("mine")
 
 
 def test_surroundings_are_the_means_of_the_recording(recording):

@@ -1,0 +1,62 @@
+"""What a candidate says of itself, in this process and in another, and that it answers whatever happens."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from calib import CALIBRATORS, Reference, get
+from scenarios.errors import InputError
+from sim.dataset import Recording
+from validation.calibrating.candidates import Candidate, Fitted, candidates
+
+REFERENCE = Reference(50_000.0)
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """A sensor with an offset of (100, -200, 300) nT, turned every way."""
+    rng = np.random.default_rng(0)
+    field_nT = Rotation.random(200, rng=rng).apply([0.0, 30_000.0, -40_000.0])
+    noise_nT = rng.normal((100.0, -200.0, 300.0), 2.0, (200, 3))
+    return Recording(np.arange(200.0), field_nT + noise_nT)
+
+
+def test_every_built_in_calibrator_is_a_candidate_that_can_be_sent() -> None:
+    found = candidates(list(CALIBRATORS))
+    assert [candidate.name for candidate in found] == list(CALIBRATORS)
+    assert pickle.loads(pickle.dumps(found)) == found
+    facts = {candidate.name: (candidate.attitude_free, candidate.whole_array) for candidate in found}
+    assert facts["ellipsoid"] == (True, False)
+    assert facts["vector_least_squares"] == (False, False)
+    assert facts["least_squares_gradiometer"] == (True, True)
+
+
+def test_a_built_in_candidate_fits_as_its_calibrator_does(recording: Recording) -> None:
+    (candidate,) = candidates(["pso"])
+    there = candidate.fit(recording, REFERENCE, np.random.default_rng(3))
+    here = get("pso").fit(recording, REFERENCE, np.random.default_rng(3))
+    np.testing.assert_array_equal(there.offset_nT, here.offset_nT)
+
+
+def test_a_name_given_twice_is_one_candidate_and_an_unknown_one_is_refused() -> None:
+    assert len(candidates(["sphere", "sphere"])) == 1
+    with pytest.raises(InputError, match="choose among"):
+        candidates(["sphere", "cube"])
+
+
+@dataclass(frozen=True)
+class Broken:
+    def fit(self, *_: object) -> Fitted:
+        raise ValueError("no pivot")
+
+
+def test_an_exception_becomes_the_reason(recording: Recording) -> None:
+    fitted = Candidate("broken", Broken(), attitude_free=True).timed(recording, REFERENCE)
+    assert fitted.calibration.status.kind == "not_converged"
+    assert fitted.calibration.status.reason == "ValueError: no pivot"
+    assert fitted.calibration.name == "broken"
