@@ -17,7 +17,8 @@ from tests.measure import functions
 
 FLOORS = (
     {"signals", "scoring", "calibrating"},
-    {"inspection", "diagnosis"},
+    {"inspection", "diagnosis", "comparison"},
+    {"gates"},
     {"views"},
     {"outputs", "reproduce"},
 )

@@ -1,0 +1,101 @@
+"""Intervals and tests against simulation, published tables and brute force."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.stats import binom, chi2
+
+from validation.comparison.statistics import corrected, differences, mean_ranks, mean_square, median, rate
+
+REPEATS = 4000
+RNG = np.random.default_rng(7)
+
+
+def coverage(intervals: list, truth: float) -> float:
+    return float(np.mean([found.low <= truth <= found.high for found in intervals]))
+
+
+@pytest.mark.parametrize("n", [8, 20, 50, 101])
+@pytest.mark.parametrize(
+    "draw", [RNG.normal, RNG.lognormal, RNG.standard_cauchy], ids=["normal", "log-normal", "Cauchy"]
+)
+def test_the_interval_of_the_median_holds_it_in_95_of_100(n, draw):
+    data = draw(size=(REPEATS, n))
+    truth = 1.0 if draw.__name__ == "lognormal" else 0.0
+    assert coverage([median(row) for row in data], truth) == pytest.approx(0.95, abs=0.013)
+
+
+@pytest.mark.parametrize("n", range(1, 6))
+def test_few_values_have_least_and_greatest_as_ends(n):
+    values = RNG.normal(size=n)
+    found = median(values)
+    assert (found.low, found.high) == (values.min(), values.max())
+    assert found.value == pytest.approx(np.median(values))
+
+
+def test_trials_without_estimate_count_as_infinitely_bad():
+    values = np.r_[np.arange(1.0, 52.0), np.full(49, np.inf)]
+    found = median(values)
+    assert found.value == 50.5
+    assert np.isfinite(found.low)
+    assert found.high == np.inf
+    assert median(np.full(7, np.inf)).low == np.inf
+    assert not np.isnan(median(np.r_[1.0, np.inf]).value)
+
+
+@pytest.mark.parametrize(("p", "n"), [(0.3, 100), (0.5, 60), (0.1, 400)])
+def test_the_interval_of_a_rate_holds_it(p, n):
+    """Summed over all outcomes instead of drawn; counts are whole, so an interval that never holds less holds more."""
+    held = [rate(k, n).low <= p <= rate(k, n).high for k in range(n + 1)]
+    assert 0.95 <= float(np.sum(binom.pmf(np.arange(n + 1), n, p) * held)) < 0.98
+
+
+def test_no_failure_in_a_hundred_is_no_proof_of_none():
+    assert rate(0, 100).high == pytest.approx(1 - 0.025 ** (1 / 100))
+
+
+def test_claims_of_the_right_size_hold_three_and_too_small_ones_do_not():
+    squares = chi2.rvs(3, size=(REPEATS, 30), random_state=1)
+    assert coverage([mean_square(row, 3) for row in squares], 3.0) == pytest.approx(0.95, abs=0.013)
+    assert mean_square(4 * squares[0], 3).low > 3.0
+
+
+def test_holm_as_in_his_paper():
+    """His step-down: 0.01 x 4, then 0.02 x 3 = 0.06, then max(0.06, 0.022 x 2), then 0.5."""
+    assert corrected([0.5, 0.022, 0.01, 0.02]) == pytest.approx([0.5, 0.06, 0.04, 0.06])
+    assert corrected([]) == []
+
+
+def test_differences_of_equals_are_found_in_five_of_a_hundred_comparisons_at_most():
+    wrong = 0
+    for _ in range(400):
+        scores = {name: RNG.normal(size=30) for name in "abcd"}
+        wrong += any(found.clear for found in differences(scores))
+    assert wrong / 400 < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 400)
+
+
+def test_a_pair_is_counted_trial_by_trial():
+    one, other = np.array([1.0, 2.0, np.inf, 4.0]), np.array([2.0, 1.0, np.inf, np.inf])
+    (found,) = differences({"one": one, "other": other})
+    assert (found.better, found.worse, found.equal, found.p) == (2, 1, 1, 1.0)
+    (clear,) = differences({"one": np.zeros(20), "other": np.ones(20)})
+    assert clear.clear
+    assert clear.p == pytest.approx(2 * 0.5**20)
+
+
+def test_critical_difference_as_demsar_says():
+    """Four classifiers on 14 data sets: q = 2.569, CD = 1.25 [Demsar2006, section 3.2.2]."""
+    found = mean_ranks({name: RNG.normal(size=14) for name in "abcd"})
+    assert found.critical == pytest.approx(2.569 * np.sqrt(4 * 5 / (6 * 14)), abs=2e-3)
+
+
+def test_ranks_are_those_of_sorting():
+    scores = {"a": np.array([1.0, 3.0, 2.0]), "b": np.array([2.0, 1.0, 2.0]), "c": np.array([3.0, 2.0, np.inf])}
+    assert mean_ranks(scores).mean == pytest.approx(
+        {"a": (1 + 3 + 1.5) / 3, "b": (2 + 1 + 1.5) / 3, "c": (3 + 2 + 3) / 3}
+    )
+    assert sum(mean_ranks(scores).mean.values()) == pytest.approx(6.0)
+    assert list(itertools.islice(mean_ranks(scores).mean, 3)) == ["a", "b", "c"]
