@@ -11,7 +11,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.judgement import flat_status, planar, residual_of, unsupported, widened
+from calib.judgement import Extents, extents, flat_status, planar, residual_of, unsupported, widened
 from calib.numerics.rates import world_to_body
 from calib.observability import motion_status
 from calib.reference import Reference
@@ -92,29 +92,32 @@ class Calibrator(ABC):
         """The method's answer after all checks; a computation that breaks down has not converged."""
         try:
             with np.errstate(divide="raise", invalid="raise", over="raise"):
-                solved = self._unexcited(recording, reference) or self._solve(recording, reference, rng)
-                return self._checked(solved, recording, reference)
+                sensors = extents(recording) if self._fits_strength else ()
+                unexcited = self._unexcited(recording, reference, sensors)
+                solved = unexcited or self._solve(recording, reference, rng)
+                return self._checked(solved, recording, reference, sensors)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             return self._failed(Status("not_converged", f"the computation broke down: {error}"))
 
-    def _checked(self, solved: Calibration | Status, recording: Recording, reference: Reference) -> Calibration:
+    def _checked(
+        self, solved: Calibration | Status, recording: Recording, reference: Reference, sensors: Extents
+    ) -> Calibration:
         """The answer with the status that it bears out."""
         result = self._failed(solved) if isinstance(solved, Status) else solved
         if not _finite(result):
             return self._failed(Status("not_converged", "the computation gave values that are not finite"))
         if result.status.kind == "not_applicable":
             return result
-        return self._judged(result, recording, reference)
+        return self._judged(result, recording, reference, sensors)
 
-    def _judged(self, result: Calibration, recording: Recording, reference: Reference) -> Calibration:
+    def _judged(self, result: Calibration, recording: Recording, reference: Reference, sensors: Extents) -> Calibration:
         """The answer, its claim widened where the residual is not white, and its status lowered where it must be.
 
-        Left alone are the claim of a sequential filter, whose process noise is in its covariance, and the vector
-        field beside a scalar magnetometer, which such a method does not correct.
+        A sequential method answers for its own claim. Residual and matrix of the vector field say nothing of a method
+        that corrects the scalar magnetometer beside it.
         """
         residual_nT = residual_of(result, recording, reference, vector=self._fits_vector)
-        from_strength = not (self._fits_vector or self.one_axis)
-        flat = flat_status(result, recording, residual_nT) if from_strength else None
+        flat = flat_status(result, sensors, residual_nT)
         if flat is not None:
             return self._failed(flat, result.history)
         if result.status.kind == "unobservable":
@@ -131,12 +134,15 @@ class Calibrator(ABC):
         """Whether the field is known in the body frame, not its strength alone."""
         return set(self.needs) >= VECTOR
 
-    def _unexcited(self, recording: Recording, reference: Reference) -> Status | None:
+    @property
+    def _fits_strength(self) -> bool:
+        """Whether the field's strength alone is known, in a motion about all axes."""
+        return not (self._fits_vector or self.one_axis)
+
+    def _unexcited(self, recording: Recording, reference: Reference, sensors: Extents) -> Status | None:
         """Unobservable when the measurements lie in a plane, or the known field moves by no more than its error."""
-        if self.one_axis:
-            return None
-        if not self._fits_vector:
-            return planar(recording)
+        if self.one_axis or not self._fits_vector:
+            return planar(sensors)
         assert recording.att_q is not None
         field_nT = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
         return motion_status(field_nT, reference.strength_nT, self.attitude_std_rad)

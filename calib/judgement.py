@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.numerics.colour import inflation, lasting_variance
+from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
-from calib.observability import covariance_status, planar_status
+from calib.observability import Extent, covariance_status, planar_status
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from sim.dataset import Recording
@@ -21,6 +22,8 @@ constant field with noise, a wrong attitude or unit. Soft iron of 10 % left out 
 MAX_CONDITION = 50.0
 """A matrix worse conditioned than this has an axis that measures nothing, or two that measure the same; the strongest
 soft iron known from vehicles stretches by 2."""
+Extents = tuple[Extent, ...]
+"""How far the measurements extend, of each sensor; none where a method knows or asks no more than a plane."""
 NEGATIVE = -1e-3
 """A covariance whose correlations have an eigenvalue below this is none; rounding stays above."""
 
@@ -33,12 +36,23 @@ def residual_of(fit: Calibration, recording: Recording, reference: Reference, *,
         assert reference.field_enu_nT is not None
         residual = field_nT - world_to_body(recording.att_q, np.array(reference.field_enu_nT))
     else:
-        residual = np.sqrt(np.einsum("ni,ni->n", field_nT, field_nT)) - reference.strength_nT
+        residual = lengths(field_nT) - reference.strength_nT
     late = recording.time_s[1:] < recording.time_s[:-1]
     return np.asarray(residual[np.argsort(recording.time_s, kind="stable")] if late.any() else residual)
 
 
-def flat_status(fit: Calibration, recording: Recording, residual_nT: Array) -> Status | None:
+def extents(recording: Recording) -> Extents:
+    """How far the magnetometer's measurements extend, or those of each sensor of an array."""
+    sensors = [recording.mag_nT] if recording.array_mag_nT is None else recording.array_mag_nT
+    return tuple(Extent.of(sensor) for sensor in sensors)
+
+
+def planar(sensors: Extents, noise_std_nT: float = 0.0) -> Status | None:
+    """`planar_status` of the first sensor that it holds for."""
+    return next((flat for sensor in sensors if (flat := planar_status(sensor, noise_std_nT)) is not None), None)
+
+
+def flat_status(fit: Calibration, sensors: Extents, residual_nT: Array) -> Status | None:
     """Unobservable when a sensor's measurements leave a plane by no more than the noise that the fit tells, or leaves.
 
     A fit that failed and tells no noise is not asked.
@@ -49,13 +63,7 @@ def flat_status(fit: Calibration, recording: Recording, residual_nT: Array) -> S
     if noise_nT is None:
         gain = float(np.linalg.norm(fit.matrix)) / np.sqrt(3.0)
         noise_nT = float(np.sqrt(np.mean(residual_nT**2))) / gain
-    return planar(recording, noise_nT)
-
-
-def planar(recording: Recording, noise_std_nT: float = 0.0) -> Status | None:
-    """`planar_status` of the magnetometer, or of the first sensor of an array that it holds for."""
-    sensors = [recording.mag_nT] if recording.array_mag_nT is None else recording.array_mag_nT
-    return next((flat for one in sensors if (flat := planar_status(one, noise_std_nT)) is not None), None)
+    return planar(sensors, noise_nT)
 
 
 def widened(fit: Calibration, residual_nT: Array, *, vector: bool) -> Calibration:

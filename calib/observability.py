@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.numerics.moments import mean_and_spread
+from calib.numerics.points import mean_and_spread
 from calib.result import Calibration, Status
 
 Array = NDArray[np.float64]
@@ -46,18 +48,35 @@ def unobservable(direction: Array, why: str) -> Status:
     )
 
 
-def spread(x: Array) -> Array:
-    """Covariance (3, 3) of points (n, 3)."""
-    return np.asarray(mean_and_spread(np.ascontiguousarray(x))[1])
+@dataclass(frozen=True, eq=False)
+class Extent:
+    """How far measurements extend: variance (3,), nT^2, rising, along their principal axes (3, 3), in columns."""
+
+    variance: Array
+    axes: Array
+
+    @classmethod
+    def of(cls, mag_nT: Array) -> Extent:
+        """Of measurements (n, 3); raises LinAlgError where their squares overflow."""
+        return cls(*np.linalg.eigh(mean_and_spread(np.ascontiguousarray(mag_nT))[1]))
+
+    @property
+    def thickness_nT(self) -> float:
+        """Rms distance from the plane that the measurements are nearest to."""
+        return float(np.sqrt(max(self.variance[0], 0.0)))
+
+    @property
+    def thinnest(self) -> Array:
+        """The body direction (3,) in which the measurements extend least."""
+        return np.asarray(self.axes[:, 0])
 
 
-def planar_status(mag_nT: Array, noise_std_nT: float) -> Status | None:
-    """Unobservable when the measurements (n, 3) leave a plane by no more than five times the noise, rms; else None."""
-    variance, axes = np.linalg.eigh(spread(mag_nT))
-    thickness = float(np.sqrt(max(variance[0], 0.0)))
-    if thickness > max(SIGNIFICANT_THICKNESS * noise_std_nT, ROUNDING * float(np.sqrt(variance[-1]))):
+def planar_status(extent: Extent, noise_std_nT: float = 0.0) -> Status | None:
+    """Unobservable when the measurements leave a plane by no more than five times the noise, rms; else None."""
+    thickness_nT = extent.thickness_nT
+    if thickness_nT > max(SIGNIFICANT_THICKNESS * noise_std_nT, ROUNDING * float(np.sqrt(extent.variance[-1]))):
         return None
-    return unobservable(axes[:, 0], f"the measurements lie in a plane to within {thickness:.3g} nT rms")
+    return unobservable(extent.thinnest, f"the measurements lie in a plane to within {thickness_nT:.3g} nT rms")
 
 
 def motion_status(h_nT: Array, strength_nT: float, attitude_std_rad: float) -> Status | None:
@@ -67,11 +86,6 @@ def motion_status(h_nT: Array, strength_nT: float, attitude_std_rad: float) -> S
     if angle_rad > max(SIGNIFICANT_ANGLE * attitude_std_rad, 1e-9):
         return None
     return unobservable(axes[:, 0], f"the field along it varies by only {np.degrees(angle_rad):.2g} degrees rms")
-
-
-def thinnest_direction(mag_nT: Array) -> Array:
-    """The body direction (3,) in which measurements (n, 3) extend least."""
-    return np.asarray(np.linalg.eigh(spread(mag_nT))[1][:, 0])
 
 
 def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:

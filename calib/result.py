@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.numerics.points import mapped
 from calib.numerics.rates import body_rate, smoothed_derivative
 from scenarios.errors import InputError
 from sim.dataset import Recording
@@ -96,9 +97,9 @@ class Calibration:
         """
         if self.segments:
             return self._apply_segments(recording)
-        centred = recording.mag_nT - self.offset_nT
         if self.eddy_s is None:
-            return np.asarray(centred @ self.matrix.T)
+            return np.asarray(mapped(np.ascontiguousarray(recording.mag_nT), self.offset_nT, self.matrix))
+        centred = recording.mag_nT - self.offset_nT
         rate = body_rate(recording)
         if rate is None:
             return self._apply_by_derivative(centred, recording.time_s)
@@ -145,7 +146,7 @@ class Calibration:
         starts_s = [segment.start_s for segment in self.segments[1:]]
         which = np.searchsorted(starts_s, recording.time_s, side="right")
         for k, segment in enumerate(self.segments):
-            out[which == k] = (recording.mag_nT[which == k] - segment.offset_nT) @ segment.matrix.T
+            out[which == k] = mapped(recording.mag_nT[which == k], segment.offset_nT, segment.matrix)
         return out
 
     def _apply_by_derivative(self, centred: Array, time_s: Array) -> Array:

@@ -25,7 +25,7 @@ from calib.models.ellipsoid import (
 )
 from calib.models.norm import norm_rows
 from calib.numerics.kernels import fast_kernel
-from calib.observability import thinnest_direction, unobservable
+from calib.observability import Extent, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.search.population import Move, Search, search
@@ -172,7 +172,7 @@ class PopulationCalibrator(Calibrator):
     def _lost(self, space: NormSpace) -> Status:
         """Unobservable: the minimum lies out of the bounds."""
         return unobservable(
-            thinnest_direction(space.points.T),
+            Extent.of(space.points.T).thinnest,
             "the strength is fitted best out of the bounds that the data give, where the offset runs away as the "
             f"matrix shrinks (or a gain is beyond most_gain = {self.most_gain:g})",
         )

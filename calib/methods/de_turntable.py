@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from calib.base import Calibrator
 from calib.families.norm_search import SETTLED
 from calib.models.turntable import NAMES, ROUNDING, Residuals, TurnSpace, axes_matrix
-from calib.observability import axis_text, thinnest_direction, unobservable
+from calib.observability import Extent, axis_text, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.search.differential import RandOne
@@ -85,7 +85,7 @@ class DeTurntable(Calibrator):
 
     def _turn_status(self, mag_nT: Array, strength_nT: float) -> Status | None:
         """Not applicable unless the measurements are those of a turn about one axis, near the sensor's z."""
-        axis = thinnest_direction(mag_nT)
+        axis = Extent.of(mag_nT).thinnest
         wobble_nT = float(np.std((mag_nT - mag_nT.mean(axis=0)) @ axis))
         if wobble_nT > self.most_wobble * strength_nT:
             return Status(

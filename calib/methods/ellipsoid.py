@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from calib.base import Calibrator
 from calib.models.ellipsoid import EllipsoidFit, Standardised
 from calib.models.quadric import QuadricFit, fit_ellipsoid_specific, refit
-from calib.observability import thinnest_direction, unobservable
+from calib.observability import Extent, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from sim.dataset import Recording
@@ -44,7 +44,7 @@ class EllipsoidCalibrator(Calibrator):
         estimate = EllipsoidFit.of_quadric(fit.theta, fit.covariance, fit.noise_std, history)
         if estimate is None:
             why = "the quadric that fits the measurements best is not an ellipsoid"
-            return unobservable(thinnest_direction(recording.mag_nT), why)
+            return unobservable(Extent.of(recording.mag_nT).thinnest, why)
         status = Status.settled(
             settled, f"after {self.rounds} rounds the estimate still moves by {history[-1]:.2g} standard deviations"
         )

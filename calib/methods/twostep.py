@@ -18,7 +18,7 @@ from calib.models.ellipsoid import (
     symmetric_root,
 )
 from calib.models.quadric import EVEN, ROUNDING_VARIANCE, design, shape_matrix, weighted_scatter
-from calib.observability import thinnest_direction, unobservable
+from calib.observability import Extent, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from sim.dataset import Recording
@@ -57,7 +57,7 @@ class TwoStep(Calibrator):
         found = self.estimate(scaled.x)
         fit = None if found is None else found.fit(scaled.x)
         if found is None or fit is None:
-            return unobservable(thinnest_direction(recording.mag_nT), "the centred estimate is not an ellipsoid")
+            return unobservable(Extent.of(recording.mag_nT).thinnest, "the centred estimate is not an ellipsoid")
         status = Status.settled(
             found.settled,
             f"the last of {len(found.history)} steps was still {found.history[-1]:.2g} standard "

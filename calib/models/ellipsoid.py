@@ -12,11 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from calib.models.quadric import shape_matrix
-from calib.numerics.moments import mean_and_spread
+from calib.numerics.points import mean_and_spread, scaled
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 
@@ -46,23 +45,63 @@ class Ellipsoid:
 
     @classmethod
     def of_quadric(cls, theta: Array) -> Ellipsoid | None:
-        """From quadric coordinates (10,), or None when it is no real ellipsoid.
-
-        centre = -A^-1 p,  level = p^T A^-1 p - d,  root = (level A^-1)^(1/2)
-        """
-        if not is_definite(shape_matrix(theta)):
-            return None
-        inverse, centre, level = _parts(theta)
-        if level <= 0:
-            return None
-        squares, axes = np.linalg.eigh(level * inverse)
-        return cls(centre, (axes * np.sqrt(squares)) @ axes.T)
+        """From quadric coordinates (10,), or None when it is no real ellipsoid."""
+        form = CentralForm.of(theta)
+        return None if form is None else form.ellipsoid
 
     @property
     def norm(self) -> Array:
         """Norm coordinates p (9,)."""
         T = np.asarray(np.linalg.inv(self.root), dtype=np.float64)
         return norm_coordinates(T, T @ self.centre)
+
+
+@dataclass(frozen=True, eq=False)
+class CentralForm:
+    """A quadric that is an ellipsoid, about its centre and by its axes V (3, 3), in columns, of curvatures k (3,).
+
+    (x - centre)^T A (x - centre) = level,  A = V diag(k) V^T
+    """
+
+    centre: Array
+    level: float
+    curvatures: Array
+    axes: Array
+
+    @classmethod
+    def of(cls, theta: Array) -> CentralForm | None:
+        """From quadric coordinates (10,), or None when it is no real ellipsoid.
+
+        centre = -A^-1 p,  level = p^T A^-1 p - d
+        """
+        curvatures, axes = np.linalg.eigh(shape_matrix(theta))
+        if not curvatures[0] > DEFINITE * curvatures[-1]:
+            return None
+        centre = -axes @ (axes.T @ theta[6:9] / curvatures)
+        level = float(-theta[6:9] @ centre - theta[9])
+        return cls(centre, level, curvatures, axes) if level > 0 else None
+
+    @property
+    def ellipsoid(self) -> Ellipsoid:
+        """root = (level A^-1)^(1/2)."""
+        return Ellipsoid(self.centre, (self.axes * np.sqrt(self.level / self.curvatures)) @ self.axes.T)
+
+    @property
+    def jacobian(self) -> Array:
+        """d (centre, root's six) / d theta (9, 10).
+
+        d centre = -A^-1 (dp + dA centre);  root droot + droot root = dW,  dW = dlevel A^-1 - level A^-1 dA A^-1, which
+        along the axes is V^T droot V = V^T dW V / (r_i + r_j), r the semi-axes
+        """
+        k, V = self.curvatures, self.axes
+        turned = SHAPE_STEPS @ self.centre
+        d_level = -2 * LINEAR_STEPS @ self.centre - turned @ self.centre - CONSTANT_STEP
+        d_shape = V.T @ SHAPE_STEPS @ V
+        d_square = d_level[:, None, None] * np.diag(1 / k) - self.level * d_shape / np.outer(k, k)
+        semi_axes = np.sqrt(self.level / k)
+        d_root = V @ (d_square / (semi_axes[:, None] + semi_axes)) @ V.T
+        d_centre = -(V / k) @ V.T @ (LINEAR_STEPS + turned).T
+        return np.concatenate((d_centre, d_root[:, *UPPER].T))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +124,11 @@ class EllipsoidFit:
         cls, theta: Array, error: Array, noise_std: float, history: tuple[float, ...] = ()
     ) -> EllipsoidFit | None:
         """From quadric coordinates (10,) and their mean square error (10, 10); None when it is no real ellipsoid."""
-        ellipsoid = Ellipsoid.of_quadric(theta)
-        if ellipsoid is None:
+        form = CentralForm.of(theta)
+        if form is None:
             return None
-        jacobian = quadric_jacobian(theta)
-        return cls(ellipsoid, jacobian @ error @ jacobian.T, noise_std, history)
+        jacobian = form.jacobian
+        return cls(form.ellipsoid, jacobian @ error @ jacobian.T, noise_std, history)
 
 
 def mean_square_error(
@@ -118,28 +157,6 @@ def norm_jacobian(p: Array) -> Array:
     d_T, d_c = SLOTS[:, :, :3].transpose(1, 0, 2), -SLOTS[:, :, 3].T
     d_root = -root @ d_T @ root
     return np.concatenate(((d_c - d_T @ (root @ c)) @ root, d_root[:, *UPPER]), axis=1).T
-
-
-def quadric_jacobian(theta: Array) -> Array:
-    """d (centre, root's six) / d theta (9, 10).
-
-    d centre = -A^-1 (dp + dA centre);  dW = dlevel A^-1 - level A^-1 dA A^-1;  root droot + droot root = dW
-    """
-    inverse, centre, level = _parts(theta)
-    squares, axes = np.linalg.eigh(level * inverse)
-    sums = np.sqrt(squares)[:, None] + np.sqrt(squares)
-    turned = SHAPE_STEPS @ centre
-    d_level = -2 * LINEAR_STEPS @ centre - turned @ centre - CONSTANT_STEP
-    d_square = d_level[:, None, None] * inverse - level * inverse @ SHAPE_STEPS @ inverse
-    d_root = axes @ ((axes.T @ d_square @ axes) / sums) @ axes.T
-    return np.concatenate((-inverse @ (LINEAR_STEPS + turned).T, d_root[:, *UPPER].T))
-
-
-def _parts(theta: Array) -> tuple[Array, Array, float]:
-    """A^-1, the centre and the level of a quadric (10,)."""
-    inverse = np.asarray(np.linalg.inv(shape_matrix(theta)))
-    centre = -inverse @ theta[6:9]
-    return inverse, centre, float(-theta[6:9] @ centre - theta[9])
 
 
 def is_definite(shape: Array) -> bool:
@@ -191,7 +208,7 @@ class Standardised:
         x = np.ascontiguousarray(mag_nT)
         middle, spread = mean_and_spread(x)
         scale = float(np.sqrt(spread.trace() * (len(x) - 1) / len(x)))
-        return cls(_moved(x, middle, scale), middle, scale)
+        return cls(scaled(x, middle, scale), middle, scale)
 
     def calibration(self, name: str, status: Status, fit: EllipsoidFit, reference: Reference) -> Calibration:
         """The fit in nT: b = middle + scale centre, S = scale / F root, and the noise of a measured component."""
@@ -211,13 +228,3 @@ class Standardised:
             covariance_names=names,
             history=fit.history,
         )
-
-
-@njit(cache=True)
-def _moved(x: Array, middle: Array, scale: float) -> Array:
-    """(x - middle) / scale (n, 3)."""
-    out = np.empty((len(x), 3))
-    for i in range(len(x)):
-        for j in range(3):
-            out[i, j] = (x[i, j] - middle[j]) / scale
-    return out

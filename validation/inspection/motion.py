@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from calib.observability import axis_text, planar_status, spread
+from calib.observability import Extent, axis_text, planar_status
 from validation.inspection.finding import Finding, Level
 from validation.inspection.look import Look, attitude_of
 from validation.signals.conventions import euler_deg
@@ -63,8 +63,8 @@ def _pointing(direction: Array) -> str:
 
 def _extent(look: Look) -> Finding:
     """Singular values of the centred field over sqrt(n - 1), and whether it lies in a plane."""
-    variance, axes = np.linalg.eigh(spread(look.series.mag_nT))
-    sizes = np.sqrt(np.clip(variance[::-1], 0.0, None))
+    extent = Extent.of(look.series.mag_nT)
+    sizes = np.sqrt(np.clip(extent.variance[::-1], 0.0, None))
     text = f"Along its three main directions the field varies by {figures(sizes)} nT rms"
     noise = float(np.nanmax(look.white_nT, initial=0.0))
     if not np.ptp(look.series.mag_nT, axis=0).any():
@@ -72,8 +72,8 @@ def _extent(look: Look) -> Finding:
     if sizes[0] < AT_REST_SHARE * look.strength_nT:
         text += ": the sensor was at rest, or nearly so"
         return Finding(SECTION, "extent", sizes.tolist(), "nT", text + ".", "note", look.sensor)
-    if planar_status(look.series.mag_nT, noise) is not None:
-        text += f": it lies in a plane perpendicular to {axis_text(axes[:, 0])}"
+    if planar_status(extent, noise) is not None:
+        text += f": it lies in a plane perpendicular to {axis_text(extent.thinnest)}"
         return Finding(SECTION, "extent", sizes.tolist(), "nT", text + ".", "note", look.sensor)
     return Finding(SECTION, "extent", sizes.tolist(), "nT", text + ".", "ok", look.sensor)
 

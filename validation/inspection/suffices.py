@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from calib import Reference, Status, get
 from calib.methods.vector_least_squares import VectorLeastSquares
-from calib.observability import planar_status
+from calib.observability import Extent, planar_status
 from sim.dataset import Recording
 from validation.inspection.finding import Finding
 from validation.inspection.look import Look, attitude_of
@@ -87,7 +87,7 @@ def _reason(look: Look, status: Status) -> str:
     """The calibrator's reason; where it blames a motion that is wide enough, the field's own change is the cause."""
     noise = float(np.nanmax(look.white_nT, initial=0.0))
     residual = look.residual
-    wide = status.kind == "unobservable" and planar_status(look.series.mag_nT, noise) is None and noise > 0
+    wide = status.kind == "unobservable" and planar_status(Extent.of(look.series.mag_nT), noise) is None and noise > 0
     if wide and residual is not None and residual.base == "attitude":
         rms = float(np.sqrt(np.mean(residual.values**2)))
         if rms > FIELD_CHANGE_RATIO * noise:

@@ -1,0 +1,54 @@
+"""Sums and maps of points (n, 3), compiled: numpy is slow over rows as short as three."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def mean_and_spread(x: Array) -> tuple[Array, Array]:
+    """Mean (3,) and covariance (3, 3) of points (n, 3)."""
+    n = len(x)
+    a = b = c = 0.0
+    for i in range(n):
+        a, b, c = a + x[i, 0], b + x[i, 1], c + x[i, 2]
+    a, b, c = a / n, b / n, c / n
+    aa = ab = ac = bb = bc = cc = 0.0
+    for i in range(n):
+        u, v, w = x[i, 0] - a, x[i, 1] - b, x[i, 2] - c
+        aa, ab, ac, bb, bc, cc = aa + u * u, ab + u * v, ac + u * w, bb + v * v, bc + v * w, cc + w * w
+    return np.array([a, b, c]), np.array([[aa, ab, ac], [ab, bb, bc], [ac, bc, cc]]) / (n - 1)
+
+
+@njit(cache=True)
+def scaled(x: Array, middle: Array, scale: float) -> Array:
+    """(x - middle) / scale (n, 3)."""
+    out = np.empty((len(x), 3))
+    for i in range(len(x)):
+        for j in range(3):
+            out[i, j] = (x[i, j] - middle[j]) / scale
+    return out
+
+
+@njit(cache=True)
+def mapped(x: Array, offset: Array, matrix: Array) -> Array:
+    """Rows matrix (x - offset) (n, 3)."""
+    out = np.empty((len(x), 3))
+    for i in range(len(x)):
+        u, v, w = x[i, 0] - offset[0], x[i, 1] - offset[1], x[i, 2] - offset[2]
+        for j in range(3):
+            out[i, j] = matrix[j, 0] * u + matrix[j, 1] * v + matrix[j, 2] * w
+    return out
+
+
+@njit(cache=True)
+def lengths(x: Array) -> Array:
+    """|x| (n,)."""
+    out = np.empty(len(x))
+    for i in range(len(x)):
+        out[i] = np.sqrt(x[i, 0] * x[i, 0] + x[i, 1] * x[i, 1] + x[i, 2] * x[i, 2])
+    return out
