@@ -50,10 +50,11 @@ class Mutant:
     after: str
     kind: str
 
-    @property
-    def key(self) -> str:
-        """What tells it from the others."""
-        return f"{self.path}:{self.start}:{self.before}>{self.after}"
+    def key(self, text: str) -> str:
+        """What tells it from the others while the file's text changes elsewhere: its line with the mistake marked."""
+        first, end = text.rfind("\n", 0, self.start) + 1, text.find("\n", self.end)
+        marked = f"{text[first : self.start]}[{self.before} -> {self.after}]{text[self.end : end]}"
+        return f"{self.path}: {' '.join(marked.split())}"
 
     def applied(self, text: str) -> str:
         """The text of the file with the mistake."""

@@ -1,14 +1,15 @@
-"""Which tests cover a source file: its mirror first, then those that import it, then those nearest to it."""
+"""Which tests are to notice a mistake in a line: those that run it, else those that run what uses its names."""
 
 from __future__ import annotations
 
 import ast
-from collections import deque
-from collections.abc import Iterable, Mapping
+from collections import defaultdict, deque
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-FAR = 99
+from benchmarks.mutants.observing import Observed, file_of
+from benchmarks.mutants.places import Place, Source
 
 
 @dataclass(frozen=True)
@@ -49,26 +50,76 @@ def _imported(path: Path, known: set[str]) -> Iterable[str]:
             yield from ({f"{place}.py", f"{place}/__init__.py"} & known)
 
 
-def covering(path: str, imports: Imports, most: int) -> list[str]:
-    """The files of tests for a source file, the likeliest first, at most `most` of its own package.
+@dataclass(frozen=True)
+class Cover:
+    """The sources of a tree by path, who imports whom, and what its tests were seen to run."""
 
-    A mirror is a test file of the same name in the same place below `tests`; after it come those that import the file
-    directly or over the fewest steps, and among them those that share the most of its name and of its place.
+    sources: Mapping[str, Source]
+    imports: Imports
+    observed: Observed
+
+    def tests(self, path: str, line: int) -> set[str]:
+        """The tests that run a line.
+
+        What runs without being seen, compiled or when the file is imported, has those of the file's mirror and of the
+        lines that use its names; a line that nothing reaches has those that run anything of its file.
+        """
+        place = self.sources[path].place(line)
+        seen = self._running(path, place)
+        if seen:
+            return seen
+        mirrored = {test for test in self.observed.seconds if is_mirror(file_of(test), path)}
+        return mirrored | self._by_name(path, place, set()) or self.observed.running(path)
+
+    def kernels(self, path: str, line: int) -> list[str]:
+        """The files with compiled functions that a mistake in a line may be compiled into."""
+        place = self.sources[path].place(line)
+        reached = self.imports.users(path) if place.kernel or not place.called else [path]
+        return [user for user in reached if user in self.sources and self.sources[user].has_kernels]
+
+    def _running(self, path: str, place: Place) -> set[str]:
+        return self.observed.running(path, place.lines) if place.called else set()
+
+    def _by_name(self, path: str, place: Place, done: set[tuple[str, int]]) -> set[str]:
+        tests = self.observed.running(path, place.around)
+        for user, line in self._uses(path, place):
+            if (user, line) not in done:
+                done.add((user, line))
+                there = self.sources[user].place(line)
+                tests |= self._running(user, there) or self._by_name(user, there, done)
+        return tests
+
+    def _uses(self, path: str, place: Place) -> Iterator[tuple[str, int]]:
+        """Lines in the file itself, and in those that import it, which use the names of a place."""
+        for user in [path, *(user for user, used in self.imports.of.items() if path in used)]:
+            if user in self.sources:
+                for name in place.names:
+                    yield from ((user, line) for line in self.sources[user].uses.get(name, ()))
+
+
+def chosen(path: str, tests: Iterable[str], seconds: Mapping[str, float], most_s: float) -> dict[str, float]:
+    """Tests that take no longer than `most_s` together, with their seconds, in the order in which to run them.
+
+    The mirror's come first, then the fastest, and after those given the others of their files: what a test file
+    prepares once is seen in the first test alone. A file's tests run in one go, for the same reason.
     """
-    steps = imports.users(path)
-    package, stem = Path(path).parts[0], Path(path).stem
+    given = set(tests)
+    files = {file_of(test) for test in given}
 
-    def order(test: str) -> tuple[bool, int, int, int, str]:
-        inside = Path(test).relative_to("tests")
-        mirrored = inside.stem == f"test_{stem}" and inside.parent in Path(path).parents
-        words = len(set(stem.split("_")) & set(inside.stem.split("_")))
-        return not mirrored, steps.get(test, FAR), -words, -_shared(inside, Path(path)), test
+    def order(test: str) -> tuple[bool, bool, float]:
+        return test not in given, not is_mirror(file_of(test), path), seconds[test]
 
-    tests = [p for p in imports.of if Path(p).name.startswith("test_") and p.startswith(f"tests/{package}/")]
-    return sorted(tests, key=order)[:most]
+    within: dict[str, dict[str, float]] = defaultdict(dict)
+    total_s = 0.0
+    for test in sorted((test for test in seconds if file_of(test) in files), key=order):
+        if total_s + seconds[test] <= most_s or not within:
+            total_s += seconds[test]
+            within[file_of(test)][test] = seconds[test]
+    by_file = sorted(within, key=lambda file: (not is_mirror(file, path), sum(within[file].values())))
+    return {test: s for file in by_file for test, s in within[file].items()}
 
 
-def _shared(one: Path, other: Path) -> int:
-    """How many folders two places have in common from the left."""
-    same = [a == b for a, b in zip(one.parent.parts, other.parent.parts, strict=False)]
-    return same.index(False) if False in same else len(same)
+def is_mirror(test_file: str, path: str) -> bool:
+    """Whether a file of tests has the source's name in the same place below `tests`."""
+    inside = Path(test_file).relative_to("tests")
+    return inside.stem == f"test_{Path(path).stem}" and inside.parent in Path(path).parents
