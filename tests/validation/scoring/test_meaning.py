@@ -1,0 +1,40 @@
+"""The list of scores, and that scores and page say the same."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from scenarios.errors import InputError
+from tests.conftest import ROOT
+from validation.scoring import scores
+from validation.scoring.meaning import MEANINGS, meaning_of
+from validation.scoring.outcome import RANKED_BY
+
+
+def test_a_score_is_found_with_its_unit_or_without():
+    for one in MEANINGS.values():
+        assert meaning_of(one.name) is one
+        assert meaning_of(one.column) is one
+    assert meaning_of("heading_rms_deg").unit == "deg"
+
+
+def test_another_name_is_told_the_near_ones():
+    with pytest.raises(InputError, match="heading_rms_deg"):
+        meaning_of("heading_rms_nT")
+
+
+def test_the_page_and_the_docstring_have_these_scores_and_units():
+    page = dict(re.findall(r"^\| `(\w+)` \| (\S*) ?\|", (ROOT / "docs" / "scores.md").read_text(), re.M))
+    assert {name: unit.replace("°", "deg") for name, unit in page.items()} == {
+        one.name: one.unit for one in MEANINGS.values() if one.name in page
+    }
+    assert scores.score.__doc__ is not None
+    for line in re.findall(r"^    (\w+) +(?:nT|deg|s)? .*$", scores.score.__doc__, re.M):
+        assert line in MEANINGS or line not in page
+
+
+def test_what_ranks_is_a_score_of_a_motion_that_no_fit_has_seen():
+    assert MEANINGS[RANKED_BY].lower
+    assert not MEANINGS[RANKED_BY].in_sample

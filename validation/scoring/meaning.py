@@ -1,0 +1,112 @@
+"""What each score is: its unit, how it is said in a sentence, and what it means; the one list of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scenarios.errors import InputError
+from scenarios.names import closest
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """A score: name and unit as in scores.json, `short` a column's title, `setting` where it holds, `explained` whole.
+
+    lower: less is better; None where neither is, as for what is counted or claimed.
+    """
+
+    name: str
+    unit: str
+    short: str
+    setting: str
+    explained: str
+    lower: bool | None = True
+    in_sample: bool = False
+
+    @property
+    def column(self) -> str:
+        """Its name in a table, with the unit."""
+        return f"{self.name}_{self.unit}" if self.unit else self.name
+
+
+MEANINGS: dict[str, Meaning] = {
+    one.name: one
+    for one in (
+        Meaning("offset_error", "nT", "offset", "of the offset", "length of the estimated offset's error"),
+        Meaning(
+            "offset_error_axis_rms", "nT", "offset, an axis", "of an axis' offset", "offset error over √3: an axis' rms"
+        ),
+        Meaning(
+            "offset_inside_95",
+            "",
+            "offset inside claim",
+            "of claims",
+            "1 where the true offset lies in the claimed 95 % ellipsoid: 95 of 100 where claims are true",
+            None,
+        ),
+        Meaning(
+            "offset_nees",
+            "",
+            "squared error by claim",
+            "by the claim",
+            "offset error squared in units of the claimed covariance: 3 on the average where claims are true",
+            None,
+        ),
+        Meaning(
+            "matrix_error",
+            "",
+            "matrix",
+            "of the matrix",
+            "size (Frobenius norm) of estimated matrix times true matrix minus identity",
+        ),
+        Meaning(
+            "holdout_sphere_norm_rms", "nT", "strength, all attitudes", "of the strength over all attitudes",
+            "rms error of the corrected field's strength, over all attitudes",
+        ),
+        Meaning(
+            "holdout_sphere_component_rms", "nT", "all attitudes", "over all attitudes",
+            "rms error of a component of the corrected field, over all attitudes",
+        ),
+        Meaning(
+            "holdout_level_norm_rms", "nT", "strength, level survey", "of the strength on a level survey",
+            "rms error of the corrected field's strength on a level survey: all headings, roll and pitch within 3°",
+        ),
+        Meaning(
+            "holdout_level_component_rms", "nT", "level survey", "on a level survey",
+            "rms error of a component of the corrected field on a level survey: all headings, roll and pitch within 3°",
+        ),
+        Meaning(
+            "heading_rms", "deg", "heading", "of the heading",
+            "rms error of the heading on a level survey, from the corrected field with true tilt",
+        ),
+        Meaning(
+            "anomaly_rms", "nT", "anomaly", "of an anomaly",
+            "rms error of a dipole's total-field anomaly (peak 100 nT) along a wobbling survey line",
+        ),
+        Meaning(
+            "figure_of_merit", "nT", "figure of merit", "of the figure of merit",
+            "what twelve manoeuvres leave in the corrected total field, peak to peak, summed: roll, pitch and yaw "
+            "on four headings",
+        ),
+        Meaning("failure", "", "failures", "of trials", "1 where the status is not ok"),
+        Meaning("iterations", "", "iterations", "rounds", "rounds that the method took", None),
+        Meaning("wall_time", "s", "time", "a fit", "time of the fit"),
+        Meaning(
+            "in_sample_norm_rms", "nT", "in-sample", "in-sample",
+            "rms of the corrected strength minus the field's on the recording that was fitted: small however wrong the "
+            "parameters are, so that it ranks nothing",
+            None,
+            in_sample=True,
+        ),
+    )
+}  # fmt: skip
+"""Every score by name, in the order of tables."""
+
+
+def meaning_of(text: str, where: str = "score") -> Meaning:
+    """The score of that name, with its unit (`heading_rms_deg`) or without; InputError lists near ones."""
+    for one in MEANINGS.values():
+        if text in (one.name, one.column):
+            return one
+    names = [one.column for one in MEANINGS.values()]
+    raise InputError(f"no score is called {text!r}", where=where, do=closest(text, names, most=len(names)))
