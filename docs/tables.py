@@ -20,6 +20,7 @@ from calib import CALIBRATORS, Calibrator
 from scenarios.load import catalogue
 from scenarios.paths import PHASES, Ability
 from scenarios.spec import FieldSpec, NavigationSpec, SamplingSpec, ThermalSpec
+from scenarios.varied import Vary
 from sim.dataset.units import UNITS
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
@@ -197,6 +198,11 @@ def phases() -> str:
     return "\n".join(parts)
 
 
+def variations() -> str:
+    """Every distribution of `[vary]`, and what bounds or mirrors it."""
+    return _table(("key", "value"), ((f"`{name}`", _meaning(info)) for name, info in Vary.model_fields.items()))
+
+
 def _summary(model: type[BaseModel]) -> str:
     return " ".join((model.__doc__ or "").split("\n\n")[0].split())
 
@@ -321,6 +327,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "thermal": keys(ThermalSpec),
     "navigation": keys(NavigationSpec),
     "sensors": keys(SensorSpec),
+    "vary": variations,
     "tracking": tracking,
     **{f"verdict-{name}": verdict(name) for name in Verdict},
 }

@@ -5,20 +5,16 @@ from __future__ import annotations
 import datetime
 from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from scenarios.paths import Phase
+from scenarios.table import Table
+from scenarios.varied import Vary
 
 FieldStrength = Annotated[float, Field(ge=-1e6, le=1e6)]
 MAX_SEED = 2**63 - 1
 MAX_DURATION_S = 864_000
 """Ten days."""
-
-
-class Table(BaseModel):
-    """A table of a scenario file: unknown keys are refused, values never change."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class FieldSpec(Table):
@@ -79,22 +75,6 @@ class NavigationSpec(Table):
     position_correlation_s: float = Field(60.0, gt=0)
     temperature_noise_std_K: float = Field(0.01, ge=0, le=100)
     current_noise_std_A: float = Field(0.01, ge=0, le=1000)
-
-
-class Vary(Table):
-    """How a value differs from run to run: exactly one distribution, drawn once a run.
-
-    For a vector value every component is drawn on its own.
-    """
-
-    uniform: tuple[float, float] | None = None
-    normal: tuple[float, float] | None = Field(None, description="mean, standard deviation")
-
-    @model_validator(mode="after")
-    def _one(self) -> Vary:
-        if (self.uniform is None) == (self.normal is None):
-            raise ValueError("give uniform = [low, high] or normal = [mean, std]")
-        return self
 
 
 class BaseScenario(Table):

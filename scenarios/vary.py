@@ -6,39 +6,46 @@ from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from scenarios.distributions import Choice, Truncated
 from scenarios.names import closest
 from scenarios.problems import first_problem, problem_at
-from scenarios.spec import BaseScenario, Vary
+from scenarios.spec import BaseScenario
 from scenarios.toml import as_dict
+from scenarios.varied import Vary
 
-Draw = Callable[[Vary], float]
+Change = Callable[[Any, Vary], Any]
+"""The value that takes the place of the one that stands there."""
 S = TypeVar("S", bound=BaseScenario)
 
 
 def apply_vary(scenario: S, rng: np.random.Generator) -> S:
     """The scenario of one run: every `vary` entry drawn, in sorted order of the keys; nothing is left to vary.
 
-    Each component of a vector or matrix is drawn on its own. Without entries the scenario itself is returned and
-    nothing is drawn. Raises InputError where a normal draw leaves the value's range.
+    Without entries the scenario itself is returned and nothing is drawn. Raises InputError where a draw leaves the
+    value's range.
     """
     if not scenario.vary:
         return scenario
-    return _vary(scenario, lambda how: _draw(how, rng), "a draw is out of range: ")
+    return _vary(scenario, lambda value, how: _draw(value, how, rng), "a draw is out of range: ")
 
 
 def check_vary(scenario: BaseScenario, where: str) -> None:
-    """Raise InputError unless every key names a number, vector or matrix, and both ends (or the mean) fit it."""
+    """Raise InputError unless every key names a value of its distribution's shape, and its ends fit the scenario.
+
+    The ends of a distribution without bounds are `distributions.REACH` standard deviations from its middle.
+    """
     if not scenario.vary:
         return
-    for key, how in scenario.vary.items():
-        if how.uniform and how.uniform[0] > how.uniform[1]:
-            raise problem_at(where, ("vary", key), "uniform = [low, high] has low above high", "swap them")
-        if how.normal and how.normal[1] < 0:
-            raise problem_at(where, ("vary", key), "the standard deviation is negative", "normal = [mean, std]")
-    for end in (0, 1):
-        _vary(scenario, lambda how, end=end: how.uniform[end] if how.uniform else how.normal[0], "", where)  # type: ignore[misc]
+    data = as_dict(scenario)
+    ends: dict[str, tuple[Any, ...]] = {}
+    for key in sorted(scenario.vary):
+        node, last = _find(data, key, where)
+        ends[key] = _ends(node[last], scenario.vary[key], key, where)
+    for number in range(max(map(len, ends.values()))):
+        _put(scenario, {key: values[min(number, len(values) - 1)] for key, values in ends.items()}, "", where)
 
 
 def values_at(scenario: BaseScenario, keys: Iterable[str]) -> dict[str, Any]:
@@ -48,26 +55,58 @@ def values_at(scenario: BaseScenario, keys: Iterable[str]) -> dict[str, Any]:
     return {key: node[last] for key, (node, last) in found.items()}
 
 
-def _draw(how: Vary, rng: np.random.Generator) -> float:
-    if how.uniform:
-        return float(rng.uniform(*how.uniform))
-    assert how.normal is not None
-    return float(rng.normal(*how.normal))
+def _draw(value: Any, how: Vary, rng: np.random.Generator) -> Any:
+    distribution = how.distribution
+    if isinstance(distribution, Choice):
+        return distribution.draw(rng)
+    return distribution.draw(np.array(value, dtype=np.float64), rng).tolist()
 
 
-def _vary(scenario: S, draw: Draw, prefix: str, where: str = "") -> S:
+def _ends(value: Any, how: Vary, key: str, where: str) -> tuple[Any, ...]:
+    """The values that a distribution may put there, as far as they matter for a check."""
+    distribution = how.distribution
+    if isinstance(distribution, Choice):
+        return distribution.options
+    numbers = _numbers(value)
+    if numbers is None:
+        raise problem_at(where, ("vary", key), "not a number, vector or matrix", "name one of the scenario's numbers")
+    if problem := distribution.problem(numbers):
+        raise problem_at(where, ("vary", key), problem, f"write {distribution.form}")
+    return tuple(end.tolist() for end in distribution.ends(numbers))
+
+
+def _numbers(value: Any) -> NDArray[np.float64] | None:
+    """A number, vector or matrix of the scenario as an array; None for what is none."""
+    try:
+        plain = np.array(value)
+    except ValueError:  # rows of unequal length
+        return None
+    return plain.astype(np.float64) if plain.dtype.kind in "if" else None
+
+
+def _vary(scenario: S, change: Change, prefix: str) -> S:
+    """The scenario with every value that varies changed, in sorted order of the keys."""
     data = as_dict(scenario)
+    changed = {}
     for key in sorted(scenario.vary):
+        node, last = _find(data, key, "")
+        changed[key] = change(node[last], scenario.vary[key])
+    return _put(scenario, changed, prefix, "")
+
+
+def _put(scenario: S, values: dict[str, Any], prefix: str, where: str) -> S:
+    """The scenario with these values at their keys and nothing left to vary; InputError where one does not fit."""
+    data = as_dict(scenario)
+    for key, value in values.items():
         node, last = _find(data, key, where)
-        node[last] = _replace(node[last], scenario.vary[key], draw, key, where)
+        node[last] = value
     data["vary"] = {}
     try:
         return type(scenario).model_validate(data)
     except ValidationError as error:
         path, what, _ = first_problem(error, type(scenario))
-        raise problem_at(
-            where, ("vary",), f"{prefix}{'.'.join(map(str, path))}: {what}", "narrow the distribution"
-        ) from None
+        do = f"narrow the distribution, or add {Truncated.form}"
+        raise problem_at(where, ("vary",), f"{prefix}{'.'.join(map(str, path))}: {what}", do) from None
 
 
 def _find(data: dict[str, Any], key: str, where: str) -> tuple[Any, Any]:
@@ -89,11 +128,3 @@ def _keys(node: Any) -> list[Any]:
     if isinstance(node, list):
         return list(range(len(node)))
     return list(node) if isinstance(node, dict) else []
-
-
-def _replace(value: Any, how: Vary, draw: Draw, key: str, where: str) -> Any:
-    if isinstance(value, list) and value:
-        return [_replace(item, how, draw, key, where) for item in value]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise problem_at(where, ("vary", key), "not a number, vector or matrix", "name one of the scenario's numbers")
-    return draw(how)

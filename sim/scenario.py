@@ -12,7 +12,8 @@ from scenarios import load as files
 from scenarios.names import find
 from scenarios.paths import Ability, Phase
 from scenarios.problems import misfit
-from scenarios.spec import BaseScenario, FieldSpec, Table
+from scenarios.spec import BaseScenario, FieldSpec
+from scenarios.table import Table
 from scenarios.vary import check_vary
 from sim.effects import EffectName, Effects, check_order, in_order
 from sim.effects.base import Effect

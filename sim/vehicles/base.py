@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from scenarios.paths.base import Ability, PhaseBase
-from scenarios.spec import Table
+from scenarios.table import Table
 from sim.engine import Log
 from sim.state import Array
 from sim.vehicles.geoms import Geom, visible_geoms
