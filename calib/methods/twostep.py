@@ -38,9 +38,10 @@ class TwoStep(Calibrator):
 
     Step one drops the weighted mean of z, and with it the only term that is not linear in (A, p). Where the reference
     strength does not vary, A = 0 would then fit perfectly, so tr A is held and its size taken from the mean. Step two
-    is Gauss-Newton on the whole cost, step one's information matrix plus the centre term
-    W (mean z - <v>)^2, until a step's length in its own covariance is below `tolerance`; weights and <v>
-    follow the estimate for `rounds`. T = A^1/2 symmetric (I + D of the paper): the strength says nothing of a rotation.
+    is Gauss-Newton on the whole cost, step one's information matrix plus the centre term W (mean z - <v>)^2, until a
+    step's length in its own covariance is below `tolerance`; weights and <v> follow the estimate round by round, until
+    a round moves it by less than that too. T = A^1/2 symmetric (I + D of the paper): the strength says nothing of a
+    rotation.
     Claimed covariance: inverse information plus the square of the bias of second order by noise in x.
     [AlonsoShuster2002] for noise in the corrected field; here noise is on the measurement.
     """
@@ -59,9 +60,9 @@ class TwoStep(Calibrator):
         if found is None or fit is None:
             return unobservable(Extent.of(recording.mag_nT).thinnest, "the centred estimate is not an ellipsoid")
         status = Status.settled(
-            found.settled,
-            f"the last of {len(found.history)} steps was still {found.history[-1]:.2g} standard "
-            f"deviations long, the limit is {self.tolerance:g}",
+            found.move < self.tolerance,
+            f"after {len(found.history)} steps in at most {self.rounds} rounds the estimate still moves by "
+            f"{found.move:.2g} standard deviations, the limit is {self.tolerance:g}",
         )
         return scaled.calibration(self.name, status, fit, reference)
 
@@ -75,31 +76,36 @@ class TwoStep(Calibrator):
         for _ in range(self.rounds):
             before = theta
             centred = Centred.of(x, theta, variance * float(np.trace(shape_matrix(theta))))
-            theta, lengths, settled = self._second_step(centred, theta)
+            theta, lengths = self._second_step(centred, theta)
             history += lengths
             variance = centred.variance(theta)
-            if centred.length(theta, theta - before) < self.tolerance:
+            round_move = centred.length(theta, theta - before)
+            if round_move < self.tolerance:
                 break
-        return Estimate(theta, centred, settled, tuple(history))
+        return Estimate(theta, centred, max(round_move, history[-1]), tuple(history))
 
-    def _second_step(self, centred: Centred, theta: Array) -> tuple[Array, list[float], bool]:
+    def _second_step(self, centred: Centred, theta: Array) -> tuple[Array, list[float]]:
+        """Where the steps from theta (9,) end, and the length of each."""
         lengths: list[float] = []
         for _ in range(self.iterations):
             new = centred.step(theta)
             lengths.append(centred.length(new, new - theta))
             theta = new
             if lengths[-1] < self.tolerance:
-                return theta, lengths, True
-        return theta, lengths, False
+                break
+        return theta, lengths
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """theta (9,) = (A's six as `shape_matrix` has them, p), the cost it minimises, and how the steps went."""
+    """theta (9,) = (A's six as `shape_matrix` has them, p), the cost it minimises, and the length of each step.
+
+    move: how far theta still moved at the end, in its standard deviations, by the last round or the last step in it.
+    """
 
     theta: Array
     centred: Centred
-    settled: bool
+    move: float
     history: tuple[float, ...]
 
     @property
