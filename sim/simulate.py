@@ -76,7 +76,8 @@ class Plan:
         """The columns of the run's file."""
         vehicle = VEHICLES[self.scenario.vehicle.kind]
         own = [Column(name, unit, meaning, "channel") for name, (unit, meaning) in vehicle.own_channels.items()]
-        return columns(sensors=len(self.effects), motors=vehicle.motors, channels=own, effects=self.effects_named)
+        motors = range(1, vehicle.motors + 1)
+        return columns(sensors=len(self.effects), motors=motors, channels=own, effects=self.effects_named)
 
     @property
     def metadata(self) -> dict[str, Any]:

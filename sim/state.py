@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import count, takewhile
 from typing import Literal
 
 import numpy as np
@@ -18,11 +18,19 @@ MOTION = frozenset({"attitude", "rate", "position"})
 """What an effect may need of the motion; whatever else it needs is a channel."""
 TEMPERATURE = "temperature_degC"
 """The channel of the magnetometer's temperature."""
+MOTOR_NUMBER = r"[1-9]\d*"
+_CURRENT = re.compile(f"current_({MOTOR_NUMBER})_A")
 
 
 def current_name(motor: int) -> str:
     """The channel of a motor's current, motors counted from 1."""
     return f"current_{motor}_A"
+
+
+def motors_among(channels: Iterable[str]) -> tuple[int, ...]:
+    """The motors whose currents are among the channels, ascending; numbers may be missing between them."""
+    found = map(_CURRENT.fullmatch, channels)
+    return tuple(sorted(int(match[1]) for match in found if match))
 
 
 def currents_of(current_A: Array) -> dict[str, Array]:
@@ -70,11 +78,19 @@ class State:
         return self.channels[name]
 
     @cached_property
+    def motors(self) -> tuple[int, ...]:
+        """The numbers of the motors whose currents are known."""
+        return motors_among(self.channels)
+
+    @cached_property
     def current_A(self) -> Array:
-        """The motors' currents (n, m), m = 0 without any."""
-        names = takewhile(self.channels.__contains__, map(current_name, count(1)))
-        columns = [self.channels[name] for name in names]
+        """The currents (n, m) of `motors`, m = 0 without any."""
+        columns = [self.channels[current_name(motor)] for motor in self.motors]
         return np.column_stack(columns) if columns else np.zeros((len(self), 0))
+
+    def current_of(self, motor: int) -> Array:
+        """The current (n,) of a motor by its number, or for 0 of all together; InputError for one that is not there."""
+        return self.channel(current_name(motor)) if motor else np.asarray(self.current_A.sum(axis=1))
 
 
 def missing_channel(name: str, there: Mapping[str, object]) -> InputError:

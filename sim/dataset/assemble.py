@@ -31,6 +31,7 @@ def recording_of(named: Named) -> Recording:
     """The recording in named columns; truth is left out, a vector with a missing component is None."""
     held: dict[str, Any] = {signal.field: _signal(named, signal) for signal in SIGNALS if signal.group != "mag"}
     held["channels"] = _channels(named)
+    held["motor_numbers"] = numbers("current", tuple(named))
     sensors = numbers("mag", tuple(named))
     array = np.stack([_stack(named, mag_names(k)) for k in sensors]) if sensors else None
     mag_nT = _stack(named, mag_names()) if array is None else array[0]
@@ -66,7 +67,7 @@ def arrays_of(recording: Recording) -> dict[str, NDArray[Any]]:
             for number, field_nT in sensors.items():
                 named |= _split(mag_names(number), field_nT)
         elif values is not None:
-            named |= _split(_names(signal, values), values)
+            named |= _split(_names(signal, recording), values)
     return named | recording.channels
 
 
@@ -75,7 +76,7 @@ def scalars_of(recording: Recording) -> dict[str, Array]:
     held = ((SIGNAL[group], getattr(recording, SIGNAL[group].field)) for group in ("temperature", "current"))
     named: dict[str, Array] = {}
     for signal, values in held:
-        named |= {} if values is None else _split(_names(signal, values), values)
+        named |= {} if values is None else _split(_names(signal, recording), values)
     return named | recording.channels
 
 
@@ -93,10 +94,10 @@ def _signal(named: Named, signal: Signal) -> NDArray[Any] | None:
     return named[signal.columns[0]] if len(signal.columns) == 1 else _stack(named, signal.columns)
 
 
-def _names(signal: Signal, values: NDArray[Any]) -> list[str]:
-    """The columns that values (n,) or (n, m) of a signal fill."""
+def _names(signal: Signal, recording: Recording) -> list[str]:
+    """The columns that a signal of a recording fills: of the magnetometer none, of the current one a motor."""
     if signal.number:
-        return [name for k in range(1, values.shape[1] + 1) for name in signal.names(k)]
+        return [name for motor in recording.motors for name in signal.names(motor)]
     return list(signal.columns)
 
 

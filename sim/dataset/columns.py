@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import pyarrow as pa
 
 from sim.dataset.recording import Recording
-from sim.state import TEMPERATURE
+from sim.state import MOTOR_NUMBER, TEMPERATURE
 
 XYZ = ("x", "y", "z")
 GYRO = tuple(f"gyro_{a}_rad_s" for a in XYZ)
@@ -84,7 +84,7 @@ SIGNALS = (
     Signal("temperature", "temperature_degC", (TEMPERATURE,), "degC", "measured temperature of the magnetometer"),
     Signal(
         *("current", "current_A", ("current_{}_A",), "A", "measured current{}"),
-        number=r"[1-9]\d*",
+        number=MOTOR_NUMBER,
         several=" of motor {}",
     ),
     Signal("phase", "phase", ("phase",), "", "phase of the motion"),
@@ -130,15 +130,15 @@ def effects_among(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def columns(
-    *, sensors: int = 1, motors: int = 0, channels: Sequence[Column] = (), effects: Sequence[str] = ()
+    *, sensors: int = 1, motors: Sequence[int] = (), channels: Sequence[Column] = (), effects: Sequence[str] = ()
 ) -> tuple[Column, ...]:
     """Every column of a simulated run, in the order of the file.
 
-    sensors : magnetometers; from two on their columns are numbered from 1.
+    sensors : magnetometers; from two on their columns are numbered from 1. motors : their numbers.
     channels : columns of the vehicle's own. effects : names in the order of the chain.
     """
     which: list[int | None] = [None] if sensors == 1 else list(range(1, sensors + 1))
-    every: dict[str, Sequence[int | None]] = {"mag": which, "current": range(1, motors + 1)}
+    every: dict[str, Sequence[int | None]] = {"mag": which, "current": motors}
     recorded = [
         column for signal in SIGNALS for number in every.get(signal.group, [None]) for column in signal.table(number)
     ]
@@ -162,10 +162,9 @@ def schema(table: Sequence[Column]) -> pa.Schema:
 def columns_of(recording: Recording) -> tuple[Column, ...]:
     """The columns that a recording fills, channels last."""
     sensors = 1 if recording.array_mag_nT is None else len(recording.array_mag_nT)
-    motors = 0 if recording.current_A is None else recording.current_A.shape[1]
     held = {signal.group for signal in SIGNALS if getattr(recording, signal.field) is not None}
     own = [Column(name, "", "channel of the log", "channel") for name in recording.channels]
-    table = columns(sensors=sensors, motors=motors, channels=own)
+    table = columns(sensors=sensors, motors=recording.motors, channels=own)
     return tuple(column for column in table if column.group in held or column.group == "channel")
 
 

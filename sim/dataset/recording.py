@@ -23,10 +23,11 @@ class Recording:
     att_q              (n, 4)        navigation's attitude, w x y z, body to world (ENU)
     pos_enu_m          (n, 3)        navigation's position
     temperature_degC   (n,)
-    current_A          (n, m)        motor currents
+    current_A          (n, m)        motor currents, of the motors of `motors`
     phase              (n,) str
     channels           name -> (n,)  any other numeric column
     array_mag_nT       (k, n, 3)     the sensors of an array; mag_nT is then the first of them
+    motor_numbers      (m,)          of the motors in current_A; empty: 1 to m
     =================  ============  =================================================================
     """
 
@@ -41,6 +42,7 @@ class Recording:
     phase: NDArray[np.str_] | None = None
     channels: dict[str, Array] = field(default_factory=dict)
     array_mag_nT: Array | None = None
+    motor_numbers: tuple[int, ...] = ()
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -50,9 +52,16 @@ class Recording:
         sensors = 1 if self.array_mag_nT is None else len(self.array_mag_nT)
         of = "one magnetometer" if sensors == 1 else f"{sensors} magnetometers"
         length_s = float(self.time_s[-1] - self.time_s[0]) if len(self) else 0.0
-        beside = [item.name for item in fields(self)[2:-2] if getattr(self, item.name) is not None]
+        beside = [item.name for item in fields(self)[2:-3] if getattr(self, item.name) is not None]
         named = f"; {', '.join([*beside, *self.channels])}" if beside or self.channels else ""
         return f"Recording: {len(self)} samples of {of} in {length_s:.6g} s{named}"
+
+    @property
+    def motors(self) -> tuple[int, ...]:
+        """The number of each motor in current_A."""
+        if self.current_A is None:
+            return ()
+        return self.motor_numbers or tuple(range(1, self.current_A.shape[1] + 1))
 
     def sensor(self, index: int) -> Recording:
         """The recording as seen by one sensor of an array (0-based)."""

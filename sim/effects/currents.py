@@ -98,11 +98,9 @@ class CurrentRipple(Effect):
 
 
 def _current(state: State, motor: int, name: str) -> Array:
-    count = state.current_A.shape[1]
-    if not count:
+    if not state.motors:
         raise missing_channel(current_name(1), state.channels)
-    if motor > count:
-        found = f"motor {motor} asked for, the vehicle has {count}"
-        raise InputError(found, where=f"effects.{name}.motor", do=f"give 1 to {count}, or 0 for the sum of all")
-    chosen: Array = state.current_A[:, motor - 1] if motor else state.current_A.sum(axis=1)
-    return chosen
+    if motor and motor not in state.motors:
+        found = f"motor {motor} asked for, there are {', '.join(map(str, state.motors))}"
+        raise InputError(found, where=f"effects.{name}.motor", do="give one of these, or 0 for the sum of all")
+    return state.current_of(motor)

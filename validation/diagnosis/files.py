@@ -73,11 +73,13 @@ def diagnose_recording(
 
 
 def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Recording:
-    """The recording with some of its channels beside its motor currents."""
+    """The recording with some of its channels beside its motor currents, numbered after them."""
     columns = [] if recording.current_A is None else list(recording.current_A.T)
+    last = max(recording.motors, default=0)
+    motors = (*recording.motors, *range(last + 1, last + 1 + len(names)))
     for name in names:
         if name not in recording.channels:
             do = "the channels are " + (", ".join(recording.channels) or "none")
             raise InputError(f"there is no channel {name!r}", where=f"{path}: --actuator", do=do)
         columns.append(recording.channels[name])
-    return replace(recording, current_A=np.stack(columns, axis=1)) if names else recording
+    return replace(recording, current_A=np.stack(columns, axis=1), motor_numbers=motors) if names else recording

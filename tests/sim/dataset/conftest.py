@@ -22,7 +22,7 @@ class Run:
     """A run of n samples with k sensors and m motors whose labels sum to the measured field."""
 
     def __init__(self, n: int = 400, sensors: int = 1, motors: int = 2, seed: int = 3) -> None:
-        self.table: tuple[Column, ...] = columns(sensors=sensors, motors=motors, effects=EFFECTS)
+        self.table: tuple[Column, ...] = columns(sensors=sensors, motors=range(1, motors + 1), effects=EFFECTS)
         rng = np.random.default_rng(seed)
         self.block: Block = {c.name: rng.normal(size=n) * 1e4 for c in self.table if c.group != "phase"}
         self.block["time_s"] = np.arange(n) * 0.02

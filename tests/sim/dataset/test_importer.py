@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from sim.dataset import read_recording
 from sim.dataset.columns import group_of
 from sim.dataset.units import UNITS, likely_unit, parse_maps
+from sim.dataset.writer import write_recording
 
 N = 40
 REALDATA = Path(os.environ.get("MAGBENCH_REALDATA", ""))
@@ -116,6 +117,17 @@ def test_depth_alone_is_a_channel_and_motors_are_sorted(tmp_path: Path) -> None:
     assert recording.pos_enu_m is None
     assert recording.channels.keys() == {"pos_up_m"}
     assert recording.current_A[0].tolist() == [1.0, 2.0, 10.0]
+    assert recording.motors == (1, 2, 10)
+
+
+def test_a_motor_that_was_not_measured_leaves_the_others_their_numbers(tmp_path: Path) -> None:
+    currents = {"current_1_A": np.full(N, 1.0), "current_2_A": [None] * N, "current_10_A": np.full(N, 10.0)}
+    recording = read_recording(write(tmp_path / "log.parquet", log(**currents)))
+    assert recording.motors == (1, 10)
+    write_recording(recording, tmp_path / "again.csv")
+    again = read_recording(tmp_path / "again.csv")
+    assert again.motors == (1, 10)
+    np.testing.assert_array_equal(again.current_A[0], [1.0, 10.0])
 
 
 def test_array_of_sensors(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from scenarios.errors import InputError
 from sim.dataset import columns, finish_dataset, open_dataset_for_writing, read_manifest, resume, run_file, run_path
 from sim.dataset.files import sha256_of
 
-TABLE = columns(motors=2, effects=("soft_iron", "hard_iron", "white_noise"))
+TABLE = columns(motors=(1, 2), effects=("soft_iron", "hard_iron", "white_noise"))
 
 
 @pytest.fixture

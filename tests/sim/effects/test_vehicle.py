@@ -60,8 +60,18 @@ def test_motor_current_takes_one_motor_or_all(states):
 
 
 def test_a_motor_that_is_not_there_is_refused(states):
-    with pytest.raises(InputError, match="motor 4 asked for, the vehicle has 3"):
+    with pytest.raises(InputError, match="motor 4 asked for, there are 1, 2, 3"):
         label_of(MotorCurrent((1, 1, 1), motor=4), states(10))
+
+
+def test_a_motor_keeps_its_number_where_others_are_missing(states):
+    state = states(20)
+    named = {"current_10_A": state.time_s, "current_2_A": 2 + state.time_s}
+    gapped = replace(state, channels=named)
+    np.testing.assert_array_equal(label_of(MotorCurrent((1, 0, 0), motor=10), gapped)[:, 0], state.time_s)
+    np.testing.assert_allclose(label_of(MotorCurrent((1, 0, 0)), gapped)[:, 0], 2 + 2 * state.time_s)
+    with pytest.raises(InputError, match="motor 1 asked for, there are 2, 10"):
+        label_of(MotorCurrent((1, 0, 0), motor=1), gapped)
 
 
 def test_ripple_is_a_tone_on_the_current(states):

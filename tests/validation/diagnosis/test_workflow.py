@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,8 @@ import pytest
 from scenarios.toml import to_toml
 from sim import effects as effect_table
 from sim.effects import Effects
-from sim.scenario import load_model
+from sim.scenario import ModelSpec, load_model
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
 from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
 
@@ -99,6 +102,23 @@ def test_the_patched_model_is_a_valid_model(flight, model, tmp_path) -> None:  #
     assert set(again.effects) == {"soft_iron", "hard_iron", "white_noise", "motor_current"}
     second = diagnose(flight({"motor_current": HIDDEN["motor_current"]}, seed=6), again)
     assert second.verdict == "none"
+
+
+def test_a_motor_keeps_its_number_from_the_log_to_the_new_model(tmp_path: Path) -> None:
+    """Of motors 2 and 10 the tenth is to blame; its neighbours were not logged."""
+    quiet = recording()
+    assert quiet.current_A is not None
+    mag_nT = quiet.mag_nT + quiet.current_A[:, 1:] * [2.0, -1.0, 4.0]
+    base = {"effects": {"white_noise": {"std_nT": [NOISE_NT] * 3}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
+    given = replace(quiet, mag_nT=mag_nT, motor_numbers=(2, 10))
+    found = diagnose(given, ModelSpec.model_validate(base))
+    assert [(one.name, one.effect.motor) for one in found.named] == [("motor_current", 10)]  # type: ignore[attr-defined]
+    assert "current_10_A" in [one.channel for one in found.where]
+    path = tmp_path / "model.toml"
+    path.write_text(to_toml(found.model))
+    again = load_model(path)
+    assert "motor = 10" in path.read_text()
+    assert diagnose(given, again).verdict == "none"
 
 
 def test_a_second_recording_upgrades_the_evidence(flight, model) -> None:  # type: ignore[no-untyped-def]

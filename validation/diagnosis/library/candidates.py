@@ -152,7 +152,7 @@ def _settings(effect: type[Effect], problem: LinearProblem) -> Iterator[dict[str
     grid: dict[str, tuple[Any, ...]] = dict(effect.search)
     motor = effect.with_role("motor")
     if motor:
-        motors = problem.state.current_A.shape[1]
-        grid[motor] = tuple(range(motors + 1)) if motors > 1 else (0,)
+        motors = problem.state.motors
+        grid[motor] = (0, *motors) if len(motors) > 1 else (0,)
     for values in itertools.product(*grid.values()):
         yield dict(zip(grid, values, strict=True))

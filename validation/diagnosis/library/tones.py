@@ -27,8 +27,7 @@ def _drive(problem: LinearProblem, member: Candidate) -> Array:
     """The current (n,) of the candidate's motor, or of all of them."""
     name = member.effect.with_role("motor")
     motor = dict(member.nonlinear).get(name, 0) if name else 0
-    current = problem.state.current_A
-    return np.asarray(current[:, motor - 1] if motor else current.sum(axis=1))
+    return problem.state.current_of(motor)
 
 
 def _between_lines(weighted: Array, time_s: Array, frequency_hz: float, line_hz: float) -> float:

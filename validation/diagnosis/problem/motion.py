@@ -10,7 +10,7 @@ import numpy as np
 from calib.numerics.rates import body_rate
 from sim.dataset import Recording
 from sim.dataset.assemble import scalars_of
-from sim.state import Array
+from sim.state import Array, current_name
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import sample_noise
 
@@ -22,7 +22,8 @@ def measured(recording: Recording) -> frozenset[str]:
         "rate": recording.gyro_rad_s is not None or recording.att_q is not None,
         "position": recording.pos_enu_m is not None,
     }
-    return frozenset(name for name, there in present.items() if there) | frozenset(scalars_of(recording))
+    motors = {current_name(1)} if recording.motors else set()  # to an effect of the currents any motor will do
+    return frozenset(name for name, there in present.items() if there) | motors | frozenset(scalars_of(recording))
 
 
 def course(recording: Recording) -> dict[str, Any]:

@@ -97,6 +97,6 @@ def _vehicle_rows(outcome: Outcome) -> list[_Row]:
     if recording.temperature_degC is not None:
         rows.append(_Row("temperature (°C)", recording.temperature_degC, XYZ[1:2]))
     if recording.current_A is not None and recording.current_A.size:
-        motors = tuple(f"motor {k + 1}" for k in range(recording.current_A.shape[1]))
+        motors = tuple(f"motor {k}" for k in recording.motors)
         rows.append(_Row("motor current (A)", recording.current_A, LINES, motors))
     return rows

@@ -178,7 +178,7 @@ def _send_channels(stream: rr.RecordingStream, recording: Recording) -> None:
     if recording.temperature_degC is not None:
         scalars(stream, "temperature", recording.time_s, recording.temperature_degC, ["temperature (°C)"], LINES[1:2])
     if recording.current_A is not None and recording.current_A.size:
-        names = [f"motor {k + 1} (A)" for k in range(recording.current_A.shape[1])]
+        names = [f"motor {k} (A)" for k in recording.motors]
         scalars(stream, "current", recording.time_s, recording.current_A, names, _cycle(len(names) + 1)[1:])
 
 
