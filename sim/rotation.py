@@ -84,18 +84,6 @@ def q_from_rotation_vector(v: Array) -> Array:
     return np.concatenate([np.cos(angle), half * np.sinc(angle / np.pi)], axis=1)
 
 
-def matrix_from_euler(yaw: float, pitch: float, roll: float) -> Array:
-    """Rz(yaw) Ry(pitch) Rx(roll) (3, 3), radians."""
-    (cy, cp, cr), (sy, sp, sr) = np.cos([yaw, pitch, roll]), np.sin([yaw, pitch, roll])
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
 def q_from_matrix(R: Array) -> Array:
     """Unit quaternions (n, 4), w >= 0, of rotation matrices (n, 3, 3)."""
     xyzw = Rotation.from_matrix(R).as_quat(canonical=True)

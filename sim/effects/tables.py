@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
@@ -24,7 +24,6 @@ from scenarios.problems import misfit, only_problem, problem_at
 from sim.effects.base import Effect
 from sim.effects.registry import BY_NAME, nearest, summary
 
-E = TypeVar("E", bound=Effect)
 Path = tuple[str | int, ...]
 
 
@@ -42,10 +41,6 @@ class Effects(Mapping[str, tuple[Effect, ...]]):
     def __init__(self, written: Mapping[str, Any] | None = None) -> None:
         self.written = dict(written or {})
         self._made = {name: tuple(_instances(name, table)) for name, table in self.written.items()}
-
-    def of_kind(self, kind: type[E]) -> tuple[E, ...]:
-        """The effects of one class."""
-        return tuple(effect for effect in self.get(kind.name, ()) if isinstance(effect, kind))
 
     def __getitem__(self, name: str) -> tuple[Effect, ...]:
         return self._made[name]

@@ -56,7 +56,9 @@ def _vector(name: str, effect: str, key: str) -> Any:
 
 
 def _first(owner: Scenario | SensorSpec, kind: type[E]) -> E:
-    return owner.effects.of_kind(kind)[0]
+    effect = owner.effects[kind.name][0]
+    assert isinstance(effect, kind)
+    return effect
 
 
 def _axes(xy: float, xz: float, yz: float) -> Any:

@@ -1,4 +1,4 @@
-"""Loading: strict, one clear line for every mistake; overrides; text and digest."""
+"""Loading: strict, one clear line for every mistake; overrides; text."""
 
 import copy
 import re
@@ -9,7 +9,7 @@ import pytest
 import tomlkit
 
 from scenarios.errors import InputError
-from scenarios.toml import as_dict, digest, to_toml
+from scenarios.toml import as_dict, to_toml
 from sim.effects.faults import Spikes
 from sim.effects.noise import WhiteNoise
 from sim.scenario import Scenario, load, load_model
@@ -194,12 +194,6 @@ def test_overrides_replace_values(file: Path) -> None:
 def test_quoted_keys_reach_vary(file: Path) -> None:
     scenario = load(file, ['vary."phases.1.radius_m".uniform=[10, 30]'])
     assert scenario.vary["phases.1.radius_m"].uniform == (10, 30)
-
-
-def test_digest_tells_scenarios_apart(file: Path) -> None:
-    same, other = load(file, ["seed=0"]), load(file, ["seed=1"])
-    assert digest(load(file)) == digest(same) != digest(other)
-    assert re.fullmatch("[0-9a-f]{64}", digest(same))
 
 
 def test_as_dict_validates_back(file: Path) -> None:

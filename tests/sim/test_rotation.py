@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 
 from sim.rotation import (
     cross,
-    matrix_from_euler,
     matrix_from_q,
     multiply_q,
     q_from_matrix,
@@ -47,9 +46,3 @@ def test_cross() -> None:
     a, b = RNG.standard_normal((2, 50, 3))
     np.testing.assert_allclose(cross(a, b), np.cross(a, b), atol=1e-15)
     np.testing.assert_allclose(cross(a[:1], b), np.cross(a[:1], b), atol=1e-15)
-
-
-def test_euler_order_is_yaw_pitch_roll() -> None:
-    np.testing.assert_allclose(
-        matrix_from_euler(0.3, -0.2, 1.1), Rotation.from_euler("ZYX", [0.3, -0.2, 1.1]).as_matrix(), atol=1e-15
-    )

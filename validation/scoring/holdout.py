@@ -89,14 +89,6 @@ def hold_out(effects: Sequence[Effect], surroundings: Surroundings) -> HoldOut:
     return HoldOut(matrix, offset_nT, sphere, level, line, np.asarray(total_nT - strength_nT))
 
 
-def static_truth(effects: Sequence[Effect], surroundings: Surroundings) -> tuple[Array, Array]:
-    """S (3, 3) and b (3,) of the best linear fit m = S h + b to the static chain over all attitudes.
-
-    Exact where the chain is linear, which all static effects but `nonlinearity` are.
-    """
-    return _linear(pairs(effects, surroundings, uniform_attitudes(SPHERE_ATTITUDES)))
-
-
 def pairs(
     effects: Sequence[Effect], surroundings: Surroundings, attitudes: Rotation, extra_enu_nT: Array | None = None
 ) -> Pairs:
@@ -129,6 +121,7 @@ def _at_rest(surroundings: Surroundings, attitudes: Rotation) -> State:
 
 
 def _linear(data: Pairs) -> tuple[Array, Array]:
+    """S (3, 3) and b (3,) of the best linear fit m = S h + b: exact where the static effects are linear."""
     scale_nT = float(np.linalg.norm(data.true_nT, axis=1).max())
     rows = np.column_stack((data.true_nT / scale_nT, np.ones(len(data.true_nT))))
     solution = np.linalg.lstsq(rows, data.measured_nT, rcond=None)[0]

@@ -88,7 +88,7 @@ def test_a_sensor_adds_its_own_effects():
     shared = Effects({"hard_iron": {"offset_nT": [1, 0, 0]}})
     own = Effects({"hard_iron": [{"offset_nT": [0, 1, 0]}], "sensor_offset": {"offset_nT": [0, 0, 1]}})
     assert in_order([shared, own], None) == (HardIron((1, 0, 0)), HardIron((0, 1, 0)), SensorOffset((0, 0, 1)))
-    assert shared.of_kind(HardIron) == (HardIron((1, 0, 0)),)
+    assert shared["hard_iron"] == (HardIron((1, 0, 0)),)
 
 
 def test_tables_are_kept_as_they_are_written():

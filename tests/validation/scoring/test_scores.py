@@ -16,7 +16,6 @@ from validation.scoring.holdout import (
     DIPOLE_PEAK_NT,
     Surroundings,
     hold_out,
-    static_truth,
     survey_line,
     uniform_attitudes,
 )
@@ -69,12 +68,12 @@ def test_static_truth_of_a_linear_chain_is_exact():
         "hard_iron_drift": {"rate_nT_h": [36.0, 0.0, 0.0]},
         "quantisation": {"step_nT": 100.0},
     }
-    matrix, offset_nT = static_truth(build(tables, None, ""), AROUND)
+    known = hold_out(build(tables, None, ""), AROUND)
     turn = Rotation.from_euler("ZYX", [3.0, -1.0, 2.0], degrees=True).as_matrix()
     scaled = np.diag([1.01, 0.98, 1.03]) @ turn
-    np.testing.assert_allclose(matrix, scaled @ (np.eye(3) + SOFT), atol=1e-12)
+    np.testing.assert_allclose(known.matrix, scaled @ (np.eye(3) + SOFT), atol=1e-12)
     vehicle_nT = HARD_NT + 5.0 * np.array([1.0, 2.0, 3.0]) + [1.0, 0.0, 0.0]
-    np.testing.assert_allclose(offset_nT, scaled @ vehicle_nT + [5.0 - 10.0, 6.0, 7.0 - 20.0], atol=1e-8)
+    np.testing.assert_allclose(known.offset_nT, scaled @ vehicle_nT + [5.0 - 10.0, 6.0, 7.0 - 20.0], atol=1e-8)
 
 
 def test_truth_scores_zero(truth, recording):
