@@ -15,7 +15,7 @@ from sim.dataset import Recording
 from sim.dataset.checks import FIELD_RANGE_NT
 from sim.dataset.units import UNITS, likely_unit
 from validation.inspection.log import Series
-from validation.inspection.timing import stale
+from validation.inspection.rates import stale
 from validation.signals.faults import runs
 from validation.signals.intervals import gaps_after, usual_interval
 from validation.signals.lattice import Lattice, find_lattice

@@ -1,4 +1,4 @@
-"""When the samples were taken: interval, jitter, gaps, and the true rate of every other column."""
+"""When the samples were taken: interval, jitter, gaps, order."""
 
 from __future__ import annotations
 
@@ -7,29 +7,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names, numbers
 from validation.inspection.finding import Finding, Level
 from validation.inspection.log import Log
-from validation.signals.faults import repeats, runs
+from validation.inspection.rates import LEAST_ROWS, SECTION, rate_findings
+from validation.signals.intervals import GAP
 from validation.signals.lattice import find_lattice
-from validation.text import counted, duration, figure, frequency
+from validation.text import counted, duration, figure
 
 Array = NDArray[np.float64]
-SECTION = "time"
-LONGEST_USUAL = 1.5
-"""A gap is longer than this many usual intervals, the usual one being the larger of median and 95 % quantile."""
+FEW_SAMPLES = 100
+"""Below so many nothing is said of noise, tones and slow changes."""
+SLOW_S = 5.0
+"""Interval from which on no rate in Hz is said."""
 CONSTANT_JITTER = 1e-6
+"""Rms deviation of the intervals, as a share of the usual one, that is rounding."""
 JITTER_NOTE, JITTER_WARNING = 0.05, 0.3
+"""The same, from which on a user should know, and from which on spectra and filters do not hold."""
+MOST_GAPS = 0.01
+"""Share of the recording in gaps beyond which they are a warning."""
 MOST_LISTED = 20
+"""Gaps that are listed."""
 FEW_LENGTHS, RESOLUTION_DIGITS = 3, 9
 """Different intervals that an even clock in rounded stamps has; decimals of a second that a stamp can have."""
-STALE_SHARE = 0.02
-STALE_RATIO = 3.0
-"""Rows repeat because the column is slower when next rows are equal this many times as often as rows further apart."""
-KINK_SHARE = 0.97
-"""Share of the second differences' sum that the kinks of an interpolated column hold."""
-LEAST_KINK_ROWS = 6.0
-"""Kinks nearer than this many rows run into each other."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ def timing_findings(log: Log) -> list[Finding]:
     found = [_samples(stamps, time_s), _order(stamps)]
     if len(time_s) > 2:
         found[1:1] = [_interval(time_s), _jitter(time_s), _gaps(time_s)]
-    return [*found, *_rates(log, time_s)]
+    return [*found, *rate_findings(log)] if len(time_s) >= LEAST_ROWS else found
 
 
 def find_gaps(time_s: Array) -> list[Gap]:
@@ -60,14 +59,14 @@ def find_gaps(time_s: Array) -> list[Gap]:
 
 
 def _longest_usual(step: Array) -> float:
-    """The longest of intervals (n,) that is no gap."""
-    return LONGEST_USUAL * float(max(np.median(step), np.quantile(step, 0.95)))
+    """The longest of intervals (n,) that is no gap, the usual one being the larger of median and 95 % quantile."""
+    return GAP * float(max(np.median(step), np.quantile(step, 0.95)))
 
 
 def _samples(stamps: Array, time_s: Array) -> Finding:
     length_s = float(np.ptp(time_s)) if len(time_s) else 0.0
     text = f"{counted(len(stamps), 'sample')} over {duration(length_s)}."
-    few = len(time_s) < 100
+    few = len(time_s) < FEW_SAMPLES
     if few:
         text += " Too few for statements on noise, tones and slow changes."
     return Finding(SECTION, "samples", len(stamps), "", text, "note" if few else "ok")
@@ -75,8 +74,8 @@ def _samples(stamps: Array, time_s: Array) -> Finding:
 
 def _interval(time_s: Array) -> Finding:
     interval_s = float(np.median(np.diff(time_s)))
-    every = f"One sample in {duration(interval_s)}"
-    text = f"{every}, {figure(1 / interval_s, 4)} Hz, in the median." if interval_s < 5 else f"{every} in the median."
+    rate = f", {figure(1 / interval_s, 4)} Hz," if interval_s < SLOW_S else ""
+    text = f"One sample in {duration(interval_s)}{rate} in the median."
     return Finding(SECTION, "interval", interval_s, "s", text)
 
 
@@ -125,7 +124,7 @@ def _gaps(time_s: Array) -> Finding:
     listed = sorted(sorted(gaps, key=lambda gap: -gap.length_s)[:MOST_LISTED], key=lambda gap: gap.after_s)
     value = [{"after_s": gap.after_s, "length_s": gap.length_s} for gap in listed]
     share = total_s / float(np.ptp(time_s))
-    return Finding(SECTION, "gaps", value, "s", text, "warning" if share > 0.01 else "note")
+    return Finding(SECTION, "gaps", value, "s", text, "warning" if share > MOST_GAPS else "note")
 
 
 def _order(stamps: Array) -> Finding:
@@ -142,96 +141,3 @@ def _order(stamps: Array) -> Finding:
         text += f"; the first in row {rows[int(np.argmax(step <= 0)) + 1] + 1}"
     text += ". Sort the rows, or cut the file where a new recording begins." if counts["decreasing"] else "."
     return Finding(SECTION, "order", counts, "", text, "warning")
-
-
-def stale(values: Array) -> bool:
-    """Whether rows of values (n, k) repeat because the column is slower, not because its value stands still."""
-    if len(values) < 20:
-        return False
-    for first, rows in reversed(repeats(values).frozen):
-        values = np.delete(values, np.s_[first + 1 : first + rows], axis=0)
-    _, length = runs(values)
-    near = 1.0 - len(length) / len(values)
-    lag = max(2, int(np.ceil(3 * len(values) / len(length))))
-    if near < STALE_SHARE or lag >= len(values) // 2:
-        return False
-    far = float(np.mean(np.all(values[lag:] == values[:-lag], axis=1)))
-    return near > STALE_RATIO * far
-
-
-def interpolation_rows(values: Array) -> float | None:
-    """Mean distance in rows of the kinks of a column (n, k) that was interpolated linearly; None if it was not."""
-    bend = np.abs(np.diff(values, 2, axis=0)).sum(axis=1)
-    if len(bend) < 50 or not bend.max() > 0:
-        return None
-    strongest = np.sort(bend)[::-1]
-    share = np.cumsum(strongest) / strongest.sum()
-    enough = int(np.searchsorted(share, KINK_SHARE)) + 1
-    if enough > 0.6 * len(bend):
-        return None
-    kink = np.flatnonzero(bend > 0.1 * np.quantile(bend, 1 - 0.5 * enough / len(bend)))
-    start = kink[np.diff(np.r_[-10, kink]) > 1]
-    if len(kink) < 10 or len(start) < 2:
-        return None
-    apart = float(len(bend) / len(start))
-    regular = np.mean(np.abs(np.diff(start) / apart - 1) < 0.5)
-    return apart if apart >= LEAST_KINK_ROWS and regular > 0.5 else None
-
-
-def _rates(log: Log, time_s: Array) -> list[Finding]:
-    """A finding for each column that is not new in every row, and one that names the others."""
-    if len(time_s) < 20:
-        return []
-    new, found = [], []
-    for name, columns in _groups(log).items():
-        finding = _rate(name, columns, log.columns["time_s"])
-        if finding is None:
-            new.append(name)
-        else:
-            found.append(finding)
-    if new:
-        found.insert(0, Finding(SECTION, "full_rate", new, "", f"New in every row: {', '.join(new)}."))
-    return found
-
-
-def _groups(log: Log) -> dict[str, Array]:
-    """Columns (n, k) that belong together, by a readable name."""
-    vectors = {"gyro": GYRO, "accelerometer": ACCEL, "attitude": ATTITUDE, "position": POSITION}
-    vectors = {name: columns for name, columns in vectors.items() if log.vector(columns) is not None}
-    sensors = {f"magnetometer {k or ''}".strip(): mag_names(k) for k in log.sensors}
-    currents = tuple(f"current_{k}_A" for k in numbers("current", tuple(log.columns)))
-    taken = {"time_s", *(name for names in (*sensors.values(), *vectors.values()) for name in names)}
-    single = {name: (name,) for name in (*currents, *log.columns) if name not in taken}
-    groups = {**sensors, **vectors, **single}
-    return {name: vector for name, columns in groups.items() if (vector := log.vector(columns)) is not None}
-
-
-def _rate(name: str, values: Array, stamps: Array) -> Finding | None:
-    """How often a column has a new value, None where in every row."""
-    known = np.isfinite(values).all(axis=1) & np.isfinite(stamps)
-    rows, length_s = int(known.sum()), float(np.ptp(stamps[np.isfinite(stamps)]))
-    key = f"rate_{name.replace(' ', '_')}"
-    if rows < 2 or length_s <= 0:
-        return Finding(SECTION, key, 0.0, "Hz", f"{name[0].upper()}{name[1:]}: no values.", "warning")
-    fresh = len(runs(values[known])[0])
-    head = f"{name[0].upper()}{name[1:]}: "
-    if fresh == 1:
-        return Finding(SECTION, key, 0.0, "Hz", f"{head}one constant value.", "note")
-    if rows < 0.9 * len(values):
-        text = f"{head}a value in {100 * rows / len(values):.2g} % of the rows, {frequency(rows / length_s)}."
-        return Finding(SECTION, key, rows / length_s, "Hz", text, "note")
-    if stale(values[known]):
-        rate = fresh / length_s
-        text = f"{head}held, {frequency(rate)} (a new value in {100 * fresh / rows:.2g} % of the rows)."
-        return Finding(SECTION, key, rate, "Hz", text, "note")
-    apart = interpolation_rows(values[known]) if fresh > 0.8 * rows else None
-    if apart is not None:
-        rate = rows / length_s / apart
-        text = f"{head}looks interpolated, from {frequency(rate)} (a kink every {apart:.3g} rows)."
-        return Finding(SECTION, key, rate, "Hz", text, "note")
-    return None if fresh > 0.9 * rows else _seldom(key, head, fresh, length_s)
-
-
-def _seldom(key: str, head: str, fresh: int, length_s: float) -> Finding:
-    rate = (fresh - 1) / length_s
-    return Finding(SECTION, key, rate, "Hz", f"{head}{counted(fresh - 1, 'change')}, {frequency(rate)} in the mean.")

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from scipy.signal import correlate
 from scipy.spatial.transform import Rotation
 
+from validation.signals.intervals import GAP
+
 Array = NDArray[np.float64]
 BASELINE_S = 0.1
 """Time over which rates are compared, a sample at least: shorter ones are mostly noise."""
@@ -106,7 +108,7 @@ def _shifted(rate: Array, gyro: Array, lag: int) -> RateMatch | None:
 
 def _usual(length_s: Array) -> NDArray[np.bool_]:
     """Stretches (n,) without a gap in them."""
-    return np.asarray(length_s < 1.5 * np.median(length_s), np.bool_)
+    return np.asarray(length_s < GAP * np.median(length_s), np.bool_)
 
 
 def _similarity(rate: Array, gyro: Array) -> RateMatch | None:

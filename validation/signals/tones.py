@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.stats import gamma
 
-from validation.signals.intervals import usual_interval
+from validation.signals.intervals import GAP, usual_interval
 
 Array = NDArray[np.float64]
 MAINS_HZ = (50.0, 60.0)
@@ -26,6 +26,8 @@ NARROWER = (65, 21, 7)
 """The same near zero frequency, where noise may rise steeply."""
 LEAST_SAMPLES = 64
 MOST_TONES = 20
+SPARSEST = 4
+"""Rows of the even grid to a sample, beyond which a recording is mostly gaps and has no spectrum."""
 
 
 @dataclass(frozen=True)
@@ -78,9 +80,9 @@ def _on_grid(time_s: Array, residual: Array) -> tuple[Array, NDArray[np.bool_], 
     if not interval_s > 0:
         return None
     place = (time_s - time_s[0]) / interval_s
-    if place[-1] > 4 * len(time_s):
+    if place[-1] > SPARSEST * len(time_s):
         return None
-    if np.all(np.diff(time_s) <= 1.5 * interval_s):
+    if np.all(np.diff(time_s) <= GAP * interval_s):
         interval_s = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
         index = np.arange(len(time_s))
     else:

@@ -1,13 +1,13 @@
-"""Time stamps and rates with jitter, gaps and slower columns of known size."""
+"""Time stamps with jitter and gaps of known size."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import RATE_HZ, Array, log_of, noise, one, still
+from tests.validation.inspection.recordings import RATE_HZ, Array, log_of, noise, one
 from validation.inspection.finding import Finding
-from validation.inspection.timing import find_gaps, interpolation_rows, stale, timing_findings
+from validation.inspection.timing import find_gaps, timing_findings
 
 SAMPLES = 3000
 TIME_S = np.arange(SAMPLES) / RATE_HZ
@@ -89,41 +89,3 @@ def test_few_samples_are_said_to_be_few() -> None:
     assert one(findings(TIME_S[:50]), "samples").level == "note"
     assert one(findings(TIME_S), "samples").text == "3,000 samples over 60 s."
     assert one(findings(np.zeros(0)), "samples").value == 0
-
-
-def test_a_held_column_has_its_own_rate() -> None:
-    """5 Hz among rows of 50 Hz."""
-    held = np.repeat(np.random.default_rng(1).normal(20, 1, SAMPLES // 10), 10)
-    found = one(findings(TIME_S, temperature_degC=held), "rate_temperature_degC")
-    assert found.value == pytest.approx(5.0, rel=0.01)
-    assert "held, 5" in found.text
-
-
-def test_an_interpolated_column_has_the_rate_of_its_kinks() -> None:
-    gyro = noise(SAMPLES // 20 + 1, 1.0, seed=2)
-    whole = np.column_stack([np.interp(np.arange(SAMPLES) / 20, np.arange(len(gyro)), column) for column in gyro.T])
-    assert interpolation_rows(whole) == pytest.approx(20, rel=0.05)
-    assert one(findings(TIME_S, gyro=whole), "rate_gyro").value == pytest.approx(RATE_HZ / 20, rel=0.05)
-    assert interpolation_rows(noise(SAMPLES, 1.0)) is None
-    assert interpolation_rows(np.zeros((SAMPLES, 3))) is None
-
-
-def test_sparse_constant_and_empty_columns() -> None:
-    sparse = np.full(SAMPLES, np.nan)
-    sparse[::10] = np.random.default_rng(3).normal(0, 1, SAMPLES // 10)
-    switched = np.where(TIME_S > 30, 1.0, 0.0)
-    found = findings(TIME_S, a=sparse, b=np.full(SAMPLES, 7.0), c=np.full(SAMPLES, np.nan), d=switched)
-    assert one(found, "rate_a").value == pytest.approx(5.0, rel=0.01)
-    assert one(found, "rate_b").text == "B: one constant value."
-    assert one(found, "rate_c").level == "warning"
-    assert "1 change," in one(found, "rate_d").text
-    assert one(found, "full_rate").value == ["magnetometer"]
-
-
-def test_a_coarse_converter_at_rest_is_not_a_slower_sensor() -> None:
-    """Rows repeat by chance when the noise is below the step, whether next to each other or far apart."""
-    coarse = 100 * np.round((still(SAMPLES)[1] + noise(SAMPLES, 20.0)) / 100)
-    assert not stale(coarse)
-    assert stale(np.repeat(noise(SAMPLES // 4, 20.0), 4, axis=0))
-    assert not stale(noise(SAMPLES, 20.0))
-    assert not stale(np.zeros((10, 3)))
