@@ -108,16 +108,15 @@ def apply(
 ) -> NDArray[np.float64]:
     """The field (n, 3) in nT, body frame, of a recording after correction; data as in `calibrate`.
 
-    Raises InputError for a calibration without an estimate.
+    Raises InputError for a calibration without an estimate, and for rows that it cannot correct.
     """
     from calib.result import Calibration
+    from validation.calibrating.correcting import corrected
 
     if not isinstance(calibration, Calibration):
         do = "pass one that magbench.calibrate returned; of several, one by its name"
         raise InputError(f"is of type {type(calibration).__name__}", where="calibration", do=do)
-    if calibration.status.kind in ("not_applicable", "not_converged"):
-        raise InputError(f"gave no calibration: {calibration.status.reason}", where=calibration.name)
-    return calibration.apply(recording_from(data, time_s=time_s, maps=maps, run=run))
+    return corrected(calibration, recording_from(data, time_s=time_s, maps=maps, run=run), calibration.name)
 
 
 @in_keywords()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -40,16 +41,20 @@ def calibrate(
     from magbench.console import emit
     from magbench.tables import show_calibrations
     from scenarios.errors import InputError
+    from sim.dataset.files import locked_directory
+    from validation.calibrating.export import known_forms
     from validation.calibrating.files import write_calibrations
     from validation.calibrating.fitting import calibrate_file
 
-    if export and out is None:
+    forms = known_forms(export) if export else ()
+    if forms and out is None:
         raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")
-    results = calibrate_file(
-        data, split(with_), run=run, maps=map_ or (), strength_nT=field_strength_nT, enu=field_vector(field_enu_nT)
-    )
-    if out is not None:
-        write_calibrations(results, out, export.split(",") if export else ())
+    with nullcontext() if out is None else locked_directory(out):
+        results = calibrate_file(
+            data, split(with_), run=run, maps=map_ or (), strength_nT=field_strength_nT, enu=field_vector(field_enu_nT)
+        )
+        if out is not None:
+            write_calibrations(results, out, forms)
     if json:
         emit({"calibrations": {name: to_dict(result) for name, result in results.items()}})
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -22,14 +23,16 @@ def inspect(
     Example: magbench inspect log.csv --map time_s=t,unit=ms --map mag_x_nT=bx,unit=uT -o out/look
     """
     from magbench.console import emit, say, show_table
+    from sim.dataset.files import locked_directory
     from validation.inspection.inspection import headline, inspect_file, summary
     from validation.views.words.inspection import rows
 
-    inspection = inspect_file(data, maps=map_ or (), run=run)
-    if out is not None:
-        from validation.views.pages.inspection import write_inspection
+    with nullcontext() if out is None else locked_directory(out):
+        inspection = inspect_file(data, maps=map_ or (), run=run)
+        if out is not None:
+            from validation.views.pages.inspection import write_inspection
 
-        write_inspection(inspection, out)
+            write_inspection(inspection, out)
     if json:
         emit(summary(inspection))
     else:

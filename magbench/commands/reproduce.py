@@ -31,15 +31,17 @@ def reproduce(
     Example: magbench reproduce li2017 -o out/li
     """
     from magbench.console import emit, progress, say, show_table
+    from sim.dataset.files import locked_directory
     from validation.reproduce import chosen
     from validation.reproduce.report import as_dict, write
 
     papers = chosen(key, seeds)
     results = {}
-    for paper in papers:
-        with progress(f"reproducing {paper.key}") as report:
-            results[paper] = paper.run(jobs=jobs, progress=report)
-    write(results, out)
+    with locked_directory(out):
+        for paper in papers:
+            with progress(f"reproducing {paper.key}") as report:
+                results[paper] = paper.run(jobs=jobs, progress=report)
+        write(results, out)
     if json:
         emit(as_dict(results))
     else:

@@ -29,6 +29,7 @@ def simulate(
     from sim.generate import generate
     from sim.scenario import load
     from sim.tracking import together, warning
+    from validation.text import counted
 
     spec = load(scenario, set_ or ())
     place = out or Path("out") / spec.name
@@ -36,7 +37,7 @@ def simulate(
     with progress(what) as report:
         manifest = generate(spec, place, runs=runs, seed=seed, jobs=jobs, progress=report, warn=warn)
     rows = sum(file.rows for file in manifest.files)
-    say(f"{place}: {runs} runs, {rows} samples, {len(manifest.columns)} columns")
+    say(f"{place}: {counted(runs, 'run')}, {rows} samples, {len(manifest.columns)} columns")
     tracks = [file.tracking for file in manifest.files]
     warn(warning(tracks))
     if json:

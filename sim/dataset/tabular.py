@@ -44,9 +44,11 @@ def load_table(path: Path, wanted: Callable[[str], bool]) -> pa.Table:
 
 @contextmanager
 def damage_named(path: Path) -> Iterator[None]:
-    """Turns what Arrow says of a damaged Parquet file into an InputError about `path`."""
+    """Turns what Arrow says of a damaged or missing Parquet file into an InputError about `path`."""
     try:
         yield
+    except FileNotFoundError as error:
+        raise InputError("no such file", where=str(path), do="check the path") from error
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         do = "copy or convert it again; a file that was cut off while being written cannot be read"
         raise InputError("is cut off or damaged Parquet", where=str(path), do=do) from error

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from magbench.cli import main
+from sim.dataset.files import locked_directory
 
 SCENARIO = """
 name = "mine"
@@ -219,6 +220,24 @@ def test_output_that_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str
     (tmp_path / "taken").write_text("mine")
     assert "taken" in refused(capsys, "simulate", "tumble", "-o", str(tmp_path / "taken"))
     assert (tmp_path / "taken").read_text() == "mine"
+
+
+@pytest.mark.parametrize("command", ["calibrate", "inspect", "reproduce"])
+def test_output_that_another_process_writes_to(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    field = ("--field-strength-nT", "4e4") if command == "calibrate" else ()
+    what = "zhou2012" if command == "reproduce" else log(tmp_path / "log.csv")
+    with locked_directory(tmp_path / "out"):
+        line = refused(capsys, command, what, *field, "-o", str(tmp_path / "out"))
+    assert "another magbench is writing here" in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_export_is_checked_before_anything_is_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log.csv").write_text("no log")
+    arguments = ("calibrate", str(tmp_path / "log.csv"), "-o", str(tmp_path / "out"), "--export", "c,")
+    assert "choose among c" in refused(capsys, *arguments)
 
 
 def test_output_that_holds_another_dataset(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -132,6 +132,7 @@ def test_json_alone_is_on_standard_output(tmp_path: Path, cli) -> None:  # type:
     assert done.returncode == 0
     assert json.loads(done.stdout)["runs"] == 1
     assert "simulating" in done.stderr
+    assert ": 1 run, " in done.stderr
 
 
 @pytest.mark.parametrize("arguments", [("list", "effects"), ("schema",), ("--help",)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -147,6 +148,18 @@ def test_a_failed_calibration_is_not_applied() -> None:
     assert found.status.kind == "not_applicable"
     with pytest.raises(InputError, match="kalman: gave no calibration"):
         magbench.apply(found, measured())
+
+
+def test_a_calibration_that_flattens_the_field_is_not_applied() -> None:
+    """A singular matrix, and an eddy term whose I - B [omega]x is diag(0, 0, 1) at a rate of 1 rad/s about z."""
+    found = magbench.calibrate(measured(), STRENGTH_NT)
+    flat = dataclasses.replace(found, matrix=np.diag([1.0, 1.0, 0.0]))
+    with pytest.raises(InputError, match="ellipsoid: is no calibration: its matrix is singular"):
+        magbench.apply(flat, measured())
+    eddy = dataclasses.replace(found, matrix=np.eye(3), eddy_s=np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 0]]))
+    turning = Recording(np.arange(500.0), measured(), gyro_rad_s=np.tile([0.0, 0.0, 1.0], (500, 1)))
+    with pytest.raises(InputError, match=r"corrects row 1 to no finite field \(500 rows"):
+        magbench.apply(eddy, turning)
 
 
 def shown(result: Shown, rows: int) -> str:

@@ -71,13 +71,20 @@ FORMATS: dict[str, tuple[str, Callable[[Calibration], str]]] = {
 """Name of each form: file name and writer."""
 
 
+def known_forms(text: str) -> tuple[str, ...]:
+    """The forms in a list with commas; raises InputError for one that is not in FORMATS."""
+    forms = tuple(form.strip() for form in text.split(","))
+    for form in forms:
+        if form not in FORMATS:
+            raise InputError(f"no export form {form!r}", where="--export", do=f"choose among {', '.join(FORMATS)}")
+    return forms
+
+
 def exported(calibration: Calibration, form: str) -> tuple[str, str]:
     """File name and text of a calibration in one of FORMATS.
 
-    Raises InputError for an unknown form, for a calibration without an estimate, and where the form cannot hold it.
+    Raises InputError for a calibration without an estimate, and where the form cannot hold it.
     """
-    if form not in FORMATS:
-        raise InputError(f"no export form {form!r}", where="--export", do=f"choose among {', '.join(FORMATS)}")
     if calibration.status.kind in ("not_applicable", "not_converged"):
         why = f"{calibration.name} gave no calibration: {calibration.status.reason}"
         raise InputError(why, where="--export", do="leave it out")

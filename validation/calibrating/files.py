@@ -9,22 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import calib
 from calib import Calibration
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
-from sim.dataset import Recording, read_recording, write_recording
+from sim.dataset import read_recording, write_recording
 from sim.dataset.files import system_errors_about, write_text
+from validation.calibrating.correcting import corrected
 from validation.calibrating.export import exported
 from validation.calibrating.fitting import sensors
 
-Array = NDArray[np.float64]
 FILE = "calibration.json"
 WANTED = "give a calibration.json that `magbench calibrate` wrote"
-MAX_CONDITION, MAX_OFFSET_NT = 1e6, 1e9
-"""No magnetometer's calibration is near these: such a matrix flattens the field, such an offset is a tesla."""
 
 
 def write_calibrations(results: Mapping[str, Calibration], out: Path, forms: Sequence[str] = ()) -> None:
@@ -37,7 +34,7 @@ def write_calibrations(results: Mapping[str, Calibration], out: Path, forms: Seq
     for key, result in results.items():
         folder = f"{key}/" if len(results) > 1 else ""
         for form in forms:
-            name, text = exported(result, form.strip())
+            name, text = exported(result, form)
             files[folder + name] = text
     for name, text in files.items():
         with system_errors_about((out / name).parent, "choose another directory"):
@@ -74,28 +71,12 @@ def apply_file(
     recording = read_recording(data, run=run, maps=maps)
     chosen = name or next(iter(known)).split("@")[0]
     parts = sensors(recording, chosen)
-    used = {key: _usable(known, key, calibration) for key in parts}
-    fields = [_corrected(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]
+    used = {key: _named(known, key, calibration) for key in parts}
+    fields = [corrected(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]
     array = None if recording.array_mag_nT is None else np.stack(fields)
     write_recording(replace(recording, mag_nT=fields[0], array_mag_nT=array), out)
     doubts = [f"{key} is unobservable: {c.status.reason}" for key, c in used.items() if c.status.kind != "ok"]
     return {"calibrator": chosen, "samples": len(recording), "warning": "; ".join(doubts)}
-
-
-def _corrected(calibration: Calibration, recording: Recording, where: str) -> Array:
-    """The corrected field (n, 3); InputError where the calibration has no inverse at one of the recording's rates."""
-    try:
-        with np.errstate(all="ignore"):  # what comes of it is looked at as a whole
-            field_nT = calibration.apply(recording)
-    except (np.linalg.LinAlgError, ArithmeticError):
-        field_nT = np.full((len(recording), 3), np.nan)
-    wrong = ~np.isfinite(field_nT).all(axis=1)
-    if wrong.any():
-        what = f"corrects row {int(np.argmax(wrong)) + 1} to no finite field ({np.count_nonzero(wrong)} rows in all)"
-        raise InputError(
-            what, where=where, do="use another calibration, or leave out the rows that it cannot be used on"
-        )
-    return field_nT
 
 
 def _check_kept(out: Path, sources: Sequence[Path]) -> None:
@@ -105,17 +86,9 @@ def _check_kept(out: Path, sources: Sequence[Path]) -> None:
             raise InputError("would replace what it is made from", where=str(out), do="write to another file")
 
 
-def _usable(known: Mapping[str, Calibration], key: str, where: Path) -> Calibration:
+def _named(known: Mapping[str, Calibration], key: str, where: Path) -> Calibration:
     if key not in known:
         each = "the recording is of an array, each sensor needs its own; " if "@" in key else ""
         do = f"{each}choose with --with among {', '.join(known)}"
         raise InputError(f"no calibration {key!r}", where=str(where), do=do)
-    found = known[key]
-    if found.status.kind in ("not_applicable", "not_converged"):
-        raise InputError(f"{key} gave no calibration: {found.status.reason}", where=str(where))
-    matrices = np.stack([found.matrix, *(part.matrix for part in found.segments)])
-    offsets_nT = np.stack([found.offset_nT, *(part.offset_nT for part in found.segments)])
-    if np.linalg.cond(matrices).max() > MAX_CONDITION or np.abs(offsets_nT).max() > MAX_OFFSET_NT:
-        what = f"{key} is no calibration: its matrix is singular, or its offset a tesla"
-        raise InputError(what, where=str(where), do=WANTED)
-    return found
+    return known[key]

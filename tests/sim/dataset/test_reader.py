@@ -24,6 +24,7 @@ from sim.dataset import (
     run_path,
     write_recording,
 )
+from sim.dataset.metadata import run_file
 from sim.dataset.reader import parameters_of
 
 ARRAYS = [f.name for f in fields(Recording) if f.name != "channels"]
@@ -148,6 +149,11 @@ def test_cut_off_run(tmp_path: Path, run: Any) -> None:
 def test_directory_that_is_no_dataset(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"dataset\.json: no such file"):
         read_recording(tmp_path)
+
+
+def test_a_run_that_is_missing_is_not_called_damaged(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"run-00000\.parquet: no such file"):
+        run_file(tmp_path / "run-00000.parquet", 0)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import pytest
 from calib import Calibration, Status
 from scenarios.errors import InputError
 from sim.dataset import Recording
-from validation.calibrating.export import FORMATS, exported
+from validation.calibrating.export import FORMATS, exported, known_forms
 
 MATRIX = np.array([[0.95, 0.02, -0.01], [0.02, 1.05, 0.03], [-0.01, 0.03, 1.01]])
 OFFSET_NT = np.array([1200.0, -800.0, 2000.0])
@@ -111,4 +111,5 @@ def test_nothing_is_exported_without_an_estimate(form: str) -> None:
 
 def test_unknown_form_lists_the_others() -> None:
     with pytest.raises(InputError, match="ardupilot"):
-        exported(GOOD, "betaflight")
+        known_forms("c, betaflight")
+    assert known_forms("c, ros") == ("c", "ros")
