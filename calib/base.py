@@ -16,6 +16,7 @@ from calib.numerics.rates import world_to_body
 from calib.observability import motion_status
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.settings import NotNegative, check
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -46,6 +47,8 @@ VECTOR = {"attitude", "field_vector"}
 class Calibrator(ABC):
     """A calibration method: a frozen dataclass of hyperparameters that writes `_solve`.
 
+    The type of a hyperparameter says which values it may have (`calib.settings`); others are refused with InputError.
+
     To write one: `name`, `summary` (one line), `_solve`, and what is true of it among these facts: `needs` (keys of
     NEEDS), `min_samples`, `sequential` (the order of the samples matters), `whole_array` (takes all sensors of an array
     at once), `triangular` (the corrected field is in the frame of sensor 1, whose matrix is upper triangular),
@@ -65,7 +68,11 @@ class Calibrator(ABC):
     whole_array: ClassVar[bool] = False
     triangular: ClassVar[bool] = False
     one_axis: ClassVar[bool] = False
-    attitude_std_rad: float = field(default=ATTITUDE_STD_RAD, kw_only=True)
+    attitude_std_rad: NotNegative = field(default=ATTITUDE_STD_RAD, kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Raise InputError where a hyperparameter is not what its type allows."""
+        check(self, self.name)
 
     @final
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None) -> Calibration:

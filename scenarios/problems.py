@@ -61,11 +61,17 @@ def _words(problem: ErrorDetails, model: type[BaseModel]) -> tuple[str, str]:
         return "missing", "add it"
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         return _wrong_kind(given, list(_kinds(_followed(model, loc)[1])))
+    what = phrase(problem)
+    whole = isinstance(given, dict) or kind == "value_error"
+    return what, "an override with an empty value, --set KEY=, removes a key" if whole and "either" in what else ""
+
+
+def phrase(problem: ErrorDetails) -> str:
+    """Pydantic's message as a phrase, with what was found where that is one value."""
+    given = problem["input"]
     what = str(problem["msg"]).removeprefix("Value error, ").replace("\n", " ")
     what = (what[:1].lower() + what[1:]).replace("input should be", "must be")
-    if isinstance(given, dict) or kind == "value_error":
-        return what, "an override with an empty value, --set KEY=, removes a key" if "either" in what else ""
-    return f"{what}; found {_short(given)}", ""
+    return what if isinstance(given, dict) or problem["type"] == "value_error" else f"{what}; found {_short(given)}"
 
 
 def _wrong_kind(given: Any, kinds: list[str]) -> tuple[str, str]:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import final
+from typing import Annotated, final
 
 import numpy as np
+from pydantic import Field
 
 from calib.families.gradiometer import ArrayEstimate, GradiometerCalibrator
 from calib.models.sensor_array import FIXED, Array, ArrayObjective, array_costs, residual_size
 from calib.reference import Reference
 from calib.result import Status
 from calib.search.population import Move, search
+from calib.settings import Count, NotNegative, Positive
 from sim.dataset import Recording
 
 
@@ -39,12 +41,12 @@ class EvolvingGradiometer(GradiometerCalibrator):
     the population; None runs all `iterations`. The rest: `GradiometerCalibrator`.
     """
 
-    population: int = 50
-    iterations: int = 10_000
-    offset_fraction: float = 0.1
-    scale_range: float = 0.2
-    angle_deg: float = 5.0
-    tolerance: float | None = 1e-6
+    population: Annotated[int, Field(ge=5)] = 50
+    iterations: Count = 10_000
+    offset_fraction: Positive = 0.1
+    scale_range: Annotated[float, Field(gt=0, lt=1)] = 0.2
+    angle_deg: Annotated[float, Field(gt=0, lt=90)] = 5.0
+    tolerance: NotNegative | None = 1e-6
 
     @abstractmethod
     def move(self) -> Move:

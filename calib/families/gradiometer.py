@@ -26,6 +26,7 @@ from calib.models.sensor_array import (
 from calib.observability import MAX_STD_FRACTION
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.settings import NotNegative
 from sim.dataset import Recording
 
 MAX_NOISE_FRACTION = 0.005
@@ -60,9 +61,9 @@ class GradiometerCalibrator(Calibrator):
     min_samples: ClassVar[int] = 20
     whole_array: ClassVar[bool] = True
     triangular: ClassVar[bool] = True
-    components: float = 1.0
-    tensor: float = 1.0
-    invariants: float = 0.0
+    components: NotNegative = 1.0
+    tensor: NotNegative = 1.0
+    invariants: NotNegative = 0.0
     polish: bool = True
 
     @abstractmethod

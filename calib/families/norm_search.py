@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
-from typing import ClassVar, final
+from typing import Annotated, ClassVar, final
 
 import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
+from pydantic import Field
 
 from calib.base import Calibrator
 from calib.models.ellipsoid import (
@@ -29,6 +30,7 @@ from calib.observability import Extent, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.search.population import Move, Search, search
+from calib.settings import Count
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -138,9 +140,9 @@ class PopulationCalibrator(Calibrator):
     """
 
     min_samples: ClassVar[int] = 20
-    population: int = 100
-    iterations: int = 200
-    most_gain: float = 1.5
+    population: Annotated[int, Field(ge=2)] = 100
+    iterations: Count = 200
+    most_gain: Annotated[float, Field(gt=1)] = 1.5
     polish: bool = True
 
     @abstractmethod

@@ -14,6 +14,7 @@ from calib.models.vector import NAMES, VectorData, calibration
 from calib.numerics.kalman import STEADY, Engine, NoiseRule, filtered
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.settings import NotNegative, Positive, check
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -29,12 +30,16 @@ class KalmanSettings:
     offset_unit_nT: unit of T_p in the state; q a sample; r in nT^2.
     """
 
-    offset_unit_nT: float = 1.0
+    offset_unit_nT: Positive = 1.0
     start_induced: float = 0.01
     start_eddy_s: float = 0.02
-    prior_variance: float = 100.0
-    state_variance: float = 1e-5
-    noise_variance_nT2: float = 1e-3
+    prior_variance: Positive = 100.0
+    state_variance: NotNegative = 1e-5
+    noise_variance_nT2: Positive = 1e-3
+
+    def __post_init__(self) -> None:
+        """Raise InputError where a value is not what its type allows."""
+        check(self, "settings")
 
     @property
     def start(self) -> Array:

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from calib.families.array_search import EvolvingGradiometer
 from calib.search.differential import Schedule, TwoStrategies
+from calib.settings import Positive, Probability
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,8 @@ class DeGradiometer(EvolvingGradiometer):
 
     name: ClassVar[str] = "de_gradiometer"
     summary: ClassVar[str] = "classic differential evolution (fixed F, CR) of a whole array"
-    mutation: float = 0.5
-    crossover: float = 0.9
+    mutation: Positive = 0.5
+    crossover: Probability = 0.9
 
     def move(self) -> TwoStrategies:
         """[StornPrice1997]."""

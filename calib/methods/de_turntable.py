@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from calib.base import Calibrator
 from calib.families.norm_search import SETTLED
@@ -16,6 +17,7 @@ from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.search.differential import RandOne
 from calib.search.population import Search, search
+from calib.settings import Count, Positive, Probability
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -50,13 +52,13 @@ class DeTurntable(Calibrator):
     summary: ClassVar[str] = "five direction cosines from a turn about the vertical, differential evolution (Zhou2012)"
     min_samples: ClassVar[int] = 8
     one_axis: ClassVar[bool] = True
-    population: int = 25
-    iterations: int = 500
-    crossing: float = 1.0
-    weight: float = 0.85
-    bound: float = 0.2
+    population: Annotated[int, Field(ge=4)] = 25
+    iterations: Count = 500
+    crossing: Probability = 1.0
+    weight: Positive = 0.85
+    bound: Annotated[float, Field(gt=0, lt=0.7)] = 0.2
     known_total: bool = False
-    most_wobble: float = 2e-3
+    most_wobble: Positive = 2e-3
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         unfit = self._turn_status(recording.mag_nT, reference.strength_nT)

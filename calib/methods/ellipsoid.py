@@ -14,6 +14,7 @@ from calib.models.quadric import QuadricFit, fit_ellipsoid_specific, refit
 from calib.observability import Extent, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.settings import Count, Positive
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -35,8 +36,8 @@ class EllipsoidCalibrator(Calibrator):
     name: ClassVar[str] = "ellipsoid"
     summary: ClassVar[str] = "9-parameter ellipsoid fit from the field strength; no attitude; rotation not observable"
     min_samples: ClassVar[int] = 20
-    rounds: int = 8
-    tolerance: float = 1e-3
+    rounds: Count = 8
+    tolerance: Positive = 1e-3
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         scaled = Standardised.of(recording.mag_nT)

@@ -15,6 +15,7 @@ from calib.models.change_points import PARAMETERS, Rows, find_cuts
 from calib.models.ellipsoid import SYMMETRIC_NAMES, symmetric
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Segment, Status
+from calib.settings import Count, NotNegative, Positive
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -42,9 +43,9 @@ class EllipsoidSegmented(Calibrator):
     min_samples: ClassVar[int] = 20
     sequential: ClassVar[bool] = True
     cuts_s: tuple[float, ...] | None = None
-    blocks: int = 80
-    penalty: float = 1.0
-    max_std_fraction: float = 1e-3
+    blocks: Count = 80
+    penalty: NotNegative = 1.0
+    max_std_fraction: Positive = 1e-3
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         pieces = self._found(recording, reference) if self.cuts_s is None else self._given(recording, reference)

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from calib.families.norm_search import NormSpace, PopulationCalibrator
 from calib.search.genetic import Generation, Heredity
+from calib.settings import NotNegative, Probability
 
 
 @dataclass(frozen=True)
@@ -24,9 +25,9 @@ class Ga(PopulationCalibrator):
 
     name: ClassVar[str] = "ga"
     summary: ClassVar[str] = "adaptive genetic algorithm on the norm cost, 9 parameters (Zhang2018)"
-    crossing: tuple[float, float] = (0.9, 0.6)
-    mutating: tuple[float, float] = (0.1, 0.001)
-    mutation: float = 0.02
+    crossing: tuple[Probability, Probability] = (0.9, 0.6)
+    mutating: tuple[Probability, Probability] = (0.1, 0.001)
+    mutation: NotNegative = 0.02
 
     def move(self, space: NormSpace) -> Generation:
         """[Zhang2018] section 3.3."""

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from calib.families.array_search import EvolvingGradiometer
 from calib.search.genetic import Tournament
+from calib.settings import NotNegative, Probability
 
 
 @dataclass(frozen=True)
@@ -20,10 +21,10 @@ class GaGradiometer(EvolvingGradiometer):
 
     name: ClassVar[str] = "ga_gradiometer"
     summary: ClassVar[str] = "real-coded genetic algorithm of a whole array"
-    crossing: float = 0.9
-    mutating: float = 0.02
-    mutation: float = 0.1
-    tolerance: float | None = None
+    crossing: Probability = 0.9
+    mutating: Probability = 0.02
+    mutation: NotNegative = 0.1
+    tolerance: NotNegative | None = None
 
     def move(self) -> Tournament:
         """Selection, crossover and mutation as above."""

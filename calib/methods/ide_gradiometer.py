@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from calib.families.array_search import EvolvingGradiometer
 from calib.search.differential import Schedule, TwoStrategies
+from calib.settings import Positive, Probability
 
 
 @dataclass(frozen=True)
@@ -23,10 +24,10 @@ class IdeGradiometer(EvolvingGradiometer):
 
     name: ClassVar[str] = "ide_gradiometer"
     summary: ClassVar[str] = "improved differential evolution of a whole array, 48 parameters (Ding2021)"
-    mutation: float = 0.3
-    crossover: float = 0.8
-    explore_most: float = 1.0
-    explore_least: float = 0.1
+    mutation: Positive = 0.3
+    crossover: Probability = 0.8
+    explore_most: Probability = 1.0
+    explore_least: Probability = 0.1
 
     def move(self) -> TwoStrategies:
         """[Ding2021] section 2."""

@@ -11,6 +11,7 @@ from calib.families.vector_filter import KalmanSettings, VectorFilter
 from calib.methods.kalman_rescaled import MICROTESLA
 from calib.numerics.fuzzy import GRID, RULES, MamdaniRatio
 from calib.numerics.kalman import NoiseRule
+from calib.settings import Count, NotNegative, Positive
 
 
 @dataclass(frozen=True)
@@ -29,9 +30,9 @@ class KalmanFuzzyCalibrator(VectorFilter):
     name: ClassVar[str] = "kalman_fuzzy"
     summary: ClassVar[str] = "kalman_rescaled with measurement noise adapted by Mamdani rules"
     settings: KalmanSettings = MICROTESLA
-    window: int = 50
-    exponent: float = 1.0
-    floor_nT2: float = 1.0
+    window: Count = 50
+    exponent: NotNegative = 1.0
+    floor_nT2: Positive = 1.0
     rules: MamdaniRatio = RULES
 
     def noise_rule(self) -> NoiseRule:

@@ -16,6 +16,7 @@ from calib.models.quadric import fit_ellipsoid_specific, refit
 from calib.numerics.rates import world_to_body
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.settings import Count, Positive
 from scenarios.errors import InputError
 from sim.dataset import Recording
 
@@ -53,13 +54,14 @@ class MaximumLikelihoodNewton(Calibrator):
     name: ClassVar[str] = "ml_newton"
     summary: ClassVar[str] = "9 parameters by Newton on the norm residual; aligned to the field where attitude is known"
     min_samples: ClassVar[int] = 20
-    iterations: int = 50
-    gradient_tolerance: float = 1e-4
+    iterations: Count = 50
+    gradient_tolerance: Positive = 1e-4
     align: bool = True
     start_offset_nT: Vec3 | None = None
     start_matrix: tuple[Vec3, Vec3, Vec3] | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if (self.start_offset_nT is None) != (self.start_matrix is None):
             raise InputError(
                 "a start needs both start_offset_nT and start_matrix", where=self.name, do="give both or none"

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from calib.families.norm_search import NormSpace, PopulationCalibrator
 from calib.search.swarm import Swarm
+from calib.settings import NotNegative, Positive
 
 
 @dataclass(frozen=True)
@@ -23,10 +24,10 @@ class Pso(PopulationCalibrator):
 
     name: ClassVar[str] = "pso"
     summary: ClassVar[str] = "particle swarm on the norm cost, 9 parameters (Zhang2018); rotation not observable"
-    inertia: tuple[float, float] = (0.95, 0.4)
-    c1: float = 2.0
-    c2: float = 2.0
-    most_speed: float = 0.2
+    inertia: tuple[NotNegative, NotNegative] = (0.95, 0.4)
+    c1: NotNegative = 2.0
+    c2: NotNegative = 2.0
+    most_speed: Positive = 0.2
 
     def move(self, space: NormSpace) -> Swarm:
         """[Zhang2018] section 3.2."""

@@ -10,6 +10,7 @@ from calib.methods.ga import Ga
 from calib.methods.pso import Pso
 from calib.search.genetic import Heredity, SwarmWithHeredity
 from calib.search.swarm import Swarm
+from calib.settings import NotNegative, Positive, Probability
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,13 @@ class PsoGa(PopulationCalibrator):
 
     name: ClassVar[str] = "psoga"
     summary: ClassVar[str] = "hybrid of particle swarm and genetic algorithm on the norm cost (Zhang2018)"
-    inertia: tuple[float, float] = Pso.inertia
-    c1: float = Pso.c1
-    c2: float = Pso.c2
-    most_speed: float = Pso.most_speed
-    crossing: tuple[float, float] = Ga.crossing
-    mutating: tuple[float, float] = Ga.mutating
-    mutation: float = Ga.mutation
+    inertia: tuple[NotNegative, NotNegative] = Pso.inertia
+    c1: NotNegative = Pso.c1
+    c2: NotNegative = Pso.c2
+    most_speed: Positive = Pso.most_speed
+    crossing: tuple[Probability, Probability] = Ga.crossing
+    mutating: tuple[Probability, Probability] = Ga.mutating
+    mutation: NotNegative = Ga.mutation
 
     def move(self, space: NormSpace) -> SwarmWithHeredity:
         """[Zhang2018] section 3.4, fig. 4."""

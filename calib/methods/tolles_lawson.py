@@ -14,6 +14,7 @@ from calib.numerics.noise import white_noise_std
 from calib.numerics.rates import smoothed_derivative
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.settings import Band, NotNegative
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -49,8 +50,8 @@ class TollesLawsonCalibrator(Calibrator):
     min_samples: ClassVar[int] = 64
     sequential: ClassVar[bool] = True
     terms: Literal[16, 18] = 16
-    band_hz: tuple[float, float] = (0.01, 0.5)
-    ridge: float = 1e-9
+    band_hz: Band = (0.01, 0.5)
+    ridge: NotNegative = 1e-9
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         names = tuple(n for n in NAMES if self.terms == 18 or n not in REDUNDANT)

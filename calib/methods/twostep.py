@@ -21,6 +21,7 @@ from calib.models.quadric import EVEN, ROUNDING_VARIANCE, design, shape_matrix, 
 from calib.observability import Extent, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.settings import Count, Positive
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -49,9 +50,9 @@ class TwoStep(Calibrator):
     name: ClassVar[str] = "twostep"
     summary: ClassVar[str] = "9 parameters from the field strength: centred linear step, then Gauss-Newton; no attitude"
     min_samples: ClassVar[int] = 20
-    rounds: int = 6
-    iterations: int = 30
-    tolerance: float = 1e-3
+    rounds: Count = 6
+    iterations: Count = 30
+    tolerance: Positive = 1e-3
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         scaled = Standardised.of(recording.mag_nT)

@@ -12,6 +12,7 @@ from calib.base import Calibrator
 from calib.models.ellipsoid import EllipsoidFit, Standardised, norm_coordinates, symmetric
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.settings import Count, Positive
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -42,11 +43,16 @@ class UkfCalibrator(Calibrator):
     summary: ClassVar[str] = "unscented Kalman filter of 9 parameters from the field strength; no attitude"
     min_samples: ClassVar[int] = 40
     sequential: ClassVar[bool] = True
-    noise_fraction: float = 3e-4
-    prior_std: float = 0.3
-    block: int = 20
+    noise_fraction: Positive = 3e-4
+    prior_std: Positive = 0.3
+    block: Count = 20
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
+        if len(recording) < self.block:
+            return Status(
+                "not_applicable",
+                f"a block of {self.block} samples is longer than the recording, {len(recording)}: take a smaller block",
+            )
         scaled = Standardised(recording.mag_nT / reference.strength_nT, np.zeros(3), reference.strength_nT)
         blocks = spread(scaled.x, self.block)
         state, covariance, history = np.zeros(9), np.eye(9) * self.prior_std**2 / FORGET, []

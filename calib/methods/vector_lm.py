@@ -13,6 +13,7 @@ from calib.base import Calibrator
 from calib.models.vector import VectorData, calibration
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.settings import Count, Positive
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -34,8 +35,8 @@ class VectorLmCalibrator(Calibrator):
     summary: ClassVar[str] = "Levenberg-Marquardt on the 21-parameter vector model, well scaled"
     needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
     min_samples: ClassVar[int] = 21
-    tolerance: float = 1e-15
-    max_evaluations: int = 100
+    tolerance: Positive = 1e-15
+    max_evaluations: Count = 100
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         data, unit = VectorData.of(recording, reference), reference.strength_nT

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
+
+from calib.settings import Positive, check
 
 Array = NDArray[np.float64]
 GRID = 401
@@ -26,8 +30,12 @@ class MamdaniRatio:
     the centre of area of the union. So s(1) = 1 and 1 - d <= s <= 1 + d.
     """
 
-    width: float = 0.5
-    gain: float = 0.02
+    width: Positive = 0.5
+    gain: Annotated[float, Field(gt=0, le=0.5)] = 0.02
+
+    def __post_init__(self) -> None:
+        """Raise InputError where a value is not what its type allows."""
+        check(self, "rules")
 
     def memberships(self, ratio: Array) -> tuple[Array, Array, Array]:
         """Membership of ratios (n,) in small, equal, large."""

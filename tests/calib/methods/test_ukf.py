@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from calib import get
-from calib.methods.ukf import correction, ellipsoid_fit, half_square, spread
+from calib.methods.ukf import UkfCalibrator, correction, ellipsoid_fit, half_square, spread
 
 
 def test_block_is_spread_over_the_whole_recording():
@@ -58,3 +58,9 @@ def test_never_sure_and_wrong_on_the_auv_motion(standard):
 def test_noise_is_told(standard):
     fit = get("ukf").fit(standard.recording("full", 1, noise_std_nT=40.0), standard.REFERENCE)
     assert fit.parameters["noise_std_nT"] == pytest.approx(40.0, rel=0.1)
+
+
+def test_a_block_longer_than_the_recording_is_named(standard):
+    status = UkfCalibrator(block=101).fit(standard.recording("full", 0, n=100), standard.REFERENCE).status
+    assert status.kind == "not_applicable"
+    assert "smaller block" in status.reason
