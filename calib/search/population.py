@@ -100,7 +100,7 @@ def search(
     """Move a population of that size for so many generations, fewer where it settles to the tolerance."""
     population = Population.spread(space, size, rng)
     move.setup(population, space, rng)
-    costs = []
+    costs, settled = [], False
     for generation in range(generations):
         move.advance(population, space, generation, rng)
         if move.memory:
@@ -108,7 +108,8 @@ def search(
         else:
             population.forget()
         costs.append(float(population.best_cost.min()))
-        if tolerance is not None and population.settled(tolerance):
+        settled = tolerance is not None and population.settled(tolerance)
+        if settled:
             break
     best = population.best[population.leader].copy()
-    return Search(best, np.array(costs), len(costs) < generations)
+    return Search(best, np.array(costs), settled)

@@ -76,6 +76,16 @@ def test_the_loop_stops_where_the_population_has_settled() -> None:
     assert never == (3000, False)
 
 
+def test_a_population_that_settles_in_the_last_generation_has_settled() -> None:
+    def run(generations: int) -> tuple[int, bool]:
+        found = search(Bowl(), RandOne(0.5, 0.9), 20, generations, np.random.default_rng(0), 1e-3)
+        return len(found.costs), found.settled
+
+    needed, _ = run(3000)
+    assert run(needed) == (needed, True)
+    assert run(needed - 1) == (needed - 1, False)
+
+
 def test_settled_is_a_matter_of_the_roots_spread() -> None:
     x, cost = np.zeros((2, 1)), np.array([4.0, 4.0 + 4.0 * 0.01**2])
     population = Population(x, cost, x, cost)
