@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Reference
-from calib.methods.ml_newton import MaximumLikelihoodNewton, two_step_start
+from calib.methods.ml_newton import MaximumLikelihoodNewton, _wrong_minimum, two_step_start
 from calib.methods.twostep import TwoStep
 from calib.models.ellipsoid import Ellipsoid, Standardised, norm_coordinates, symmetric
 from calib.models.norm import noise_sums, norm_cost, norm_derivatives
@@ -139,6 +139,29 @@ def test_alignment_finds_the_turn_that_the_norm_cannot(standard):
     blind = replace(recording, att_q=None)
     np.testing.assert_array_equal(fit(blind, standard.REFERENCE).matrix, bare.matrix)
     np.testing.assert_array_equal(fit(recording, standard.REFERENCE, align=False).matrix, bare.matrix)
+
+
+@pytest.mark.parametrize("noise_std", [0.0, 1e-8, 1e-5])
+@pytest.mark.parametrize(("excess", "refused"), [(0.0, False), (0.8, False), (1.2, True), (4.0, True), (1e3, True)])
+def test_a_residual_above_the_noise_by_more_than_rounding_is_a_local_minimum(noise_std, excess, refused):
+    """A sphere whose radius is off by d leaves d at every point: 3 noises and 1e-7 are borne, no more."""
+    h = np.random.default_rng(0).normal(size=(500, 3))
+    x = h / np.linalg.norm(h, axis=1)[:, None]
+    off = 3.0 * noise_std + excess * 1e-7
+    wrong = _wrong_minimum(
+        norm_coordinates((1.0 + off) * np.eye(3), np.zeros(3)), Standardised(x, h[0], 1.0), noise_std
+    )
+    assert (wrong is not None) is refused
+    assert wrong is None or "local minimum" in wrong.reason
+
+
+@pytest.mark.parametrize("share", [0.0, 3e-8, 3e-7, 3e-6])
+def test_noise_about_the_size_of_rounding_is_no_local_minimum(share, standard):
+    clean = standard.recording("full", None)
+    noise_nT = share * Standardised.of(clean.mag_nT).scale_nT
+    result = fit(standard.noisy(clean, 1, noise_nT), standard.REFERENCE)
+    assert result.status.kind == "ok"
+    assert result.parameters["noise_std_nT"] == pytest.approx(noise_nT, rel=0.05, abs=1e-8)
 
 
 def test_half_a_start_is_refused():
