@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -18,7 +18,7 @@ from sim.dataset.writer import RunWriter
 from sim.motion import Motion
 from sim.pool import in_process, map_unordered
 from sim.scenario import Scenario
-from sim.simulate import blocks, plan
+from sim.simulate import blocks, flown, plan
 from sim.tracking import Tracker
 
 Progress = Callable[[float, int], object]
@@ -85,12 +85,14 @@ def _write(task: _Task, advance: Callable[[float], object] = lambda part: None) 
     ready = plan(task.scenario, task.run, task.seed)
     tracker = Tracker(ready.drawn.phases)
 
-    def watch(motion: Motion) -> None:
-        tracker.see(motion)
-        advance(_part(ready.drawn, motion))
+    def watched() -> Iterator[Motion]:
+        for motion in flown(ready):
+            tracker.see(motion)
+            advance(_part(ready.drawn, motion))
+            yield motion
 
     with RunWriter(task.path, schema(ready.columns), ready.metadata) as writer:
-        for block in blocks(ready, watch):
+        for block in blocks(ready, watched()):
             writer.write(block)
         writer.add_tracking(tracker.tracking)
     return run_file(task.path, task.run)

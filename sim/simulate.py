@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -115,17 +115,21 @@ def _check_channels(vehicle: str, effects: Iterable[Effect]) -> None:
             raise InputError(f"{problem.what}, which the {vehicle} has not", where=place, do=problem.do)
 
 
-def blocks(plan: Plan, watch: Callable[[Motion], object] = lambda motion: None) -> Iterator[Block]:
+def flown(plan: Plan) -> Iterator[Motion]:
+    """The run's true motion, block by block, by the simulator's engine."""
+    return drive(plan.drawn, stream(plan.seed, plan.run, "flow"))
+
+
+def blocks(plan: Plan, motions: Iterable[Motion] | None = None) -> Iterator[Block]:
     """The run's columns, block by block: memory does not grow with the run's length.
 
-    `watch` is shown the motion of each block.
+    motions : the run's, where they are known already; flown otherwise.
     """
     scenario = plan.drawn
     thermometer = Thermometer(scenario.thermal, plan.interval_s)
     instruments = Instruments(scenario.navigation, plan.seed, plan.run, plan.interval_s, _alignment_q(plan.effects[0]))
     chains = [Chain(effects, plan.seed, plan.run, k) for k, effects in enumerate(plan.effects)]
-    for motion in drive(scenario, stream(plan.seed, plan.run, "flow")):
-        watch(motion)
+    for motion in flown(plan) if motions is None else motions:
         temperature = thermometer.temperature_degC(-motion.kinematics.pos_enu_m[:, 2], motion.current_A)
         block = _recorded(scenario, motion, instruments.measure(motion, temperature))
         for k, (effects, sensor) in enumerate(zip(chains, scenario.sensors, strict=True)):

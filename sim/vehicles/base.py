@@ -102,6 +102,11 @@ class Vehicle(ABC):
         """Wind or current (n, 3) at the next n steps, m/s, ENU."""
         return np.zeros((n, 3))
 
+    @property
+    def random_flow(self) -> bool:
+        """Whether its flow draws random numbers: otherwise all runs of one path are one motion."""
+        return False
+
     @abstractmethod
     def currents_A(self, ctrl: Array) -> Array:
         """Motor currents (n, motors) from the actuator commands (n, nu)."""

@@ -80,6 +80,11 @@ class Quadrotor(Vehicle):
         wind += memory["gust"].draw(n)
         return wind
 
+    @property
+    def random_flow(self) -> bool:
+        """Gusts."""
+        return bool(self.spec.gust_std_m_s > 0)
+
     def currents_A(self, ctrl: Array) -> Array:
         """I = k T^1.5 a motor (momentum theory), T its thrust; a stopped rotor may be a rounding below zero."""
         thrust_N = np.maximum(ctrl, 0.0)

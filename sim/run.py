@@ -1,0 +1,31 @@
+"""One run without files: what the instrument gives and the truth beside it, in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from sim.dataset.assemble import recording_of, truth_of
+from sim.dataset.checks import sound, whole_truth
+from sim.dataset.files import canonical_json
+from sim.dataset.importer import RawColumns
+from sim.dataset.metadata import Parameters
+from sim.dataset.recording import Recording, Truth
+from sim.motion import Motion
+from sim.simulate import Plan, blocks
+
+CALLED = Path("simulated run")
+"""What messages call it, where they would name a file."""
+
+
+def run_in_memory(plan: Plan, motions: Iterable[Motion] | None = None) -> tuple[Recording, Truth]:
+    """The run as `sim.dataset.read_run` gives it from the file that `sim.generate` writes, equal to the bit.
+
+    motions : the run's true motion where it is known already. Raises InputError where the vehicle cannot do the motion.
+    """
+    pieces = list(blocks(plan, motions))
+    raw = RawColumns(CALLED, {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]})
+    parameters = Parameters.model_validate_json(canonical_json(plan.metadata["parameters"]))
+    return recording_of(sound(raw)), truth_of(whole_truth(raw), parameters.model_dump(exclude_unset=True))
