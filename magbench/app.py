@@ -10,7 +10,19 @@ from typing import Annotated
 import typer
 
 import magbench
-from magbench.commands import apply, calibrate, diagnose, inspect, listing, reproduce, run, schema, show, simulate
+from magbench.commands import (
+    apply,
+    calibrate,
+    compare,
+    diagnose,
+    inspect,
+    listing,
+    reproduce,
+    run,
+    schema,
+    show,
+    simulate,
+)
 from magbench.refusal import refuse
 from scenarios.errors import InputError
 
@@ -26,6 +38,7 @@ app = typer.Typer(
 )
 app.command("run")(run.run)
 app.command("simulate")(simulate.simulate)
+app.command("compare")(compare.compare)
 app.command("calibrate")(calibrate.calibrate)
 app.command("apply")(apply.apply)
 app.command("inspect")(inspect.inspect)

@@ -42,8 +42,10 @@ def present(path: Path | None) -> Path | None:
     return path
 
 
-def known_calibrators(text: str) -> str:
+def known_calibrators(text: str | None) -> str | None:
     """Names with commas between them; raises InputError."""
+    if text is None:
+        return None
     names, known = split(text), calibrator_names()
     if not names:
         raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")

@@ -14,7 +14,7 @@ from magbench.refusal import refuse
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """What Ctrl-C, `kill`, batch systems and containers, and a closed terminal send."""
 
-RESUMING = ("simulate", "run")
+RESUMING = ("simulate", "run", "compare")
 """Commands that use again what their output directory holds."""
 
 

@@ -79,10 +79,11 @@ class RunResult(Outcome, Shown):
         return cls(**_values(found))
 
     def to_frame(self) -> pd.DataFrame:
-        """The scores, a row a calibrator, best first."""
-        scores = {name: {s.name: s.value for s in self.scores[name]} for name in self.ranking()[0]}
+        """The scores, a row a calibrator, best first, and the raw measurement's last."""
+        scores = {name: {s.name: s.value for s in self.scores[name]} for name in self.rows()}
         table = pd.DataFrame.from_dict(scores, orient="index")
-        table.insert(0, "status", [self.calibrations[name].status.kind for name in scores])
+        fitted = (self.calibrations.get(name) for name in scores)
+        table.insert(0, "status", [fit.status.kind if fit else "-" for fit in fitted])
         return table
 
     def plot(self) -> Figure:

@@ -24,14 +24,15 @@ MOST_DIFF_LINES = 40
 
 
 def show_scores(outcome: Outcome) -> None:
-    """A row a calibrator, best first."""
-    order, ranked_by = outcome.ranking()
+    """A row a calibrator, best first, and the raw measurement's last."""
+    ranked_by = outcome.ranking()[1]
     units = {s.name: s.unit for scores in outcome.scores.values() for s in scores}
     rows = []
-    for calibrator in order:
+    for calibrator in outcome.rows():
         values = {s.name: s.value for s in outcome.scores[calibrator]}
         figures = (f"{values[name]:.4g}" if name in values else "-" for name in COLUMNS)
-        rows.append([calibrator, *figures, outcome.calibrations[calibrator].status.kind])
+        fitted = outcome.calibrations.get(calibrator)
+        rows.append([calibrator, *figures, fitted.status.kind if fitted else "-"])
     titles = (f"{title}, {units.get(name, 'nT')}" for name, title in COLUMNS.items())
     title = f"{outcome.scenario.name}: errors against truth, best first by {ranked_by.replace('_', ' ')}"
     show_table(title, ["calibrator", *titles, "status"], rows)

@@ -6,48 +6,53 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
+from concurrent.futures import wait as wait_for
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from itertools import chain, islice
 from multiprocessing.connection import wait
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-MAX_REBUILDS = 5
+SUSPECT = 2
+"""Workers that may die while an item is in hand before it is tried alone."""
+ALONE = 2
+"""Workers that may die of an item alone before it is given up."""
+AHEAD = 2
+"""Items a worker that are submitted at a time: none waits for work, and a million items are not held at once."""
+
+
+@dataclass(frozen=True)
+class _Try(Generic[Item]):
+    """An item, and how many workers died while it was in hand."""
+
+    item: Item
+    deaths: int = 0
 
 
 def map_unordered(
-    function: Callable[[Item], Result], items: Sequence[Item], jobs: int
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    jobs: int,
+    lost: Callable[[Item], Result] | None = None,
 ) -> Generator[tuple[Item, Result], None, None]:
-    """Yield (item, function(item)) as they finish, `jobs` at a time; one job runs in this process.
+    """Yield (item, function(item)) as they finish, `jobs` at a time; items are taken as they are needed.
 
-    The pool is rebuilt and unfinished items resubmitted when a worker dies; BrokenProcessPool is raised when that
-    happens MAX_REBUILDS times without an item finishing between. On any other exception, an interruption too, the
-    workers are ended at once.
+    The pool is rebuilt, and what it had in hand submitted again, when a worker dies. An item that was in hand SUSPECT
+    times is tried alone, so that none answers for its neighbours; if it ends ALONE workers there too, lost(item) stands
+    for its result, or without `lost` BrokenProcessPool is raised. On any other exception, an interruption too, the
+    workers are ended at once. Without `lost` one job, or one item, runs in this process.
     """
-    if in_process(items, jobs):
+    if lost is None and isinstance(items, Sequence) and in_process(items, jobs):
         yield from ((item, function(item)) for item in items)
         return
-    waiting, failures = dict(enumerate(items)), 0
-    while waiting:
-        others = multiprocessing.active_children()
-        with _pool(min(jobs, len(waiting))) as pool:
-            try:
-                futures = {pool.submit(function, item): key for key, item in waiting.items()}
-                for future in as_completed(futures):
-                    result = future.result()
-                    failures = 0
-                    yield waiting.pop(futures[future]), result
-            except BrokenProcessPool:
-                failures += 1
-                if failures > MAX_REBUILDS:
-                    raise
-            except BaseException:
-                for worker in set(multiprocessing.active_children()) - set(others):
-                    worker.kill()
-                raise
+    yield from _pooled(function, map(_Try, items), jobs, lost)
 
 
 def in_process(items: Sequence[object], jobs: int) -> bool:
@@ -55,9 +60,65 @@ def in_process(items: Sequence[object], jobs: int) -> bool:
     return min(jobs, len(items)) <= 1
 
 
-def _pool(jobs: int) -> ProcessPoolExecutor:
+def _pooled(
+    function: Callable[[Item], Result], fresh: Iterator[_Try[Item]], jobs: int, lost: Callable[[Item], Result] | None
+) -> Generator[tuple[Item, Result], None, None]:
+    again = yield from _until_a_death(function, fresh, jobs)
+    while again:
+        together = []
+        for one in again:
+            if one.deaths == SUSPECT:
+                yield one.item, _alone(function, one.item, lost)
+            else:
+                together.append(one)
+        again = yield from _until_a_death(function, chain(together, fresh), jobs)
+
+
+def _until_a_death(
+    function: Callable[[Item], Result], tries: Iterator[_Try[Item]], jobs: int
+) -> Generator[tuple[Item, Result], None, list[_Try[Item]]]:
+    """Yield results until all are there, or a worker dies: then what was in hand is returned."""
+    first = list(islice(tries, AHEAD * jobs))
+    if not first:
+        return []
+    hand: dict[Future[Result], _Try[Item]] = {}
+    todo = deque(first)
+    with _workers(min(jobs, len(first))) as pool:
+        try:
+            while todo or hand:
+                while todo:
+                    hand[pool.submit(function, todo[0].item)] = todo[0]
+                    todo.popleft()
+                for future in wait_for(hand, return_when=FIRST_COMPLETED).done:
+                    result = future.result()
+                    yield hand.pop(future).item, result
+                todo.extend(islice(tries, AHEAD * jobs - len(hand)))
+        except BrokenProcessPool:
+            return [*todo, *(_Try(one.item, one.deaths + 1) for one in hand.values())]
+    return []
+
+
+def _alone(function: Callable[[Item], Result], item: Item, lost: Callable[[Item], Result] | None) -> Result:
+    for _ in range(ALONE):
+        with _workers(1) as pool, suppress(BrokenProcessPool):
+            return pool.submit(function, item).result()
+    if lost is None:
+        raise BrokenProcessPool(f"{ALONE} processes ended that worked on {item!r}")
+    return lost(item)
+
+
+@contextmanager
+def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """A pool whose workers are ended at once on any exception."""
+    others = multiprocessing.active_children()
     context = multiprocessing.get_context("forkserver")
-    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_serve)
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_serve) as pool:
+        try:
+            yield pool
+        except BaseException:
+            for worker in set(multiprocessing.active_children()) - set(others):
+                worker.kill()
+            raise
 
 
 def _serve() -> None:

@@ -37,7 +37,7 @@ def open_dataset_for_writing(
     A dataset is not continued with other versions of the packages that decide its numbers.
     Raises InputError, and changes nothing, where the directory holds another dataset or cannot be written.
     """
-    new = Manifest(FORMAT, False, seed, runs, _versions(), json.loads(canonical_json(scenario)), (), tuple(columns))
+    new = Manifest(FORMAT, False, seed, runs, versions(), json.loads(canonical_json(scenario)), (), tuple(columns))
     with system_errors_about(out, ELSEWHERE):
         out.mkdir(parents=True, exist_ok=True)
     old = _existing(out, new)
@@ -99,11 +99,16 @@ def _whole(out: Path, dataset: Manifest, run: int) -> RunFile | None:
         return None
 
 
+def differences(key: str, old: Any, new: Any) -> str:
+    """The first three places where plain values differ, in words; empty where they are the same."""
+    found = list(islice(_differences(key, old, new), 4))
+    return "; ".join(found[:3]) + ("; …" if len(found) > 3 else "")
+
+
 def _refuse(what: str, old: Any, new: Any, out: Path) -> None:
-    differences = list(islice(_differences(what, old, new), 4))
-    if differences:
-        told_of = "; ".join(differences[:3]) + ("; …" if len(differences) > 3 else "")
-        raise InputError(f"holds another dataset: {told_of}", where=str(out), do=ELSEWHERE)
+    found = differences(what, old, new)
+    if found:
+        raise InputError(f"holds another dataset: {found}", where=str(out), do=ELSEWHERE)
 
 
 def _differences(key: str, old: Any, new: Any) -> Iterator[str]:
@@ -119,8 +124,8 @@ def _short(value: Any) -> str:
     return text if len(text) <= 40 else text[:37] + "…"
 
 
-def _versions() -> dict[str, str]:
-    """Versions of the packages that decide the numbers."""
+def versions() -> dict[str, str]:
+    """Versions here of the packages that decide the numbers."""
     return {name: _version(name) for name in PACKAGES}
 
 

@@ -7,11 +7,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-from sim.pool import map_unordered
+from sim.pool import AHEAD, map_unordered
 
 
 def square(x: int) -> int:
@@ -38,6 +41,38 @@ def test_every_item_once(jobs: int) -> None:
 def test_a_killed_worker_costs_a_repeat_not_the_result(tmp_path: Path) -> None:
     items = [tmp_path / str(k) for k in range(4)]
     assert dict(map_unordered(die_once, items, 2)) == {item: item.name for item in items}
+
+
+def die_always(x: int) -> int:
+    """Kills its worker for a multiple of five; others take a while, so that they are in hand when it dies."""
+    if x % 5 == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(0.02)
+    return x
+
+
+def test_an_item_that_ends_its_workers_is_given_up_and_its_neighbours_are_not() -> None:
+    assert dict(map_unordered(die_always, range(1, 12), 2, lambda x: -x)) == {
+        x: -x if x % 5 == 0 else x for x in range(1, 12)
+    }
+
+
+def test_without_anything_to_say_of_it_such_an_item_ends_the_work() -> None:
+    with pytest.raises(BrokenProcessPool):
+        list(map_unordered(die_always, [5, 1], 2))
+
+
+def test_items_are_taken_as_they_are_needed() -> None:
+    taken: list[int] = []
+
+    def items() -> Iterator[int]:
+        for x in range(1000):
+            taken.append(x)
+            yield x
+
+    with closing(map_unordered(square, items(), 2)) as found:
+        next(found)
+    assert len(taken) <= 2 * AHEAD * 2
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

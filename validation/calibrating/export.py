@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from calib import Calibration
 from scenarios.errors import InputError
-from validation.scoring.outcome import Array
+
+Array = NDArray[np.float64]
 
 FLU_TO_FRD = np.diag([1.0, -1.0, -1.0])
 NT_PER_GAUSS = 1e5

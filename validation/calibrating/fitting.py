@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,29 +18,48 @@ from sim.dataset.units import likely_unit
 from validation.calibrating.candidates import Candidate, candidates
 
 
-def fit_all(
+@dataclass(frozen=True)
+class Fit:
+    """A calibrator's answer on one sensor.
+
+    key: `name`, or `name@sensor` of an array, sensors counted from 1; sensor: the same from 0; recording: what that
+    sensor gave; cpu_s: processor time of the fit, of whole arrays that of all sensors.
+    """
+
+    key: str
+    sensor: int
+    recording: Recording
+    calibration: Calibration
+    cpu_s: float
+
+
+def fits(
     recording: Recording,
     reference: Reference,
     chosen: Sequence[Candidate],
-    seed: int = 0,
+    rng: Callable[[], np.random.Generator] = lambda: np.random.default_rng(0),
     progress: Callable[[float], object] = lambda part: None,
-) -> dict[str, Calibration]:
-    """Every chosen calibrator on a recording; of an array, on every sensor: keys `name` or `name@sensor`.
+) -> Iterator[Fit]:
+    """Every chosen calibrator on a recording, of an array on every sensor; each fit begins with a generator of its own.
 
     A calibrator of whole arrays gets the recording once, and each sensor its part of the result.
     `progress` is told the part that is done.
     """
-    results: dict[str, Calibration] = {}
     for done, candidate in enumerate(chosen):
         progress(done / len(chosen))
         parts = sensors(recording, candidate.name)
-        if candidate.whole_array:
-            whole = candidate.fit(recording, reference, np.random.default_rng(seed))
-            results |= {key: whole.of_sensor(index) for index, key in enumerate(parts)}
-            continue
-        for key, one in parts.items():
-            results[key] = candidate.fit(one, reference, np.random.default_rng(seed))
-    return results
+        whole = candidate.timed(recording, reference, rng()) if candidate.whole_array else None
+        for sensor, (key, one) in enumerate(parts.items()):
+            if whole is None:
+                found = candidate.timed(one, reference, rng())
+                yield Fit(key, sensor, one, found.calibration, found.cpu_s)
+            else:
+                yield Fit(key, sensor, one, whole.calibration.of_sensor(sensor), whole.cpu_s)
+
+
+def fit_all(recording: Recording, reference: Reference, chosen: Sequence[Candidate]) -> dict[str, Calibration]:
+    """Every chosen calibrator's calibration, by the key of its fit."""
+    return {fit.key: fit.calibration for fit in fits(recording, reference, chosen)}
 
 
 def sensors(recording: Recording, name: str) -> dict[str, Recording]:

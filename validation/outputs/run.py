@@ -16,14 +16,14 @@ from scenarios.plain import json_ready
 from sim import effects as effect_table
 from sim.dataset import Recording, Truth, read_run
 from sim.dataset.files import locked_directory, write_text
+from sim.effects.base import Effect
 from sim.generate import write_runs
 from sim.scenario import Scenario
 from validation.calibrating.candidates import Candidate, candidates
 from validation.calibrating.files import write_calibrations
-from validation.calibrating.fitting import fit_all, sensors
-from validation.scoring.holdout import HoldOut, Surroundings, hold_out
+from validation.scoring.judging import UNCORRECTED, judged
 from validation.scoring.outcome import Outcome
-from validation.scoring.scores import Score, score
+from validation.scoring.scores import Score
 from validation.views.pages.outcome import write_report
 from validation.views.recording import write_recording
 
@@ -65,8 +65,8 @@ def simulated_and_judged(
     """Write the dataset into `out`, fit the calibrators and score them: the first two stages."""
     written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES), warn)
     recording, truth = read_run(out)
-    judged = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
-    return replace(judged, tracking=written.files[0].tracking)
+    outcome = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
+    return replace(outcome, tracking=written.files[0].tracking)
 
 
 def _run(
@@ -99,14 +99,17 @@ def judge(
     chosen = chosen or candidates(scenario.calibrators)
     east, north, up = truth.parameters["field_enu_nT"]
     reference = Reference(float(np.linalg.norm([east, north, up])), (east, north, up))
-    calibrations = fit_all(recording, reference, chosen, progress=progress)
-    views = {key: one for candidate in chosen for key, one in sensors(recording, candidate.name).items()}
-    free = {key: candidate.attitude_free for candidate in chosen for key in sensors(recording, candidate.name)}
-    truths = _hold_outs(recording, truth)
-    scores = {key: score(result, views[key], truths[_sensor(key)], free[key]) for key, result in calibrations.items()}
-    usable = {key: c for key, c in calibrations.items() if c.status.kind != "not_applicable"}
-    corrected = {key: c.apply(views[key]) for key, c in usable.items()}
-    return Outcome(scenario, recording, truth, calibrations, scores, corrected)
+    found = judged(recording, _effects(truth), reference, chosen, progress=progress)
+    fits = {key: one.fit for key, one in found.items() if key.split("@")[0] != UNCORRECTED}
+    usable = {key: fit for key, fit in fits.items() if fit.calibration.status.kind != "not_applicable"}
+    return Outcome(
+        scenario,
+        recording,
+        truth,
+        calibrations={key: fit.calibration for key, fit in fits.items()},
+        scores={key: one.scores for key, one in found.items()},
+        corrected={key: fit.calibration.apply(fit.recording) for key, fit in usable.items()},
+    )
 
 
 def summary(outcome: Outcome) -> dict[str, Any]:
@@ -127,17 +130,10 @@ def _row(one: Score) -> dict[str, Any]:
     return {"score": one.name, **{key: value for key, value in asdict(one).items() if key != "name"}}
 
 
-def _hold_outs(recording: Recording, truth: Truth) -> list[HoldOut]:
-    """The hold-out of each sensor, in the run's mean surroundings."""
-    surroundings = Surroundings.of(recording, truth.parameters["field_enu_nT"])
+def _effects(truth: Truth) -> list[tuple[Effect, ...]]:
+    """The true effects of each sensor, in the order of the chain."""
     order = truth.parameters["effect_order"]
-    built = (
+    return [
         effect_table.build(tables, [name for name in order if name in tables], "run")
         for tables in truth.parameters["effects"]
-    )
-    return [hold_out(effects, surroundings) for effects in built]
-
-
-def _sensor(key: str) -> int:
-    """Index of the sensor that a calibration's key (`name` or `name@sensor`) belongs to."""
-    return int(key.split("@")[1]) - 1 if "@" in key else 0
+    ]

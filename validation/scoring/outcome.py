@@ -24,7 +24,8 @@ RANKED_BY = "holdout_sphere_component_rms"
 class Outcome:
     """One simulated run with every calibrator's answer.
 
-    calibrations, scores: by calibrator, in the scenario's order; `corrected`: the corrected field (n, 3) in nT, body
+    calibrations: by calibrator, in the scenario's order; scores: likewise, and last the raw measurement's, which is no
+    calibrator and is never ranked; `corrected`: the corrected field (n, 3) in nT, body
     frame, by calibrator, for those that gave one. `tracking`: how well the vehicle followed its path, None where it
     follows none. Of an array of sensors the pictures show sensor 1.
     """
@@ -75,9 +76,14 @@ class Outcome:
 
         return sorted(self.calibrations, key=place), by
 
+    def rows(self) -> list[str]:
+        """What tables show: calibrators from best to worst, then the raw measurement."""
+        return [*self.ranking()[0], *(name for name in self.scores if name not in self.calibrations)]
+
     def _ranked_by(self) -> str:
         """The score that orders calibrators, "" where none may."""
-        fair = [s.name for scores in self.scores.values() for s in scores if not s.in_sample and s.unit == "nT"]
+        ranked = [score for name in self.calibrations for score in self.scores.get(name, [])]
+        fair = [score.name for score in ranked if not score.in_sample and score.unit == "nT"]
         return RANKED_BY if RANKED_BY in fair else (fair or [""])[0]
 
     def _value(self, name: str, score: str) -> float:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from calib import Calibration
 from sim.tracking import warning
 from sim.vehicles import VEHICLES
 from validation.scoring.outcome import Array, Outcome
@@ -62,17 +63,23 @@ def score_table(outcome: Outcome) -> dict[str, Any]:
     """
     columns = {s.name: s for scores in outcome.scores.values() for s in scores if s.name not in SHOWN_ELSEWHERE}
     ordered = sorted(columns.values(), key=lambda s: s.in_sample)
-    ranked, by = outcome.ranking()
+    by = outcome.ranking()[1]
     rows = []
-    for name in ranked:
-        status = outcome.calibrations[name].status
+    for name in outcome.rows():
         scores = {s.name: s for s in outcome.scores.get(name, [])}
         cells = [_cell(scores.get(s.name)) for s in ordered]
-        rows.append({"name": name, "kind": status.kind, "status": STATUS_WORDS[status.kind], "reason": status.reason,
-                     "wall_s": digits(outcome.calibrations[name].wall_s, 2), "cells": cells})  # fmt: skip
+        rows.append({"name": name, **_fit_in_words(outcome.calibrations.get(name)), "cells": cells})
     heads = [{"name": words(s.name), "unit": s.unit, "in_sample": s.in_sample, "ranks": s.name == by} for s in ordered]
     aligned = any(s.rotation_removed for scores in outcome.scores.values() for s in scores)
     return {"heads": heads, "rows": rows, "by": words(by), "aligned": aligned}
+
+
+def _fit_in_words(calibration: Calibration | None) -> dict[str, str]:
+    """Status, reason and time of a fit; of the raw measurement, which is none, dashes."""
+    if calibration is None:
+        return {"kind": "", "status": "–", "reason": "", "wall_s": "–"}
+    status, wall_s = calibration.status, digits(calibration.wall_s, 2)
+    return {"kind": status.kind, "status": STATUS_WORDS[status.kind], "reason": status.reason, "wall_s": wall_s}
 
 
 def _cell(score: Score | None) -> str:

@@ -1,0 +1,65 @@
+"""`magbench compare`: which calibrator, over many trials."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from magbench.arguments import complete_calibrators, known_calibrators, split
+from magbench.options import CORES, Jobs, Json, Out, Overrides, ScenarioName, Seed
+
+Trials = Annotated[int, typer.Option(min=1, max=10_000_000, help="Number of trials at every point of the sweep.")]
+With = Annotated[
+    str | None,
+    typer.Option(
+        "--with",
+        help="Calibrators, comma-separated.  [default: the scenario's]",
+        callback=known_calibrators,
+        autocompletion=complete_calibrators,
+    ),
+]
+Sweeps = Annotated[
+    list[str] | None,
+    typer.Option("--sweep", metavar="KEY=A,B,C", help="Values that one of the scenario's takes; repeatable."),
+]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Compute on a Dask cluster, e.g. tcp://host:8786.")
+]
+
+
+def compare(
+    scenario: ScenarioName,
+    trials: Trials = 100,
+    with_: With = None,
+    sweep: Sweeps = None,
+    seed: Seed = None,
+    jobs: Jobs = CORES,
+    scheduler: Scheduler = None,
+    set_: Overrides = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Compare calibrators over many trials of a scenario; repeat the command to resume or to add trials.
+
+    Example: magbench compare quad-calibration --trials 100 --with ellipsoid,sphere --sweep noise_std_nT=5,50 -o out/c
+    """
+    from magbench.console import emit, progress, say
+    from scenarios.sweep import parse_sweep
+    from sim.scenario import load
+    from validation.calibrating.candidates import candidates
+    from validation.comparison.design import Design
+    from validation.comparison.engine import Processes
+    from validation.outputs.comparison import compare as run
+    from validation.outputs.comparison import summary
+
+    spec = load(scenario, set_ or ())
+    place = out or Path("out") / f"{spec.name}-comparison"
+    chosen = candidates(split(with_) if with_ else spec.calibrators)
+    design = Design.of(spec, chosen, [parse_sweep(text, spec) for text in sweep or ()], seed)
+    with progress(f"comparing on {spec.name}") as report:
+        table = run(design, trials, place, Processes(jobs), report)
+    if json:
+        emit(summary(design, table) | {"out": str(place)})
+    say(f"{place}: trials.parquet, timings.parquet, comparison.json")

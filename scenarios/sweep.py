@@ -1,0 +1,141 @@
+"""`--sweep key=1,5,10`: a value of the scenario that takes several values, one after the other."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from scenarios.errors import InputError
+from scenarios.names import closest
+from scenarios.overrides import parse
+from scenarios.problems import first_problem
+from scenarios.spec import BaseScenario
+from scenarios.toml import as_dict
+from scenarios.vary import check_vary
+
+Value = float | str | bool
+S = TypeVar("S", bound=BaseScenario)
+FIXED = ("name", "summary", "seed", "calibrators", "vary")
+"""Keys of a scenario that are not its model: nothing to sweep."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """One value of a scenario by its dotted key, and the values that it takes."""
+
+    key: str
+    values: tuple[Value, ...]
+
+
+def parse_sweep(text: str, scenario: BaseScenario) -> Sweep:
+    """Read `KEY=1,5,10`; KEY is a dotted key of the scenario or an ending that no other key has.
+
+    `noise_std_nT` ends `effects.white_noise.std_nT`: the parts of a key may stand with underscores between them.
+    Raises InputError for no such key, listing the nearest, for several, for values that are neither numbers nor words,
+    for a value given twice, and for what `[vary]` draws anew in each run.
+    """
+    where = f"--sweep {text}"
+    name, equals, values = (part.strip() for part in text.partition("="))
+    words = [word.strip() for word in values.split(",")]
+    if not (equals and name and all(words)):
+        raise InputError("not a key and its values", where=where, do="write --sweep noise_std_nT=1,5,10")
+    key = _full_key(name, scenario, where)
+    found = tuple(_value(key, word, where) for word in words)
+    if len(set(found)) < len(found):
+        raise InputError("a value stands there twice", where=where, do="give each value once")
+    _check_not_drawn(key, scenario, where)
+    return Sweep(key, found)
+
+
+def points(sweeps: Sequence[Sweep]) -> list[dict[str, Value]]:
+    """Every combination of the values, by key; the last key changes fastest. One empty combination without sweeps."""
+    keys = [sweep.key for sweep in sweeps]
+    twice = sorted({key for key in keys if keys.count(key) > 1})
+    if twice:
+        raise InputError("is swept twice", where=f"--sweep {twice[0]}", do="give all its values in one --sweep")
+    return [dict(zip(keys, values, strict=True)) for values in itertools.product(*(one.values for one in sweeps))]
+
+
+def swept(scenario: S, values: Mapping[str, Value]) -> S:
+    """The scenario with these values; a number fills a vector. InputError where one does not fit."""
+    data = deepcopy(as_dict(scenario))
+    for key, value in values.items():
+        _put(data, key, value)
+    said = ", ".join(f"{key}={value}" for key, value in values.items())
+    try:
+        changed = type(scenario).model_validate(data)
+    except ValidationError as error:
+        path, what, do = first_problem(error, type(scenario))
+        place = ".".join(map(str, path))
+        raise InputError(f"{place}: {what}", where=f"--sweep {said}", do=do or "give values that fit") from None
+    check_vary(changed, f"--sweep {said}")
+    return changed
+
+
+def _full_key(name: str, scenario: BaseScenario, where: str) -> str:
+    keys = [key for key, _ in _values(as_dict(scenario)) if key.split(".")[0] not in FIXED]
+    if name in keys:
+        return name
+    ending = "_" + name.replace(".", "_")
+    matching = [key for key in keys if ("_" + key.replace(".", "_")).endswith(ending)]
+    if len(matching) == 1:
+        return matching[0]
+    if matching:
+        do = "name one of " + ", ".join(matching)
+        raise InputError(f"{len(matching)} values of the scenario end in {name}", where=where, do=do)
+    raise InputError(f"the scenario has no value {name}", where=where, do=_near(name, keys))
+
+
+def _near(name: str, keys: Sequence[str]) -> str:
+    """The nearest keys: by their whole, or by their last part."""
+    last = name.replace(".", "_").rsplit("_", 1)[0]
+    alike = [key for key in keys if last in key.replace(".", "_")]
+    return "did you mean " + " or ".join(alike[:3]) + "?" if alike else closest(name, keys)
+
+
+def _values(node: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Every number and word with its dotted key; a vector or matrix whole and then its components."""
+    if isinstance(node, dict | list):
+        parts = node.items() if isinstance(node, dict) else enumerate(node)
+        if key and isinstance(node, list) and not any(isinstance(part, dict) for part in node):
+            yield key, node
+        for part, value in parts:
+            yield from _values(value, f"{key}.{part}" if key else str(part))
+    else:
+        yield key, node
+
+
+def _value(key: str, word: str, where: str) -> Value:
+    value = parse(f"{key}={word}").value
+    if not isinstance(value, int | float | str):
+        raise InputError(f"{word} is neither a number nor a word", where=where, do="write --sweep noise_std_nT=1,5,10")
+    return value
+
+
+def _put(data: dict[str, Any], key: str, value: Value) -> None:
+    node: Any = data
+    *path, last = (int(part) if part.isdecimal() else part for part in key.split("."))
+    for part in path:
+        node = node[part]
+    node[last] = _filled(node[last], value, key)
+
+
+def _filled(there: Any, value: Value, key: str) -> Any:
+    if not isinstance(there, list):
+        return value
+    if any(isinstance(part, list) for part in there):
+        do = f"name one of its components: {key}.0.0"
+        raise InputError("is a matrix, which one number cannot fill", where=f"--sweep {key}", do=do)
+    return [value for _ in there]
+
+
+def _check_not_drawn(key: str, scenario: BaseScenario, where: str) -> None:
+    for drawn in scenario.vary:
+        if f"{key}.".startswith(f"{drawn}.") or f"{drawn}.".startswith(f"{key}."):
+            do = f"leave it out of [vary]: --set 'vary.\"{drawn}\"='"
+            raise InputError(f"[vary] draws {drawn} anew in each run", where=where, do=do)

@@ -1,0 +1,70 @@
+"""Who computes trials: this process, or processes of this machine. No engine changes a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
+
+from sim.pool import map_unordered
+from validation.comparison.design import Design
+from validation.comparison.journal import Journal
+from validation.comparison.trial import Task, Trial, compute, lost
+
+ENDED = "every process that computed this trial was ended: a calibrator crashes, or memory does not suffice"
+
+
+Trials: TypeAlias = Generator[Trial, None, None]
+"""Trials as they land; closing it ends the workers."""
+
+
+class Engine(Protocol):
+    """Computes tasks in any order; a worker that dies costs a repeat."""
+
+    def trials(self, tasks: Iterable[Task], lost: Callable[[Task], Trial]) -> Trials:
+        """The trial of every task, as they land; tasks are taken as they are needed, a bounded number ahead.
+
+        lost : what is told of a task that ended its worker again and again.
+        """
+
+
+@dataclass(frozen=True)
+class Here:
+    """This process: for a few small trials. A calibrator that crashes takes it down."""
+
+    def trials(self, tasks: Iterable[Task], lost: Callable[[Task], Trial]) -> Trials:
+        """One after the other."""
+        yield from map(compute, tasks)
+
+
+@dataclass(frozen=True)
+class Processes:
+    """So many processes of this machine."""
+
+    jobs: int
+
+    def trials(self, tasks: Iterable[Task], lost: Callable[[Task], Trial]) -> Trials:
+        """As `sim.pool.map_unordered`."""
+        with closing(map_unordered(compute, tasks, self.jobs, lost)) as found:
+            yield from (trial for _, trial in found)
+
+
+def run_trials(design: Design, runs: Sequence[int], engine: Engine, journal: Journal | None = None) -> Trials:
+    """The trials of these runs at every point as they land, in any order: first the kept ones, then what is computed.
+
+    journal : where trials are kept; those that are there already are not computed again. All points of a run come
+    before the next run, so that a comparison that is stopped early is nearly balanced.
+    Raises InputError where a run cannot be simulated.
+    """
+    there = set() if journal is None else set(journal.there)
+    if journal is not None:
+        wanted = set(runs)
+        yield from (trial for trial in journal if trial.run in wanted)
+    points = range(len(design.points))
+    tasks = (Task(design.sent, point, run) for run in runs for point in points if (point, run) not in there)
+    with closing(engine.trials(tasks, lambda task: lost(design, task.point, task.run, ENDED))) as found:
+        for trial in found:
+            if journal is not None:
+                journal.add(trial)
+            yield trial

@@ -1,0 +1,203 @@
+"""The trials of a comparison as columns: a row a calibrator and trial, the same to the byte whoever computed."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from scenarios.errors import InputError
+from scenarios.sweep import Value
+from sim.dataset.files import beside, system_errors_about
+from sim.dataset.tabular import damage_named
+from validation.comparison.design import Design
+from validation.comparison.trial import Trial
+from validation.scoring.meaning import MEANINGS, meaning_of
+
+Array = NDArray[np.float64]
+TRIALS, TIMINGS = "trials.parquet", "timings.parquet"
+KEYS = ("point", "run", "seed", "calibrator", "status", "reason")
+TIMES = ("wall_s", "cpu_s")
+COLUMNS = tuple(meaning.column for meaning in MEANINGS.values())
+"""Of every score, in their order."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Trials as columns, sorted by point, run and calibrator in the order asked.
+
+    columns: `point`, one column a swept key, `run`, `seed`, `calibrator`, `status`, `reason`, and the scores
+    (float64, null where there is none), all of one length; times: `wall_s` and `cpu_s` (n,) beside them.
+    """
+
+    columns: pa.Table
+    times: dict[str, Array]
+
+    @classmethod
+    def of(cls, design: Design, trials: Iterable[Trial]) -> Table:
+        """The table of whole trials in any order; it holds columns alone, never all trials as objects."""
+        gathered = _Columns(design.calibrators)
+        for trial in trials:
+            gathered.add(trial)
+        return cls(gathered.table(design), gathered.sorted_times())
+
+    @classmethod
+    def read(cls, path: Path) -> Table:
+        """The table of an output directory or of its trials.parquet; times are empty where their file is not beside it.
+
+        Raises InputError for what is no such file.
+        """
+        file = path / TRIALS if path.is_dir() else path
+        with damage_named(file):
+            found = pq.read_table(file)
+        missing = [name for name in KEYS if name not in found.column_names]
+        if missing:
+            do = "give what `magbench compare` wrote"
+            raise InputError(f"there is no column {missing[0]}", where=str(file), do=do)
+        beside_it = file.with_name(TIMINGS)
+        times = pq.read_table(beside_it, columns=list(TIMES)) if beside_it.exists() else pa.table({})
+        return cls(found, {name: times.column(name).to_numpy() for name in times.column_names})
+
+    def write(self, out: Path) -> None:
+        """Write OUT/timings.parquet and OUT/trials.parquet; the latter holds nothing that differs between machines."""
+        keys = self.columns.select(["point", "run", "calibrator"])
+        timings = keys
+        for name, values in self.times.items():
+            timings = timings.append_column(name, pa.array(values))
+        for name, table in ((TIMINGS, timings), (TRIALS, self.columns)):
+            with beside(out / name) as part, system_errors_about(out / name):
+                pq.write_table(table, part, compression="zstd")
+
+    @property
+    def calibrators(self) -> tuple[str, ...]:
+        """Every calibrator in the order asked, the raw measurement last."""
+        return tuple(dict.fromkeys(self._words("calibrator")))
+
+    @property
+    def scores(self) -> tuple[str, ...]:
+        """Columns of the scores that any row has."""
+        return tuple(name for name in self.columns.column_names if name in COLUMNS)
+
+    @property
+    def swept(self) -> tuple[str, ...]:
+        """The dotted keys that the points differ in."""
+        return tuple(name for name in self.columns.column_names if name not in KEYS and name not in COLUMNS)
+
+    @property
+    def points(self) -> dict[int, dict[str, Value]]:
+        """The swept values of every point, by its number."""
+        numbers, first = np.unique(self._numbers("point"), return_index=True)
+        held = {key: self.columns.column(key) for key in self.swept}
+        rows = zip(numbers.tolist(), first.tolist(), strict=True)
+        return {point: {key: values[row].as_py() for key, values in held.items()} for point, row in rows}
+
+    def runs(self, point: int = 0) -> NDArray[np.int64]:
+        """The numbers (n,) of the point's trials, ascending."""
+        return np.unique(self._numbers("run")[self._numbers("point") == point])
+
+    def values(self, score: str, calibrator: str, point: int = 0) -> Array:
+        """A score (n,) of a calibrator at a point, a trial each, by run: two calibrators' values are paired.
+
+        Infinite where the calibrator gave no estimate, or none that has this score. Raises InputError for a score or
+        calibrator that is not in the table.
+        """
+        name = meaning_of(score).column
+        rows = self._rows(calibrator, point)
+        if name not in self.columns.column_names:
+            return np.full(len(rows), np.inf)
+        values = self.columns.column(name).to_numpy()[rows]
+        return np.where(np.isnan(values), np.inf, values)
+
+    def failed(self, calibrator: str, point: int = 0) -> NDArray[np.bool_]:
+        """Whether (n,) the status is not "ok", a trial each, by run."""
+        return np.array([status != "ok" for status in self.texts("status", calibrator, point)], dtype=np.bool_)
+
+    def texts(self, name: str, calibrator: str, point: int = 0) -> list[str]:
+        """Status or reason of a calibrator at a point, a trial each, by run."""
+        words = self._words(name)
+        return [words[row] for row in self._rows(calibrator, point)]
+
+    def time_s(self, name: str, calibrator: str, point: int = 0) -> Array:
+        """`wall_s` or `cpu_s` (n,) of the fits; NaN where no times are known."""
+        rows = self._rows(calibrator, point)
+        return self.times[name][rows] if name in self.times else np.full(len(rows), np.nan)
+
+    def _rows(self, calibrator: str, point: int) -> NDArray[np.int64]:
+        names = self.calibrators
+        if calibrator not in names:
+            raise InputError(f"no calibrator {calibrator!r} in the table", do=f"choose among {', '.join(names)}")
+        # every trial has a row for each calibrator, in this order
+        mine = np.arange(self.columns.num_rows) % len(names) == names.index(calibrator)
+        return np.flatnonzero(mine & (self._numbers("point") == point))
+
+    def _numbers(self, name: str) -> NDArray[np.int64]:
+        return np.asarray(self.columns.column(name).to_numpy())
+
+    def _words(self, name: str) -> list[str]:
+        return [str(word) for word in self.columns.column(name).to_pylist()]
+
+
+class _Columns:
+    """Columns that grow by a trial at a time, and are sorted in the end."""
+
+    def __init__(self, calibrators: Sequence[str]) -> None:
+        self.calibrators = calibrators
+        self.point, self.run = array("q"), array("q")
+        self.numbers = {name: array("d") for name in (*COLUMNS, *TIMES)}
+        self.words: dict[str, list[str]] = {"status": [], "reason": []}
+
+    def add(self, trial: Trial) -> None:
+        self.point.append(trial.point)
+        self.run.append(trial.run)
+        for row in trial.rows:
+            for name in COLUMNS:
+                self.numbers[name].append(row.scores.get(name, np.nan))
+            self.numbers["wall_s"].append(row.wall_s)
+            self.numbers["cpu_s"].append(row.cpu_s)
+            self.words["status"].append(row.status)
+            self.words["reason"].append(row.reason)
+
+    def table(self, design: Design) -> pa.Table:
+        point, run = (np.repeat(values[self._trials()], len(self.calibrators)) for values in self._keys())
+        columns: dict[str, Any] = {"point": point}
+        columns |= {key: _swept_column(design, key, point) for key in design.swept}
+        columns |= {"run": run, "seed": np.full(len(run), design.seed)}
+        columns["calibrator"] = list(self.calibrators) * len(self.point)
+        columns |= {name: [words[row] for row in self._rows()] for name, words in self.words.items()}
+        columns |= self._scores()
+        return pa.table(columns)
+
+    def sorted_times(self) -> dict[str, Array]:
+        return {name: np.array(self.numbers[name])[self._rows()] for name in TIMES}
+
+    def _scores(self) -> dict[str, pa.Array]:
+        """The scores that any row has; NaN as null."""
+        found = {name: np.array(self.numbers[name])[self._rows()] for name in COLUMNS}
+        return {name: pa.array(values, from_pandas=True) for name, values in found.items() if np.isfinite(values).any()}
+
+    def _keys(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        return np.array(self.point, dtype=np.int64), np.array(self.run, dtype=np.int64)
+
+    def _trials(self) -> NDArray[np.int64]:
+        point, run = self._keys()
+        return np.lexsort((run, point))
+
+    def _rows(self) -> NDArray[np.int64]:
+        """The rows in the order of the table: trials sorted, their rows as they stand."""
+        width = len(self.calibrators)
+        return (self._trials()[:, None] * width + np.arange(width)).ravel()
+
+
+def _swept_column(design: Design, key: str, point: NDArray[np.int64]) -> pa.Array:
+    """A swept value in every row: float64, or text where one of the values is a word."""
+    values = [one.values[key] for one in design.points]
+    if any(isinstance(value, str | bool) for value in values):
+        return pa.array([str(values[k]) for k in point])
+    return pa.array(np.array(values, dtype=np.float64)[point])
