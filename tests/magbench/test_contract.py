@@ -20,6 +20,7 @@ STILL = "turntable-twelve-stops"
 GOOD: dict[str, tuple[str, ...]] = {
     "apply": ("apply", "calibration.json", "log.csv", "-o", "corrected.csv"),
     "calibrate": ("calibrate", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
+    "compare": ("compare", STILL, "--trials", "2", "--with", "sphere,ellipsoid", "-o", "out"),
     "diagnose": ("diagnose", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
     "inspect": ("inspect", "log.csv", "-o", "out"),
     "list": ("list", "effects"),
@@ -34,6 +35,7 @@ GOOD: dict[str, tuple[str, ...]] = {
 BAD: dict[str, tuple[str, ...]] = {
     "apply": ("apply", "nowhere.json", "log.csv", "-o", "corrected.csv"),
     "calibrate": ("calibrate", "nowhere.csv"),
+    "compare": ("compare", STILL, "--sweep", "planet=1,2", "-o", "out"),
     "diagnose": ("diagnose", "nowhere.csv"),
     "inspect": ("inspect", "nowhere.csv"),
     "list": ("list", "planets"),
