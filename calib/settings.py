@@ -6,10 +6,10 @@ from dataclasses import fields
 from functools import cache
 from typing import Annotated, Any, get_type_hints
 
-import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from scenarios.errors import InputError
+from scenarios.plain import plain
 from scenarios.problems import dotted, phrase
 
 Count = Annotated[int, Field(ge=1)]
@@ -31,7 +31,7 @@ _CONFIG = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=T
 
 def check(settings: Any, where: str) -> None:
     """Raise InputError, which names the field, where one of a dataclass is not what its type allows, or not finite."""
-    given = {item.name: _plain(getattr(settings, item.name)) for item in fields(settings)}
+    given = {item.name: _tuples(plain(getattr(settings, item.name))) for item in fields(settings)}
     kind: Any = type(settings)
     try:
         _schema(kind).model_validate(given)
@@ -48,8 +48,6 @@ def _schema(kind: type[Any]) -> type[BaseModel]:
     return create_model(kind.__name__, __config__=_CONFIG, **typed)
 
 
-def _plain(value: Any) -> Any:
-    """Numbers and tuples of numpy's scalars and arrays, and of lists."""
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
-    return tuple(_plain(part) for part in value) if isinstance(value, list | tuple) else value
+def _tuples(value: Any) -> Any:
+    """Lists as tuples, at any depth."""
+    return tuple(_tuples(part) for part in value) if isinstance(value, list) else value

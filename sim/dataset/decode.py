@@ -26,7 +26,7 @@ class NotNumbersError(Exception):
 
 def numbers_of(column: pa.ChunkedArray) -> Array:
     """The column as float64 (n,), NaN where a cell is empty; NotNumbersError where it holds something else."""
-    column = _plain(column)
+    column = _uncoded(column)
     if is_empty(column):
         return np.full(len(column), np.nan)
     if not _is_numeric(column.type):
@@ -70,7 +70,7 @@ def _words(cells: pa.Array | pa.ChunkedArray) -> NDArray[np.str_]:
     return np.array(words, np.str_)
 
 
-def _plain(column: pa.ChunkedArray) -> pa.ChunkedArray:
+def _uncoded(column: pa.ChunkedArray) -> pa.ChunkedArray:
     """The column without the dictionary that its values may be coded with."""
     return column.cast(column.type.value_type) if pa.types.is_dictionary(column.type) else column
 

@@ -13,9 +13,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from scenarios.errors import InputError
+from scenarios.plain import plain
 
 PART = ".magbench-part"
 LOCK_ATTEMPTS = 100
@@ -102,14 +101,7 @@ def canonical_json(value: Any) -> str:
 
     Raises ValueError for NaN and infinity, which JSON cannot hold.
     """
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False, default=plain)
-
-
-def plain(value: Any) -> Any:
-    """The plain Python value of a numpy array or scalar, for JSON."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} cannot be written as JSON")
+    return json.dumps(plain(value), sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
 
 
 def _flush(path: Path) -> None:

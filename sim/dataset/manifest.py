@@ -12,8 +12,8 @@ from pydantic.dataclasses import dataclass
 
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text, validated
+from scenarios.plain import plain
 from sim.dataset.columns import Column
-from sim.dataset.files import plain
 from sim.dataset.metadata import FORMAT, RunFile
 
 MANIFEST = "dataset.json"
@@ -35,7 +35,7 @@ class Manifest:
 
     def to_json(self) -> str:
         """The text of `dataset.json`."""
-        return json.dumps(asdict(self), indent=1, allow_nan=False, ensure_ascii=False, default=plain) + "\n"
+        return json.dumps(plain(asdict(self)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 _MANIFEST = TypeAdapter(Manifest)

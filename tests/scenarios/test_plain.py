@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from scenarios.plain import json_ready
+from scenarios.plain import json_ready, plain
 
 
 def test_arrays_become_lists_and_what_is_not_finite_null() -> None:
@@ -20,10 +20,17 @@ def test_arrays_become_lists_and_what_is_not_finite_null() -> None:
         "none": None,
         "nested": [{"deep": np.float64("nan")}],
     }
-    plain = json_ready(value)
-    assert json.loads(json.dumps(plain, allow_nan=False)) == {
+    ready = json_ready(value)
+    assert json.loads(json.dumps(ready, allow_nan=False)) == {
         "1": [[1.5, None], [None, -2.0]], "number": 0.5, "count": 3, "flag": True, "pair": [1, None], "text": "NaN",
         "none": None, "nested": [{"deep": None}],
     }  # fmt: skip
-    assert plain["flag"] is True
-    assert isinstance(plain["count"], int)
+    assert ready["flag"] is True
+    assert isinstance(ready["count"], int)
+
+
+def test_plain_keeps_what_is_not_finite_and_what_it_does_not_know() -> None:
+    kept = object()
+    found = plain({"a": (np.float64("inf"), kept), "b": np.eye(2)})
+    assert found == {"a": [float("inf"), kept], "b": [[1.0, 0.0], [0.0, 1.0]]}
+    assert isinstance(found["a"][0], float)

@@ -99,7 +99,7 @@ def notes_markdown(outcome: Outcome) -> str:
         lines += ["", f"Of the {outcome.sensors} magnetometers this recording shows sensor 1."]
     for first in range(0, len(table["rows"]), CALIBRATORS_A_TABLE):
         lines += ["", *_columns(table["heads"], table["rows"][first : first + CALIBRATORS_A_TABLE])]
-    lines += ["", *(f"- **{row['name']}**: {_plain(row['reason'])}" for row in table["rows"] if row["reason"])]
+    lines += ["", *(f"- **{row['name']}**: {_one_line(row['reason'])}" for row in table["rows"] if row["reason"])]
     lines += ["", "In-sample scores rank nothing." + (" " + ALIGNED if table["aligned"] else "")]
     return "\n".join([*lines, "", f"Seed {outcome.scenario.seed}."]) + "\n"
 
@@ -113,8 +113,8 @@ def _columns(heads: list[dict[str, Any]], rows: list[dict[str, Any]]) -> list[st
 
 
 def _row(cells: list[str]) -> str:
-    return "| " + " | ".join(_plain(cell).replace("|", "\\|") for cell in cells) + " |"
+    return "| " + " | ".join(_one_line(cell).replace("|", "\\|") for cell in cells) + " |"
 
 
-def _plain(text: str) -> str:
+def _one_line(text: str) -> str:
     return " ".join(text.split())
