@@ -9,6 +9,7 @@ from magbench.console import show_table, show_text
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis
 from validation.scoring.outcome import Outcome
+from validation.text import short
 from validation.views.words.diagnosis import gap_rows, headline, parameter_rows
 
 COLUMNS = {
@@ -30,7 +31,7 @@ def show_scores(outcome: Outcome) -> None:
     rows = []
     for calibrator in outcome.rows():
         values = {s.name: s.value for s in outcome.scores[calibrator]}
-        figures = (f"{values[name]:.4g}" if name in values else "-" for name in COLUMNS)
+        figures = (short(values[name]) if name in values else "-" for name in COLUMNS)
         fitted = outcome.calibrations.get(calibrator)
         rows.append([calibrator, *figures, fitted.status.kind if fitted else "-"])
     titles = (f"{title}, {units.get(name, 'nT')}" for name, title in COLUMNS.items())

@@ -55,6 +55,13 @@ def frequency(hertz: float) -> str:
     return f"{figure(hertz, 4)} Hz" if hertz >= 0.2 else f"one in {duration(1 / hertz)}" if hertz > 0 else "0 Hz"
 
 
+def short(value: Any) -> str:
+    """A value for a terminal or a file, or a list of them in brackets: numbers to four digits."""
+    if isinstance(value, list):
+        return "(" + ", ".join(short(v) for v in value) + ")"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
 def digits(value: float, significant: int = 3) -> str:
     """A measured number on a page: its significant digits, thousands parted by a thin space."""
     return _typeset(figure(value, significant, zeros=True))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from validation.text import counted, digits, duration, figure, figures, frequency, listed, plainly
+from validation.text import counted, digits, duration, figure, figures, frequency, listed, plainly, short
 
 
 @pytest.mark.parametrize(
@@ -59,3 +59,8 @@ def test_duration(seconds: float, text: str) -> None:
 )
 def test_frequency(hertz: float, text: str) -> None:
     assert frequency(hertz) == text
+
+
+def test_short_is_four_digits_of_each_number_and_a_word_as_it_is() -> None:
+    assert short(12.34567) == "12.35"
+    assert short([[1.0, -2.00001e-7], "high"]) == "((1, -2e-07), high)"

@@ -16,6 +16,7 @@ from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.verdict import Verdict
+from validation.signals.size import rms
 
 NORMAL_95 = 1.96
 """Standard deviations of a 95 % interval."""
@@ -83,11 +84,11 @@ class GapSize:
     @classmethod
     def of(cls, before: Array, after: Array, sigma_nT: Array, policy: Policy) -> GapSize:
         """The size of what is left before and after (n, q), in units of the noise (q,)."""
-        before_sigma, after_sigma = _rms(before), _rms(after)
+        before_sigma, after_sigma = rms(before), rms(after)
         excess = before_sigma**2 - 1
         some = excess > policy.least_held_excess
         explained = min(1.0, (before_sigma**2 - after_sigma**2) / excess) if some else None
-        return cls(_rms(before * sigma_nT), before_sigma, _rms(after * sigma_nT), after_sigma, explained)
+        return cls(rms(before * sigma_nT), before_sigma, rms(after * sigma_nT), after_sigma, explained)
 
 
 @dataclass(frozen=True, repr=False)
@@ -159,13 +160,6 @@ def parameters(one: Named) -> dict[str, dict[str, Any]]:
     return out
 
 
-def short(value: Any) -> str:
-    """A value, or an array of them, to four digits."""
-    if isinstance(value, list):
-        return "(" + ", ".join(short(v) for v in value) + ")"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
 def _interval(middle: Array, spread: Array | None) -> tuple[Any, Any]:
     """Ends of the 95 % interval; none where the data leave a combination of components open."""
     if spread is None or not np.isfinite(spread).all():
@@ -183,7 +177,3 @@ def _effect(one: Named) -> dict[str, Any]:
         "evidence_nats": one.nats,
         "strength_sigma": one.strength,
     }
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt((values**2).mean()))

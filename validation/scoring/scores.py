@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from calib import Calibration
 from sim.dataset import Recording
 from validation.scoring.holdout import HoldOut, Pairs
+from validation.signals.size import rms
 
 Array = NDArray[np.float64]
 CHI2_3_95 = 7.814727903251179
@@ -123,8 +124,3 @@ def in_sample_norm_rms_nT(calibration: Calibration, recording: Recording, truth:
     strength_nT = float(np.linalg.norm(truth.sphere.true_nT[0]))
     norm_nT = np.linalg.norm(calibration.apply(recording), axis=1)
     return rms(norm_nT[np.isfinite(norm_nT)] - strength_nT)
-
-
-def rms(values: Array) -> float:
-    """Root mean square of all elements."""
-    return float(np.sqrt(np.mean(np.square(values))))

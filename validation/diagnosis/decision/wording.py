@@ -8,8 +8,9 @@ import numpy as np
 
 from sim.effects import BY_NAME
 from validation.diagnosis.evidence.slow_noise import turns_the_field
-from validation.diagnosis.result import Diagnosis, How, Named, Reach, short
+from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
+from validation.text import short
 
 LISTED_CHANNELS, TRIED_CHANNELS = 3, 2
 """Channels that a sentence lists, and that are offered as actuators."""

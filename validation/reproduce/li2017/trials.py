@@ -24,6 +24,7 @@ from sim.scenario import Scenario, load
 from sim.simulate import blocks, plan
 from sim.state import Array, State
 from validation.reproduce.poses import held
+from validation.signals.size import column_rms
 
 SEED = 2017
 FIELD_ENU_NT = (-1940.0, 31916.0, -41285.0)
@@ -116,7 +117,7 @@ def outcome(data: VectorData, steps: Track) -> FilterErrors:
     return FilterErrors(
         error_pct[-1],
         np.abs(error).mean(axis=0),
-        _rms(error),
+        column_rms(error),
         float(np.linalg.norm(error, axis=1).mean()),
         float(np.abs(strength).mean()),
         float(np.nanmedian(steps.ratio[len(error) // 2 :])),
@@ -200,12 +201,12 @@ def survey(task: tuple[int, tuple[str, ...]]) -> Survey:
     rms, settled = {}, {}
     for name, settings in (("kalman", KalmanSettings()), ("kalman_rescaled", MICROTESLA), ("kalman_fuzzy", MICROTESLA)):
         steps = fuzzy_track(data, settings) if name == "kalman_fuzzy" else track(data, settings)
-        rms[name] = _rms(compensated(steps.state[-1], data) - truth.field_nT)
+        rms[name] = column_rms(compensated(steps.state[-1], data) - truth.field_nT)
         away = np.abs(steps.state[:, 3:12] - steps.state[-1, 3:12]).max(axis=1) > SETTLED
         settled[name] = int(np.flatnonzero(away)[-1]) + 2 if away.any() else 1
     for name in ("vector_least_squares", "vector_lm"):
-        rms[name] = _rms(CALIBRATORS[name]().fit(recording, REFERENCE).apply(recording) - truth.field_nT)
-    return Survey(_rms(recording.mag_nT - truth.field_nT), rms, settled)
+        rms[name] = column_rms(CALIBRATORS[name]().fit(recording, REFERENCE).apply(recording) - truth.field_nT)
+    return Survey(column_rms(recording.mag_nT - truth.field_nT), rms, settled)
 
 
 def flown(seed: int, without: tuple[str, ...] = ()) -> tuple[Recording, Truth]:
@@ -235,7 +236,7 @@ def marquardt(seed: int) -> Marquardt:
         part = VectorData(data.field_nT[rows], data.rate_nT_s[rows], data.difference_nT[rows])
         for what, equations in (("vector", vector_equations), ("total field", total_equations)):
             found = least_squares(equations, start, method="lm", args=(part,), max_nfev=3000)
-            rms[f"{what}, {where}"] = _rms(compensated(found.x, data) - data.field_nT)
+            rms[f"{what}, {where}"] = column_rms(compensated(found.x, data) - data.field_nT)
     return Marquardt(rms)
 
 
@@ -264,7 +265,3 @@ def sensitivity(seed: int) -> dict[tuple[int, float], tuple[int, float]]:
             R = track(data, CALM, rule=calibrator.noise_rule()).noise_variance_nT2[jump:]
             found[window, exponent] = int(np.argmax(truth / 2 < R)), float(np.log(R[1000:]).std())
     return found
-
-
-def _rms(values: Array) -> Array:
-    return np.asarray(np.sqrt((values**2).mean(axis=0)))

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from validation.reproduce.base import Row, Verdict, judged
 from validation.reproduce.long2013.trials import STRENGTH_NT, Trial
+from validation.signals.size import rms
 
 Array = NDArray[np.float64]
 NOISE_NT = 100.0
@@ -146,11 +147,11 @@ def _newton(trials: list[Trial]) -> Row:
 
 def _two_step(by_noise: dict[float, list[Trial]]) -> Row:
     ratios = {
-        noise: _rms([t.offset_error_nT for t in trials]) / _rms([t.twostep_error_nT for t in trials])
+        noise: rms([t.offset_error_nT for t in trials]) / rms([t.twostep_error_nT for t in trials])
         for noise, trials in by_noise.items()
     }
     trials = by_noise[NOISE_NT]
-    ours, start = _rms([t.offset_error_nT for t in trials]), _rms([t.twostep_error_nT for t in trials])
+    ours, start = rms([t.offset_error_nT for t in trials]), rms([t.twostep_error_nT for t in trials])
     low, high = min(ratios.values()), max(ratios.values())
     return Row(
         "more accurate than two-step alone (rms hard-iron error, Newton over two-step)",
@@ -161,10 +162,6 @@ def _two_step(by_noise: dict[float, list[Trial]]) -> Row:
         "which runs from 1.0 to 2.4 here; the bench's two-step weights by it and is iterated, "
         "the paper's is not said to be",
     )
-
-
-def _rms(values: list[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _roll_alone(trials: list[Trial]) -> Row:

@@ -26,6 +26,7 @@ from sim.scenario import load
 from sim.simulate import blocks, channels_of, plan
 from sim.state import State
 from sim.streams import stream
+from validation.signals.size import rms
 
 Array = NDArray[np.float64]
 METHODS = ("pso", "ga", "psoga")
@@ -219,7 +220,7 @@ def _fits(state: State, chain: tuple[Effect, ...], seed: int) -> dict[str, tuple
         fit = calibrator.fit(recording, Reference(strength))
         error = np.linalg.norm(fit.apply(recording), axis=1) - strength
         away = np.linalg.norm(_offsets_nT(fit, state.time_s) - truth, axis=1)
-        found[name] = _rms(error), _rms(away), max(len(fit.segments), 1)
+        found[name] = rms(error), rms(away), max(len(fit.segments), 1)
     return found
 
 
@@ -234,7 +235,3 @@ def _offsets_nT(fit: Calibration, time_s: Array) -> Array:
         return fit.offset_nT
     place = np.searchsorted([segment.start_s for segment in fit.segments], time_s, side="right") - 1
     return np.array([segment.offset_nT for segment in fit.segments])[place]
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

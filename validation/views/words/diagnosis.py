@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from validation.diagnosis.result import Diagnosis, Named, parameters, short
-from validation.text import digits
+from validation.diagnosis.result import Diagnosis, Named, parameters
+from validation.text import digits, short
 from validation.views.series import rms_nT, sides
 
 

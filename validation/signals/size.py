@@ -1,0 +1,18 @@
+"""How large a series is."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def rms(values: ArrayLike) -> float:
+    """Root mean square of all elements."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def column_rms(values: Array) -> Array:
+    """Root mean square (k,) of each column of values (n, k)."""
+    return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
