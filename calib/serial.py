@@ -168,8 +168,11 @@ class _Reader:
         given = [key for key in ("array_offset_nT", "array_matrix") if key in self.data]
         if not given:
             return None, None
-        count = len(self.data[given[0]]) if isinstance(self.data[given[0]], list) else 0
-        offset_nT, matrix = self.array("array_offset_nT", (count, 3)), self.array("array_matrix", (count, 3, 3))
+        parts = self.data[given[0]]
+        if not isinstance(parts, list):
+            self.fail(given[0], "expected a list with a part for each sensor")
+        offset_nT = self.array("array_offset_nT", (len(parts), 3))
+        matrix = self.array("array_matrix", (len(parts), 3, 3))
         if offset_nT is None or matrix is None:
             self.fail("array_matrix" if matrix is None else "array_offset_nT", f"missing beside {given[0]}")
         return offset_nT, matrix

@@ -104,10 +104,10 @@ def observed(root: Path, files: Iterable[str], record: Path) -> Observed:
     record.touch()
     rows = [row for row in map(json.loads, record.read_text().splitlines()) if row["of"] in wanted.values()]
     known = {row["of"] for row in rows}
-    missing = sorted(file for file, of in wanted.items() if of not in known)
+    missing = [file for file, of in wanted.items() if of not in known]
     with record.open("w") as kept:
         kept.writelines(f"{json.dumps(row)}\n" for row in rows)
-        for _, together in itertools.groupby(missing, key=os.path.dirname):
+        for _, together in itertools.groupby(sorted(missing, key=_rooms_first), key=os.path.dirname):
             for file, tests in _seen(root, list(together)).items():
                 rows.append({"of": wanted[file], "tests": tests})
                 print(json.dumps(rows[-1]), file=kept, flush=True)
@@ -124,6 +124,11 @@ def _seen(root: Path, files: Sequence[str]) -> dict[str, Row]:
         f"observed {sum(map(len, by_file.values()))} tests of {os.path.dirname(files[0])}", file=sys.stderr, flush=True
     )
     return {file: by_file.get(file, {}) for file in files}
+
+
+def _rooms_first(file: str) -> tuple[bool, str]:
+    """The tests of the program's own rooms, by folder, before those of all together."""
+    return not os.path.dirname(file).startswith(("tests/sim", "tests/calib", "tests/validation")), file
 
 
 def _is_tests(path: Path) -> bool:

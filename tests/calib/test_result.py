@@ -99,6 +99,7 @@ def test_external_result_needs_little():
         ({"covariance": [[1, 2], [0, 1]], "covariance_names": ["a", "b"]}, r"symmetric"),
         ({"covariance": [[1]], "covariance_names": ["a", "b"]}, r"2 x 2"),
         ({"covariance": np.eye(9).tolist()}, r"covariance_names: missing"),
+        ({"array_offset_nT": 3.0}, r"array_offset_nT: expected a list"),
         ({"history": 3}, r"history: expected a list"),
         ({"offset_nT": [1, 2, 10**400]}, r"offset_nT: expected a finite number, found inf"),
         ({"wall_s": 10**4000}, r"wall_s: expected a finite number"),

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Reference
-from calib.methods.de_turntable import DeTurntable
+from calib.methods.de_turntable import DeTurntable, observability
 from calib.models.turntable import NAMES, TurnSpace, axes_matrix, costs, derivatives
 from calib.search.differential import RandOne
 from sim.dataset import Recording
@@ -85,6 +85,13 @@ def test_claimed_deviations_follow_the_harmonics():
     assert std[NAMES.index("b1")] == pytest.approx(np.sqrt(8 / 12) * REFERENCE.strength_nT / LEVEL_NT**2, rel=0.05)
     assert abs(fit.parameters["weakest_b1"]) > 0.99
     assert fit.parameters["weakest_std"] == pytest.approx(std[1] * fit.parameters["noise_std_nT"], rel=0.02)
+
+
+def test_condition_number_is_the_jacobian_s():
+    jacobian = np.random.default_rng(0).normal(size=(12, 5))
+    normal = jacobian.T @ jacobian
+    found = observability(normal, np.linalg.inv(normal))
+    assert found["condition_number"] == pytest.approx(np.linalg.cond(jacobian), rel=1e-9)
 
 
 def test_at_the_magnetic_equator_a1_and_b2_are_lost():

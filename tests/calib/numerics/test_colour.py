@@ -18,6 +18,19 @@ def test_white_residuals_are_left_alone() -> None:
     assert np.mean(np.array(factors) > 1.0) < 0.02
 
 
+@pytest.mark.parametrize(("variance", "seen"), [(1.6, False), (1.9, True)])
+def test_block_means_beyond_chance_count(variance: float, seen: bool) -> None:
+    """Twenty blocks on three axes scatter by sqrt(2 / 60): four of that above 1 is 1.73.
+
+    Rows in pairs of opposite sign but for the blocks' means, which are +-m: W = 200 m^2 / (1 + m^2).
+    """
+    m = np.sqrt(variance / (200 - variance))
+    means = np.repeat(np.where(np.arange(20) % 2, m, -m), 200)
+    residual = np.tile([1.0, -1.0], 2000) + means
+    factor = inflation(np.column_stack([residual] * 3))
+    assert factor == pytest.approx(variance if seen else 1.0, rel=1e-9)
+
+
 def test_sums_over_blocks_tell_the_same_inflation() -> None:
     """As many samples a block as in 20, 50 and 200 blocks; the residual's mean is taken out before."""
     drift = 0.2 * np.sin(np.arange(4000) / 500)

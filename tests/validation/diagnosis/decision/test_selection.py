@@ -1,0 +1,95 @@
+"""Which candidate is accepted, when another is only its form, and what is said of what is left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim.effects import BY_NAME, EFFECTS
+from sim.effects.base import Effect
+from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.decision.selection import (
+    Accepted,
+    _is_form,
+    _with_earth_vector,
+    accepted,
+    residual_tests,
+)
+from validation.diagnosis.evidence.battery import Battery
+from validation.diagnosis.evidence.compare import Evidence
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import STANDARD
+
+FIRST, SECOND, THIRD = EFFECTS[:3]
+CLEAN = Battery({}, (), 0.0, ())
+
+
+def _evidence(effect: type[Effect], gain: float, width: int = 3) -> Evidence:
+    nothing: Any = None
+    return Evidence(Candidate(effect), gain, 1.0, 1.0, 1.0, nothing, nothing, width)
+
+
+def _accepted(effect: type[Effect], gain: float) -> Accepted:
+    return Accepted(_evidence(effect, gain), ())
+
+
+def test_nothing_is_accepted_on_too_little_evidence() -> None:
+    least = STANDARD.accepted(len(EFFECTS))
+    assert accepted((), STANDARD) is None
+    assert accepted((_evidence(FIRST, 0.99 * least),), STANDARD) is None
+    assert accepted((_evidence(FIRST, 1.01 * least),), STANDARD) is not None
+
+
+def test_of_those_that_are_not_told_apart_the_simplest_is_accepted() -> None:
+    gain = 100 * STANDARD.accepted(len(EFFECTS))
+    wide, narrow = _evidence(FIRST, gain, 9), _evidence(SECOND, gain - STANDARD.apart / 2, 3)
+    behind = _evidence(THIRD, gain - 2 * STANDARD.apart, 1)
+    chosen = accepted((wide, narrow, behind), STANDARD)
+    assert chosen is not None
+    assert (chosen.name, chosen.alternatives) == (SECOND.name, (FIRST.name,))
+
+
+def test_of_two_that_are_the_same_the_chain_s_first_is_accepted() -> None:
+    gain = 100 * STANDARD.accepted(len(EFFECTS))
+    last, first = sorted((FIRST.name, SECOND.name), key=list(BY_NAME).index, reverse=True)
+    for more in (0.0, 1e-9 * gain, -1e-9 * gain):
+        ranking = sorted(
+            (_evidence(BY_NAME[last], gain + more), _evidence(BY_NAME[first], gain)), key=lambda e: -e.gain
+        )
+        chosen = accepted(ranking, STANDARD)
+        assert chosen is not None
+        assert chosen.name == first
+
+
+@pytest.mark.parametrize(("effect", "share"), [(SECOND, STANDARD.form_share), (FIRST, STANDARD.same_form_share)])
+def test_a_much_smaller_effect_is_the_form_of_the_first(effect: type[Effect], share: float) -> None:
+    """Shares are of the size, and evidence grows with its square."""
+    first = _accepted(FIRST, 1000.0)
+    assert _is_form(_accepted(effect, 1000.0 * (0.9 * share) ** 2), [first], STANDARD)
+    assert not _is_form(_accepted(effect, 1000.0 * (1.1 * share) ** 2), [first], STANDARD)
+    assert not _is_form(first, [], STANDARD)
+
+
+def test_a_constant_vector_of_the_earth_s_frame_is_no_clean_rest() -> None:
+    given = recording()
+    assert given.att_q is not None
+    posed = problem(given)
+    error_nT = np.einsum("nji,j->ni", posed.state.R_wb, [6.0, -4.0, 5.0])
+    off = problem(replace(given, mag_nT=given.mag_nT + error_nT))
+    assert _with_earth_vector(CLEAN, Ground.of(posed)).clean
+    assert not _with_earth_vector(CLEAN, Ground.of(off)).clean
+    alone = problem(without_attitude(replace(given, mag_nT=given.mag_nT + error_nT)))
+    assert _with_earth_vector(CLEAN, Ground.of(alone)).clean  # the strength alone knows no such vector
+
+
+def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
+    effect = next(one for one in EFFECTS if one.clues.spectrum is not None)
+    level = effect.with_role("level")
+    assert level is not None
+    posed = problem(hidden={effect.name: {level: [2.0] * 3}})
+    assert not residual_tests(Ground.of(posed), ()).clean
+    assert residual_tests(Ground.of(replace(posed, effects=(effect(**{level: (2.0,) * 3}),))), ()).clean
