@@ -61,6 +61,12 @@ def test_angles_come_back_at_the_poles(pitch):
     np.testing.assert_allclose(rotation(rotation_angles_deg(R)), R, atol=1e-12)
 
 
+@pytest.mark.parametrize("sine", [-1.0, 1.0])
+def test_rounding_beyond_a_right_angle_is_one(sine):
+    R = np.array([[0.0, 0.0, sine], [0.0, 1.0, 0.0], [-np.nextafter(sine, 2 * sine), 0.0, 0.0]])
+    assert rotation_angles_deg(R) == pytest.approx((0.0, 90.0 * sine, 0.0))
+
+
 def test_scale_is_a_factor_on_each_axis(states):
     state = states(50)
     out = state.field_nT + label_of(Scale((0.1, 0.0, -0.2)), state)
