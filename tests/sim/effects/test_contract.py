@@ -11,6 +11,7 @@ import pytest
 from scenarios.errors import InputError
 from sim.chain import Chain
 from sim.effects import BY_NAME, EFFECTS, build
+from sim.effects.noise import WhiteNoise
 from sim.effects.tables import table
 
 every = pytest.mark.parametrize("cls", EFFECTS, ids=lambda cls: cls.name)
@@ -142,3 +143,19 @@ def test_values_out_of_bounds_are_refused(cls):
         if not p.options:
             with pytest.raises(InputError, match="finite"):
                 build({cls.name: {p.name: np.full(p.shape, np.nan).tolist()}}, None, "file.toml")
+
+
+AFTER_NOISE = EFFECTS[EFFECTS.index(WhiteNoise) + 1 :]
+
+
+@pytest.mark.parametrize("cls", AFTER_NOISE, ids=lambda cls: cls.name)
+def test_only_an_effect_with_memory_lets_neighbouring_samples_share_their_noise(cls, states, active):
+    state, effect = states(4000), cls(**active[cls.name])
+    noise = np.random.default_rng(2).normal(scale=200.0, size=state.field_nT.shape)
+    quiet, loud = (
+        signal + effect.apply(state, signal, np.random.default_rng(5), {})
+        for signal in (state.field_nT, state.field_nT + noise)
+    )
+    left = loud - quiet
+    together = np.median(left[1:] * left[:-1]) / np.median(left**2)  # medians: some rows may be held or clipped
+    assert (together > 0.1) == cls.clues.memory

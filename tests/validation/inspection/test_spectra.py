@@ -79,6 +79,15 @@ def test_a_slow_change_is_told_from_noise() -> None:
     assert "slow changes are left" in found.text
 
 
+@pytest.mark.parametrize(("times", "told"), [(1.0, True), (2.7, True), (3.3, False)])
+def test_what_varies_more_than_noise_alone_may_be_motion(times: float, told: bool) -> None:
+    """Without attitude and ellipsoid: a field that varies so many times as much as its noise."""
+    time_s = np.arange(3000) / 50.0
+    slow_nT = STD_NT * np.sqrt(2 * (times**2 - 1)) * np.sin(2 * np.pi * 0.1 * time_s)
+    found = noise_findings(look(time_s, noise(3000, STD_NT) + slow_nT[:, None] + 2e4))
+    assert any(finding.name == "slow" for finding in found) == told
+
+
 def test_where_the_mains_would_appear() -> None:
     assert one(findings(), "mains").value["50 Hz"] == pytest.approx(10.0, abs=0.01)
     time_s = np.arange(3000) / 50.0
