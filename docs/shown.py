@@ -22,6 +22,7 @@ from typing import Any, Generic, TypeVar
 
 import matplotlib
 import numpy as np
+import reproduced
 from matplotlib.figure import Figure as MplFigure
 from matplotlib.patches import Rectangle
 
@@ -105,7 +106,10 @@ def keep(diagnosed: Mapping[str, Shown], viewed: Mapping[str, str]) -> None:
     views = kept().get("views", {}) | {
         file: {"scenario": scenario, "shows": found[scenario]} for file, scenario in viewed.items()
     }
-    made = {"names": names(), "reports": found, "views": views, "verdicts": diagnosed}
+    drift = {
+        fit: [[*map(_rounded, seed)] for seed in seeds] for fit, seeds in reproduced.rms_nT(reproduced.FEW).items()
+    }
+    made = {"names": names(), "reports": found, "views": views, "reproduced": drift, "verdicts": diagnosed}
     FILE.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
 
 

@@ -14,6 +14,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+import reproduced
 import shown
 import tables
 
@@ -208,6 +209,11 @@ def test_the_pictures_show_what_the_program_draws_today() -> None:
     old = {name: shown.changed(parts, now.get(name, {})) for name, parts in made["reports"].items()}
     old |= {file: shown.changed(view["shows"], now[view["scenario"]]) for file, view in made["views"].items()}
     assert not {name: parts for name, parts in old.items() if parts}, "run `make docs`"
+
+
+def test_the_papers_page_shows_what_the_program_fits_today() -> None:
+    now = reproduced.rms_nT(reproduced.FEW)
+    assert not shown.changed(shown.kept()["reproduced"], now), "run `make docs`"
 
 
 def test_what_changes_is_told_from_what_is_added() -> None:

@@ -1,4 +1,4 @@
-"""The columns of a file under the recording's names and in its units, as they are: nothing is checked or repaired."""
+"""The columns of a file under the recording's names and in its units; `checks.py` looks at their values."""
 
 from __future__ import annotations
 
