@@ -50,9 +50,10 @@ class Calibrator(ABC):
     The type of a hyperparameter says which values it may have (`calib.settings`); others are refused with InputError.
 
     To write one: `name`, `summary` (one line), `_solve`, and what is true of it among these facts: `needs` (keys of
-    NEEDS), `min_samples`, `sequential` (the order of the samples matters), `whole_array` (takes all sensors of an array
-    at once), `triangular` (the corrected field is in the frame of sensor 1, whose matrix is upper triangular),
-    `one_axis` (made for a turn about one axis, whose measurements lie in a plane).
+    NEEDS), `min_samples`, `sequential` (the order of the samples matters; the base leaves the claimed covariance as it
+    is), `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame of
+    sensor 1, whose matrix is upper triangular), `one_axis` (made for a turn about one axis, whose measurements lie in a
+    plane).
 
     The base sees to the rest: what the recording must have, that the motion shows what the method fits, that the
     computation did not break down, and that the answer bears out an "ok" (`calib.judgement`). A parameter
