@@ -8,17 +8,20 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from scenarios.toml import as_dict
-from sim.dataset.columns import schema
+from sim.dataset.columns import RUN, Column, schema
 from sim.dataset.files import locked_directory, remove_leftovers
-from sim.dataset.manifest import Manifest, run_path
+from sim.dataset.manifest import Manifest, folders, run_path
 from sim.dataset.metadata import RunFile, run_file
 from sim.dataset.resume import finish_dataset, open_dataset_for_writing
+from sim.dataset.split import Split, split_from
 from sim.dataset.writer import RunWriter
 from sim.motion import Motion
 from sim.pool import in_process, map_unordered
 from sim.scenario import Scenario
-from sim.simulate import blocks, flown, plan
+from sim.simulate import Block, blocks, flown, plan
 from sim.tracking import Tracker
 
 Progress = Callable[[float, int], object]
@@ -32,7 +35,8 @@ class _Task:
     scenario: Scenario
     run: int
     seed: int
-    path: Path
+    out: Path
+    split: Split | None
 
 
 def generate(
@@ -42,26 +46,38 @@ def generate(
     runs: int = 1,
     seed: int | None = None,
     jobs: int = 1,
+    split: str | None = None,
     progress: Progress = lambda done, total: None,
     warn: Warn = lambda text: None,
 ) -> Manifest:
     """Write OUT/dataset.json and OUT/run-00000.parquet ...; runs that are whole and as listed already are kept.
 
+    split : such as "80/10/10", shares of training, validation and test; the runs are then in OUT/data/train/ ..., each
+        row with the number of its run, and OUT holds what `sim.dataset.description` writes.
+
     The bytes depend on the scenario, the seed and the run alone, never on `jobs`. Returns the manifest. Raises
-    InputError for a bad scenario, for an OUT that holds another dataset or that another process writes to, and when
-    the system refuses to write.
+    InputError for a bad scenario or split, for an OUT that holds another dataset or that another process writes to, and
+    when the system refuses to write.
     """
+    shares = None if split is None else split_from(split, scenario.seed if seed is None else seed)
     with locked_directory(out):
-        return write_runs(scenario, out, runs, seed, jobs, progress, warn)
+        return write_runs(scenario, out, runs, seed, jobs, progress, warn, shares)
 
 
 def write_runs(
-    scenario: Scenario, out: Path, runs: int, seed: int | None, jobs: int, progress: Progress, warn: Warn
+    scenario: Scenario,
+    out: Path,
+    runs: int,
+    seed: int | None,
+    jobs: int,
+    progress: Progress,
+    warn: Warn,
+    split: Split | None = None,
 ) -> Manifest:
     """`generate` for a caller that holds `locked_directory(out)` already."""
     seed = scenario.seed if seed is None else seed
     columns = plan(scenario, 0, seed).columns
-    todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, columns, warn)
+    todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, _table(columns, split), warn, split)
     files: list[RunFile] = []
 
     def advance(part: float = 0.0) -> None:
@@ -69,14 +85,15 @@ def write_runs(
 
     advance()
     write = partial(_write, advance=advance) if in_process(todo, jobs) else _write
-    tasks = [_Task(scenario, run, seed, run_path(out, run)) for run in todo]
+    tasks = [_Task(scenario, run, seed, out, split) for run in todo]
     try:
         with closing(map_unordered(write, tasks, jobs)) as done:
             for _, file in done:
                 files.append(file)
                 advance()
     except BaseException:  # an interruption too: the workers are gone, and what they had in hand
-        remove_leftovers(out)
+        for folder in folders(out):
+            remove_leftovers(folder)
         raise
     return finish_dataset(out, files)
 
@@ -91,11 +108,21 @@ def _write(task: _Task, advance: Callable[[float], object] = lambda part: None) 
             advance(_part(ready.drawn, motion))
             yield motion
 
-    with RunWriter(task.path, schema(ready.columns), ready.metadata) as writer:
+    path = run_path(task.out, task.run, task.split)
+    with RunWriter(path, schema(_table(ready.columns, task.split)), ready.metadata) as writer:
         for block in blocks(ready, watched()):
-            writer.write(block)
+            writer.write(block if task.split is None else _numbered(block, task.run))
         writer.add_tracking(tracker.tracking)
-    return run_file(task.path, task.run)
+    return run_file(path, task.run, task.out)
+
+
+def _table(columns: tuple[Column, ...], split: Split | None) -> tuple[Column, ...]:
+    """The columns of a file; those of a split dataset are read together, so that each row has its run's number."""
+    return columns if split is None else (RUN, *columns)
+
+
+def _numbered(block: Block, run: int) -> Block:
+    return block | {RUN.name: np.full(len(block["time_s"]), run)}
 
 
 def _part(scenario: Scenario, motion: Motion) -> float:

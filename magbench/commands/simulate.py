@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from magbench.options import CORES, Jobs, Json, Out, Overrides, ScenarioName, Seed
+
+if TYPE_CHECKING:
+    from sim.dataset import Manifest
 
 
 def simulate(
@@ -16,32 +19,54 @@ def simulate(
     runs: Annotated[int, typer.Option(min=1, max=99_999, help="Number of runs.")] = 1,
     seed: Seed = None,
     jobs: Jobs = CORES,
+    split: Annotated[
+        str | None,
+        typer.Option(metavar="TRAIN/VALIDATION/TEST", help="For a learner: per cent of the runs, e.g. 80/10/10."),
+    ] = None,
     set_: Overrides = None,
     json: Json = False,
 ) -> None:
     """Simulate a scenario and write a labelled dataset; repeat the command to resume or to add runs.
 
+    With --split the runs lie in OUT/data/train, validation and test, beside a table of all runs and a dataset card.
+
     Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
     """
-    from dataclasses import asdict
-
     from magbench.console import emit, progress, say, warn
     from sim.generate import generate
     from sim.scenario import load
-    from sim.tracking import together, warning
-    from validation.text import counted
+    from sim.tracking import warning
 
     spec = load(scenario, set_ or ())
     place = out or Path("out") / spec.name
     what = f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")
     with progress(what) as report:
-        manifest = generate(spec, place, runs=runs, seed=seed, jobs=jobs, progress=report, warn=warn)
-    rows = sum(file.rows for file in manifest.files)
-    say(f"{place}: {counted(runs, 'run')}, {rows} samples, {len(manifest.columns)} columns")
-    tracks = [file.tracking for file in manifest.files]
-    warn(warning(tracks))
+        manifest = generate(spec, place, runs=runs, seed=seed, jobs=jobs, split=split, progress=report, warn=warn)
+    say(f"{place}: {_in_words(manifest)}")
+    warn(warning([file.tracking for file in manifest.files]))
     if json:
-        whole = together(tracks)
-        told = {"out": str(place), "runs": runs, "seed": manifest.seed, "samples": rows}
-        told |= {"tracking": whole and asdict(whole), "files": [asdict(file) for file in manifest.files]}
-        emit(told)
+        emit({"out": str(place), **_for_scripts(manifest)})
+
+
+def _in_words(manifest: Manifest) -> str:
+    from validation.text import counted
+
+    rows = sum(file.rows for file in manifest.files)
+    words = f"{counted(manifest.runs, 'run')}, {rows} samples, {len(manifest.columns)} columns"
+    if manifest.split is None:
+        return words
+    counts = manifest.split.counts(manifest.runs)
+    return f"{words}; " + ", ".join(f"{counted(runs, 'run')} for {part}" for part, runs in counts.items())
+
+
+def _for_scripts(manifest: Manifest) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from sim.tracking import together
+
+    whole = together([file.tracking for file in manifest.files])
+    told: dict[str, Any] = {"runs": manifest.runs, "seed": manifest.seed}
+    if manifest.split is not None:
+        told["split"] = manifest.split.counts(manifest.runs)
+    told["samples"] = sum(file.rows for file in manifest.files)
+    return told | {"tracking": whole and asdict(whole), "files": [asdict(file) for file in manifest.files]}

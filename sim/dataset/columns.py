@@ -92,7 +92,9 @@ SIGNALS = (
 """What a recording holds, in the order of a file; any other column is a channel."""
 SIGNAL = {signal.group: signal for signal in SIGNALS}
 RECORDING_GROUPS = tuple(SIGNAL)
-GROUPS = (*RECORDING_GROUPS, "channel", "truth", "effect")
+RUN = Column("run", "1", "number of the run in its dataset", "run")
+"""Tells the runs of a split dataset apart once they are read together; nothing that an instrument gives."""
+GROUPS = (RUN.group, *RECORDING_GROUPS, "channel", "truth", "effect")
 
 
 def is_truth(name: str) -> bool:
@@ -102,6 +104,8 @@ def is_truth(name: str) -> bool:
 
 def group_of(name: str) -> str:
     """Group of a column by its name; what is in no table is a channel."""
+    if name == RUN.name:
+        return RUN.group
     if is_truth(name):
         return "truth" if name.startswith("true_") else "effect"
     return next((signal.group for signal in SIGNALS if signal.number_in(name) is not None), "channel")
@@ -146,12 +150,15 @@ def columns(
 
 
 def schema(table: Sequence[Column]) -> pa.Schema:
-    """Arrow schema of columns: float64 (phase: dictionary of strings), unit and meaning in each field's metadata."""
-    text = pa.dictionary(pa.int32(), pa.string())
+    """Arrow schema of columns, with unit and meaning in each field's metadata.
+
+    float64; the phase is a dictionary of strings, the number of a run int64.
+    """
+    types = {"phase": pa.dictionary(pa.int32(), pa.string()), RUN.group: pa.int64()}
     return pa.schema(
         pa.field(
             c.name,
-            text if c.group == "phase" else pa.float64(),
+            types.get(c.group, pa.float64()),
             nullable=False,
             metadata={"unit": c.unit, "meaning": c.meaning},
         )

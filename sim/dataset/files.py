@@ -78,7 +78,7 @@ def locked_directory(out: Path) -> Iterator[None]:
 
 
 def remove_leftovers(out: Path) -> None:
-    """Remove what killed processes left half-written; InputError where that is refused."""
+    """Remove what killed processes left half-written in this directory; InputError where that is refused."""
     for leftover in out.glob(f"*{PART}"):
         with system_errors_about(leftover):
             leftover.unlink()

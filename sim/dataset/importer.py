@@ -12,7 +12,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from scenarios.errors import InputError
-from sim.dataset.columns import group_of, is_truth, mag_names, numbers
+from sim.dataset.columns import RUN, group_of, is_truth, mag_names, numbers
 from sim.dataset.decode import NotNumbersError, is_empty, is_timestamp, numbers_of, seconds_of, words_of
 from sim.dataset.recording import Array
 from sim.dataset.tabular import load_table
@@ -58,7 +58,7 @@ Source = tuple[pa.ChunkedArray, ColumnMap | None]
 
 
 def _named(path: Path, table: pa.Table, maps: Sequence[ColumnMap]) -> dict[str, Source]:
-    """The columns under the names that they are to have; what a map replaces is gone."""
+    """The columns under the names that they are to have; what a map replaces is gone, and the number of a run."""
     for one in maps:
         if one.source not in table.column_names:
             where = f"{path}: --map {one.target}={one.source}"
@@ -66,7 +66,8 @@ def _named(path: Path, table: pa.Table, maps: Sequence[ColumnMap]) -> dict[str, 
                 f"there is no column {one.source!r}", where=where, do=f"the file has {_listed(table.schema)}"
             )
     used = {one.source for one in maps}
-    kept: dict[str, Source] = {name: (table.column(name), None) for name in table.column_names if name not in used}
+    left_out = used | {RUN.name}
+    kept: dict[str, Source] = {name: (table.column(name), None) for name in table.column_names if name not in left_out}
     return kept | {one.target: (table.column(one.source), one) for one in maps}
 
 

@@ -15,8 +15,11 @@ from scenarios.files import parsed_json, read_text, validated
 from scenarios.plain import plain
 from sim.dataset.columns import Column
 from sim.dataset.metadata import FORMAT, RunFile
+from sim.dataset.split import PARTS, Split
 
 MANIFEST = "dataset.json"
+DATA = "data"
+"""Directory of a split dataset's files: nothing else is in it, so that others' readers can open it whole."""
 ELSEWHERE = "choose another output directory"
 
 
@@ -32,10 +35,14 @@ class Manifest:
     scenario: dict[str, Any]
     files: tuple[RunFile, ...]
     columns: tuple[Column, ...]
+    split: Split | None = None
 
     def to_json(self) -> str:
-        """The text of `dataset.json`."""
-        return json.dumps(plain(asdict(self)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+        """The text of `dataset.json`; `split` is in it where the dataset is split."""
+        told = asdict(self)
+        if self.split is None:
+            del told["split"]
+        return json.dumps(plain(told), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 _MANIFEST = TypeAdapter(Manifest)
@@ -52,16 +59,23 @@ def read_manifest(out: Path) -> Manifest:
     return validated(_MANIFEST, text, where, ELSEWHERE)
 
 
-def run_path(out: Path, run: int) -> Path:
-    """File of a run in a dataset directory."""
-    return out / f"run-{run:05d}.parquet"
+def run_path(out: Path, run: int, split: Split | None = None) -> Path:
+    """File of a run in a dataset directory, with those of its part where the dataset is split."""
+    name = f"run-{run:05d}.parquet"
+    return out / name if split is None else out / DATA / split.part_of(run) / name
+
+
+def folders(out: Path) -> list[Path]:
+    """The directories where a dataset, split or not, has its files, as far as they are there."""
+    return [folder for folder in (out, *(out / DATA / part for part in PARTS)) if folder.is_dir()]
 
 
 def file_of(path: Path, run: int) -> Path:
     """The file that a user names: `path` itself, or a run of the dataset in that directory; InputError for no run."""
     if not path.is_dir():
         return path
-    runs, file = read_manifest(path).runs, run_path(path, run)
+    manifest = read_manifest(path)
+    runs, file = manifest.runs, run_path(path, run, manifest.split)
     if not 0 <= run < runs:
         raise InputError(
             f"has no run {run}", where=str(path), do=f"it has runs 0 to {runs - 1}" if runs else "it is empty"

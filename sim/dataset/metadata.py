@@ -75,15 +75,16 @@ def read_metadata(path: Path) -> Metadata:
     )
 
 
-def run_file(path: Path, run: int) -> RunFile:
-    """Describe the finished file of a run; InputError for one that is damaged."""
+def run_file(path: Path, run: int, out: Path | None = None) -> RunFile:
+    """Describe the finished file of a run, its path as seen from `out`; InputError for one that is damaged."""
     text = _texts(path).get(TRACKING_KEY.encode())
     where = f"{path}: metadata {TRACKING_KEY!r}"
     tracking = None if text is None else validated(_TRACKING, text, where, "remove the file, it is made anew")
     with damage_named(path):
         rows = pq.read_metadata(path).num_rows
     with system_errors_about(path, "repeat the command: it resumes"):
-        return RunFile(run, path.name, rows, path.stat().st_size, sha256_of(path), tracking)
+        listed = path.relative_to(out or path.parent).as_posix()
+        return RunFile(run, listed, rows, path.stat().st_size, sha256_of(path), tracking)
 
 
 def digest_of(scenario: Mapping[str, Any]) -> str:

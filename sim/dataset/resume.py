@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from importlib.metadata import PackageNotFoundError, version
 from itertools import islice
 from pathlib import Path
@@ -13,9 +13,11 @@ from typing import Any
 
 from scenarios.errors import InputError
 from sim.dataset.columns import Column
+from sim.dataset.description import describe
 from sim.dataset.files import canonical_json, remove_leftovers, system_errors_about, write_text
-from sim.dataset.manifest import ELSEWHERE, MANIFEST, Manifest, read_manifest, run_path
+from sim.dataset.manifest import DATA, ELSEWHERE, MANIFEST, Manifest, folders, read_manifest, run_path
 from sim.dataset.metadata import FORMAT, RunFile, digest_of, read_metadata, run_file
+from sim.dataset.split import Split
 
 PACKAGES = ("magbench", "magpylib", "mujoco", "numba", "numpy", "ppigrf", "pyarrow", "scipy")
 _RUN_FILE = re.compile(r"run-\d{5,}\.parquet")
@@ -28,6 +30,7 @@ def open_dataset_for_writing(
     runs: int,
     columns: Sequence[Column],
     warn: Callable[[str], object] = lambda text: None,
+    split: Split | None = None,
 ) -> list[int]:
     """Begin or resume a dataset; returns the runs that are still to do.
 
@@ -37,7 +40,9 @@ def open_dataset_for_writing(
     A dataset is not continued with other versions of the packages that decide its numbers.
     Raises InputError, and changes nothing, where the directory holds another dataset or cannot be written.
     """
-    new = Manifest(FORMAT, False, seed, runs, versions(), json.loads(canonical_json(scenario)), (), tuple(columns))
+    new = Manifest(
+        FORMAT, False, seed, runs, versions(), json.loads(canonical_json(scenario)), (), tuple(columns), split
+    )
     with system_errors_about(out, ELSEWHERE):
         out.mkdir(parents=True, exist_ok=True)
     old = _existing(out, new)
@@ -45,7 +50,7 @@ def open_dataset_for_writing(
     todo = sorted(set(range(runs)) - set(kept))
     if old and kept and todo:
         _refuse("packages", old.packages, new.packages, out)
-    remove_leftovers(out)
+    _make_ready(out, new)
     packages = new.packages if old is None or todo else old.packages
     write_text(out / MANIFEST, replace(new, packages=packages, files=tuple(kept.values())).to_json())
     if changed:
@@ -55,11 +60,16 @@ def open_dataset_for_writing(
 
 
 def finish_dataset(out: Path, files: Iterable[RunFile] = ()) -> Manifest:
-    """Mark a dataset complete; `files` are what `run_file` told of runs just written, others are hashed here."""
+    """Mark a dataset complete; `files` are what `run_file` told of runs just written, others are hashed here.
+
+    A split dataset is described before, see `sim.dataset.description`.
+    """
     begun = read_manifest(out)
     known = {entry.run: entry for entry in (*begun.files, *files)}
-    entries = tuple(known.get(run) or run_file(run_path(out, run), run) for run in range(begun.runs))
+    entries = tuple(known.get(run) or _file(out, begun, run) for run in range(begun.runs))
     done = replace(begun, complete=True, files=entries)
+    if done.split:
+        describe(out, done, done.split)
     write_text(out / MANIFEST, done.to_json())
     return done
 
@@ -67,12 +77,13 @@ def finish_dataset(out: Path, files: Iterable[RunFile] = ()) -> Manifest:
 def _existing(out: Path, new: Manifest) -> Manifest | None:
     """The manifest that is already there, if it is of the same dataset."""
     if not (out / MANIFEST).exists():
-        if any(_RUN_FILE.fullmatch(path.name) for path in out.iterdir()):
+        if any(_RUN_FILE.fullmatch(path.name) for folder in folders(out) for path in folder.iterdir()):
             raise InputError(f"holds run files but no {MANIFEST}", where=str(out), do=ELSEWHERE)
         return None
     old = read_manifest(out)
     _refuse("seed", old.seed, new.seed, out)
     _refuse("scenario", old.scenario, new.scenario, out)
+    _refuse("split", old.split and asdict(old.split), new.split and asdict(new.split), out)
     if old.runs > new.runs:
         do = f"ask for {old.runs} runs or more, or {ELSEWHERE}"
         raise InputError(f"holds a dataset of {old.runs} runs, {new.runs} were asked for", where=str(out), do=do)
@@ -82,21 +93,35 @@ def _existing(out: Path, new: Manifest) -> Manifest | None:
 def _kept(out: Path, old: Manifest, new: Manifest) -> tuple[dict[int, RunFile], list[str]]:
     """The runs whose file is whole and, where the manifest lists it, the one listed; and the names of other files."""
     whole = {run: file for run in range(new.runs) if (file := _whole(out, new, run)) is not None}
-    listed = {file.run: file for file in old.files if run_path(out, file.run).exists()}
+    listed = {file.run: file for file in old.files if run_path(out, file.run, old.split).exists()}
     changed = [run for run, file in sorted(listed.items()) if whole.get(run) != file]
     kept = {run: file for run, file in whole.items() if run not in changed}
-    return kept, [run_path(out, run).name for run in changed]
+    return kept, [run_path(out, run, old.split).name for run in changed]
 
 
 def _whole(out: Path, dataset: Manifest, run: int) -> RunFile | None:
     """The file of a run when it can be read and says that it is this run of this dataset, else None."""
     try:
-        said = read_metadata(run_path(out, run))
+        said = read_metadata(run_path(out, run, dataset.split))
         wanted = (FORMAT, dataset.seed, run, digest_of(dataset.scenario))
         same = (said.schema, said.seed, said.run, said.scenario_sha256) == wanted
-        return run_file(run_path(out, run), run) if same else None
+        return _file(out, dataset, run) if same else None
     except InputError:
         return None
+
+
+def _file(out: Path, dataset: Manifest, run: int) -> RunFile:
+    return run_file(run_path(out, run, dataset.split), run, out)
+
+
+def _make_ready(out: Path, dataset: Manifest) -> None:
+    """Directories for the runs' files, without what killed processes left in them."""
+    counts = dataset.split.counts(dataset.runs) if dataset.split else {}
+    for part in (part for part, runs in counts.items() if runs):
+        with system_errors_about(out, ELSEWHERE):
+            (out / DATA / part).mkdir(parents=True, exist_ok=True)
+    for folder in folders(out):
+        remove_leftovers(folder)
 
 
 def differences(key: str, old: Any, new: Any) -> str:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from scenarios.errors import InputError
 from sim.dataset.assemble import arrays_of
-from sim.dataset.columns import columns_of, schema
+from sim.dataset.columns import RUN, columns_of, schema
 from sim.dataset.files import beside, canonical_json, system_errors_about
 from sim.dataset.metadata import FORMAT, METADATA_KEY, TRACKING_KEY
 from sim.dataset.recording import Recording
@@ -96,7 +96,7 @@ class RunWriter:
             compression_level=1,
             use_byte_stream_split=self._floats,
             use_dictionary=[name for name in self._schema.names if name not in self._floats],
-            write_statistics=["time_s"],
+            write_statistics=[name for name in (RUN.name, "time_s") if name in self._schema.names],
         )
 
     def _check(self, block: Mapping[str, NDArray[Any]]) -> None:
