@@ -9,8 +9,8 @@ from typing import Any
 
 from sim.dataset.files import system_errors_about, write_text
 from validation.reproduce.base import Findings, Reproduction, Row
+from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
-from validation.views.plots.style import encoded
 
 Results = Mapping[Reproduction, Findings]
 
@@ -30,7 +30,11 @@ def write(results: Results, out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
     write_text(out / "reproduction.json", json.dumps(as_dict(results), indent=1, ensure_ascii=False) + "\n")
     papers = [
-        {"paper": paper, "rows": findings.rows, "pictures": {k: encoded(draw) for k, draw in findings.figures.items()}}
+        {
+            "paper": paper,
+            "rows": findings.rows,
+            "pictures": {k: on_page(draw, k) for k, draw in findings.figures.items()},
+        }
         for paper, findings in results.items()
     ]
     write_text(out / "report.html", rendered("reproduction.html", {"papers": papers}))

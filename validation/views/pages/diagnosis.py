@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,10 @@ from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
 from validation.text import digits
+from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
 from validation.views.plots import diagnosis as plots
-from validation.views.plots.style import Figure, encoded
+from validation.views.plots.style import Figure
 from validation.views.series import as_they_stand, gap_to_show, places, rms_nT, travels
 from validation.views.words.diagnosis import gap_rows, parameter_rows
 
@@ -64,7 +66,7 @@ def _page(found: Diagnosis, title: str) -> dict[str, Any]:
         "where": found.where,
         "diff": model_diff(found),
         "model": to_toml(found.model),
-        "pictures": [(name, caption, encoded(lambda draw=draw: draw(found))) for name, caption, draw in shown],  # type: ignore[misc]
+        "pictures": [(name, caption, on_page(partial(draw, found), name)) for name, caption, draw in shown],
     }
 
 

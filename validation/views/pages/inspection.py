@@ -10,9 +10,12 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from sim.dataset.files import system_errors_about, write_text
 from validation.inspection.inspection import Inspection, headline, summary
 from validation.inspection.look import LEAST_ROWS, Look
+from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
 from validation.views.plots.inspection import (
     draw_allan,
@@ -22,7 +25,7 @@ from validation.views.plots.inspection import (
     draw_spectrum,
     draw_strength,
 )
-from validation.views.plots.style import Figure, encoded
+from validation.views.plots.style import Figure
 from validation.views.words.inspection import MARKS, brief, name
 
 
@@ -87,8 +90,9 @@ def _page(inspection: Inspection) -> dict[str, Any]:
     }
 
 
-def _pictures(look: Look) -> list[tuple[str, str, str]]:
-    """Title, caption and data address of each picture of one magnetometer."""
+def _pictures(look: Look) -> list[tuple[str, str, Markup]]:
+    """Title, caption and figure of each picture of one magnetometer."""
     which = "" if look.sensor is None else f", sensor {look.sensor}"
     drawn = (picture for picture in PICTURES if picture.has(look))
-    return [(picture.title + which, picture.caption, encoded(partial(picture.draw, look))) for picture in drawn]
+    titled = ((picture.title + which, picture) for picture in drawn)
+    return [(title, picture.caption, on_page(partial(picture.draw, look), title)) for title, picture in titled]

@@ -6,6 +6,7 @@ import json
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,12 @@ from sim.dataset.files import write_text
 from sim.tracking import warning
 from validation.scoring.outcome import Outcome
 from validation.text import digits, plainly, words
+from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
 from validation.views.plots.effects import draw_effect_sizes, draw_effects
 from validation.views.plots.field import MOST_LINES, draw_norm, draw_residuals, draw_sphere
 from validation.views.plots.motion import draw_path, draw_vehicle
-from validation.views.plots.style import Draw, picture
+from validation.views.plots.style import Draw
 from validation.views.words.outcome import ALIGNED, duration_s, score_table, what_was_simulated
 
 PACKAGES = ("magbench", "numpy", "scipy", "mujoco", "numba", "filterpy", "magpylib", "ppigrf", "rerun-sdk")
@@ -78,7 +80,11 @@ def _page(outcome: Outcome) -> dict[str, Any]:
         "astray": warning([outcome.tracking]),
         "scores": score_table(outcome),
         "calibrations": [outcome.calibrations[name] for name in outcome.ranking()[0]],
-        "pictures": [(section, picture(section.draw, outcome)) for section in SECTIONS if _has(section, outcome)],
+        "pictures": [
+            (section, on_page(partial(section.draw, outcome), section.title))
+            for section in SECTIONS
+            if _has(section, outcome)
+        ],
         "parameters": effect_parameters(outcome),
         "surroundings": surroundings(outcome),
         "versions": _versions(),

@@ -1,4 +1,4 @@
-"""The reports' HTML templates."""
+"""The reports' HTML templates, and the scripts that make their tables sort and their plots zoom."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+import plotly.offline
 
 from validation.text import digits
+from validation.views.pages.figure import PLOT
 
 TEMPLATES = Path(__file__).parent.parent / "templates"
+END = "</body>"
 
 
 def rendered(name: str, values: Mapping[str, Any]) -> str:
@@ -22,4 +25,12 @@ def rendered(name: str, values: Mapping[str, Any]) -> str:
         trim_blocks=True,
     )
     environment.filters["digits"] = digits
-    return environment.get_template(name).render(values)
+    page = environment.get_template(name).render(values)
+    return page.replace(END, _scripts(page) + END)
+
+
+def _scripts(page: str) -> str:
+    """What the page runs: all of it is inside, so that it works where there is no network."""
+    library = [plotly.offline.get_plotlyjs()] if PLOT in page else []
+    own = (TEMPLATES / "page.js").read_text(encoding="utf-8")
+    return "".join(f"<script>{script}</script>\n" for script in (*library, own))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any
 
 import matplotlib
@@ -47,20 +48,24 @@ STYLE: dict[str, Any] = {
 }
 
 
-def picture(draw: Draw, outcome: Outcome) -> str:
-    """An outcome's figure as a data address, see `encoded`."""
-    return encoded(lambda: draw(outcome))
+def styled() -> AbstractContextManager[None]:
+    """Within, figures are drawn in the report's style."""
+    return matplotlib.rc_context(STYLE)
 
 
 def encoded(draw: Callable[[], Figure]) -> str:
+    """A figure, drawn in the report's style, as a data address."""
+    with styled():
+        return image(draw())
+
+
+def image(figure: Figure) -> str:
     """A figure as a data address: SVG while its lines have few points, else PNG."""
-    with matplotlib.rc_context(STYLE):
-        figure = draw()
-        points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
-        kind, mime = ("svg", "svg+xml") if points <= SVG_POINTS else ("png", "png")
-        file = io.BytesIO()
-        dpi = DPI if figure.get_figheight() < TALL_IN else TALL_DPI
-        figure.savefig(file, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else {"Software": None})
+    points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
+    kind, mime = ("svg", "svg+xml") if points <= SVG_POINTS else ("png", "png")
+    file = io.BytesIO()
+    dpi = DPI if figure.get_figheight() < TALL_IN else TALL_DPI
+    figure.savefig(file, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else {"Software": None})
     return f"data:image/{mime};base64,{base64.b64encode(file.getvalue()).decode()}"
 
 

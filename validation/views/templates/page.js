@@ -1,0 +1,31 @@
+// Tables sort by a click on a head; plots are drawn one after the other, so that the page can be read at once.
+"use strict";
+for (const head of document.querySelectorAll("table.sorts thead th")) {
+  head.addEventListener("click", () => {
+    const body = head.closest("table").tBodies[0];
+    const column = [...head.parentNode.children].indexOf(head);
+    const up = head.getAttribute("aria-sort") !== "ascending";
+    const value = (row) => {
+      const cell = row.cells[column];
+      const text = cell.dataset.value ?? cell.textContent.trim();
+      return text === "" || isNaN(text) ? text : Number(text);
+    };
+    const order = (a, b) => (typeof a === typeof b ? (a < b ? -1 : a > b ? 1 : 0) : typeof a === "number" ? -1 : 1);
+    const groups = [];
+    for (const row of body.rows) row.classList.contains("why") ? groups.at(-1).push(row) : groups.push([row]);
+    groups.sort((a, b) => (up ? 1 : -1) * order(value(a[0]), value(b[0])));
+    body.append(...groups.flat());
+    for (const other of head.parentNode.children) other.removeAttribute("aria-sort");
+    head.setAttribute("aria-sort", up ? "ascending" : "descending");
+  });
+}
+const places = [...document.querySelectorAll(".plot")];
+const draw = () => {
+  const place = places.shift();
+  if (!place) return;
+  const plot = JSON.parse(place.nextElementSibling.textContent);
+  place.style.height = "";
+  Plotly.newPlot(place, plot.data, plot.layout, { responsive: true, displaylogo: false });
+  setTimeout(draw);
+};
+draw();
