@@ -27,6 +27,7 @@ from sim.effects.base import Effect
 from sim.effects.values import Parameter
 from sim.motion import Motion, drive
 from sim.scenario import Scenario, SensorSpec, load
+from sim.sensors import SENSORS, Figure, Sensor
 from sim.streams import stream
 from sim.vehicles import VEHICLES, able
 from validation.diagnosis.verdict import Verdict
@@ -39,6 +40,8 @@ COUNTS = {"effects": len(EFFECTS), "(?:calibrators|methods)": len(CALIBRATORS)}
 MARKS = re.compile(r"(<!-- table: ([\w-]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 WORD = re.compile(r"-?\w+(?:\.\w+)*")
 STAGES = ("field", "vehicle", "sensor", "electronics")
+SHOWN_HZ = 10.0
+"""Sample rate at which the noise of a density is shown."""
 KEY_HEADS = ("key", "value", "default", "range", "meaning")
 TRACKED = (
     *("auv-spiral", "auv-spiral-excited", "auv-comb"),
@@ -198,6 +201,32 @@ def phases() -> str:
     return "\n".join(parts)
 
 
+def sheets() -> str:
+    """Every sensor with the figures of its data sheet and the effects that stand for them."""
+    return "\n".join(map(_sheet, SENSORS.values()))
+
+
+def _sheet(sensor: Sensor) -> str:
+    rate = f" At most {sensor.fastest_hz:g} samples a second." if sensor.fastest_hz else ""
+    head = f"**`{sensor.name}`**. {sensor.summary}.{rate} Source: {sensor.document}. Left out: {sensor.left_out}."
+    rows = ((one.quantity, one.words + ("" if one.compared else " †"), _stands(one)) for one in sensor.figures)
+    return head + "\n\n" + _table(("quantity", "data sheet", "effect"), rows)
+
+
+def _stands(figure: Figure) -> str:
+    """The effect of a figure, with the parameters that are drawn by their law."""
+    laws = {key: next(iter(how.model_dump(exclude_none=True).items())) for key, how in figure.spread.items()}
+    drawn = [f"`{key}` {name} {_pair(pair)}" for key, (name, pair) in laws.items()]
+    fixed = [f"`{key}` {_pair(value)}" for key, value in figure.at(SHOWN_HZ).items() if key not in laws]
+    return f"`{figure.effect.name}`: " + ", ".join((*drawn, *fixed))
+
+
+def _pair(value: Any) -> str:
+    numbers = np.atleast_1d(value)
+    same = len(numbers) == 3 and len(set(numbers)) == 1
+    return ", ".join(f"{number:.6g}" for number in (numbers[:1] if same else numbers))
+
+
 def variations() -> str:
     """Every distribution of `[vary]`, and what bounds or mirrors it."""
     return _table(("key", "value"), ((f"`{name}`", _meaning(info)) for name, info in Vary.model_fields.items()))
@@ -339,6 +368,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "navigation": keys(NavigationSpec),
     "sensors": keys(SensorSpec),
     "vary": variations,
+    "sheets": sheets,
     "tracking": tracking,
     "zhang2018-ellipsoid": ellipsoid,
     **{f"verdict-{name}": verdict(name) for name in Verdict},

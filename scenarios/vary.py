@@ -43,6 +43,9 @@ def check_vary(scenario: BaseScenario, where: str) -> None:
     ends: dict[str, tuple[Any, ...]] = {}
     for key in sorted(scenario.vary):
         node, last = _find(data, key, where)
+        if last == "kind":
+            do = "write a scenario for each kind"
+            raise problem_at(where, ("vary", key), "a kind cannot vary: runs would hold other columns", do)
         ends[key] = _ends(node[last], scenario.vary[key], key, where)
     for number in range(max(map(len, ends.values()))):
         _put(scenario, {key: values[min(number, len(values) - 1)] for key, values in ends.items()}, "", where)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import Field, model_validator
 
@@ -17,19 +17,29 @@ from scenarios.table import Table
 from scenarios.vary import check_vary
 from sim.effects import EffectName, Effects, check_order, in_order
 from sim.effects.base import Effect
+from sim.scalar import OUTSIDE
+from sim.sensors import SENSORS, Sensor, SensorName
 from sim.vehicles import VEHICLES, VehicleSpec, able
 from sim.vehicles.base import Vehicle
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Metres = Annotated[float, Field(ge=-1000, le=1000)]
+S = TypeVar("S", bound="Scenario")
 _EFFECTS = Field(Effects(), description="tables by effect name, each with its parameters")
 _ORDER = Field(None, description="names of all effects, in another order than the physical one")
 
 
+class InstrumentSpec(Table):
+    """The kind of every magnetometer that names none itself."""
+
+    kind: SensorName = Field(description="a sensor by name, with its data sheet's figures")
+
+
 class SensorSpec(Table):
-    """One magnetometer: where it sits (body frame), and effects of its own beside the scenario's."""
+    """One magnetometer: where it sits (body frame), its kind, and effects of its own beside the scenario's."""
 
     position_m: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.0)
+    kind: SensorName | None = Field(None, description="a sensor by name, in place of that of `[sensor]`")
     effects: Effects = _EFFECTS
 
 
@@ -37,6 +47,7 @@ class Scenario(BaseScenario):
     """A whole scenario: field, vehicle, motion, sensors, effects, and which calibrators to try."""
 
     vehicle: VehicleSpec
+    sensor: InstrumentSpec | None = None
     sensors: tuple[SensorSpec, ...] = Field((SensorSpec(),), min_length=1, max_length=9)
     effects: Effects = _EFFECTS
     effect_order: tuple[EffectName, ...] | None = _ORDER
@@ -45,13 +56,74 @@ class Scenario(BaseScenario):
     def _fits(self) -> Self:
         for index, phase in enumerate(self.phases):
             _check_phase(VEHICLES[self.vehicle.kind], phase, index)
-        for sensor in self.sensors:
-            check_order(self.effect_order, (*self.effects, *sensor.effects))
+        check_kinds(self)
+        for tables in equipped(self).sensors:
+            check_order(self.effect_order, (*self.effects, *tables.effects))
         return self
 
-    def chain(self, sensor: int = 0) -> tuple[Effect, ...]:
-        """The effects of one sensor in the chain's order; of a name the scenario's first, then the sensor's own."""
-        return in_order([self.effects, self.sensors[sensor].effects], self.effect_order)
+    def sheet(self, sensor: int) -> Sensor | None:
+        """The data sheet of one sensor, None where the scenario names no kind."""
+        kind = self.sensors[sensor].kind or (self.sensor.kind if self.sensor else None)
+        return SENSORS[kind] if kind else None
+
+    @property
+    def vectors(self) -> tuple[int, ...]:
+        """The sensors that measure three axes, in their order."""
+        return tuple(k for k in range(len(self.sensors)) if not is_scalar(self, k))
+
+    @property
+    def scalar(self) -> int | None:
+        """The sensor that measures the field's strength alone, if there is one."""
+        return next((k for k in range(len(self.sensors)) if is_scalar(self, k)), None)
+
+    def chain(self, sensor: int | None = None) -> tuple[Effect, ...]:
+        """The effects of one sensor, by default the first of three axes, in the chain's order.
+
+        Of a name the scenario's come first, then the sensor's own; its data sheet's stand for names that neither has.
+        A sensor of the field's strength has of the scenario's those of the field and the vehicle.
+        """
+        number = self.vectors[0] if sensor is None else sensor
+        effects = in_order([self.effects, equipped(self).sensors[number].effects], self.effect_order)
+        if not is_scalar(self, number):
+            return effects
+        shared = [one for group in self.effects.values() for one in group if one.stage not in OUTSIDE]
+        return tuple(one for one in effects if not any(one is other for other in shared))
+
+
+def is_scalar(scenario: Scenario, sensor: int) -> bool:
+    """Whether a sensor measures the field's strength alone."""
+    sheet = scenario.sheet(sensor)
+    return sheet is not None and sheet.scalar
+
+
+def check_kinds(scenario: Scenario) -> None:
+    """ValidationError unless the sensors' kinds go together and can be read as often as the scenario asks."""
+    scalars = len(scenario.sensors) - len(scenario.vectors)
+    if scalars > 1 or not scenario.vectors:
+        what = f"{scalars} of {len(scenario.sensors)} sensors give the field's strength alone"
+        raise misfit(("sensors",), what, "have at most one of them, beside one that measures three axes")
+    for sensor in range(len(scenario.sensors)):
+        sheet = scenario.sheet(sensor)
+        if sheet and sheet.fastest_hz and scenario.sampling.rate_hz > sheet.fastest_hz:
+            what = f"the {sheet.name} gives at most {sheet.fastest_hz:g} samples a second"
+            raise misfit(("sampling", "rate_hz"), what, "lower the rate, or choose another sensor")
+
+
+def equipped(scenario: S) -> S:
+    """The scenario with its sensors' data sheets written out: effects of each sensor, and how units differ as `vary`.
+
+    Tables that the scenario has itself stay as they are, and take the place of the sheet's, spread included.
+    """
+    sensors, vary = list(scenario.sensors), dict(scenario.vary)
+    for number, sensor in enumerate(scenario.sensors):
+        if sheet := scenario.sheet(number):
+            said = {*sensor.effects} if sheet.scalar else {*sensor.effects, *scenario.effects}
+            new = {name: table for name, table in sheet.tables(scenario.sampling.rate_hz).items() if name not in said}
+            sensors[number] = sensor.model_copy(update={"effects": Effects({**new, **sensor.effects.written})})
+            for (name, parameter), how in sheet.spread().items():
+                if name in new:
+                    vary.setdefault(f"sensors.{number}.effects.{name}.{parameter}", how)
+    return scenario.model_copy(update={"sensors": tuple(sensors), "vary": vary})
 
 
 class ModelSpec(Table):
@@ -83,7 +155,7 @@ def load(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
     parameter, and a value that varies out of its range.
     """
     scenario = files.load(name_or_path, Scenario, overrides)
-    check_vary(scenario, str(find(name_or_path)))
+    check_vary(equipped(scenario), str(find(name_or_path)))
     return scenario
 
 

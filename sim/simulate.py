@@ -35,8 +35,9 @@ from sim.field import earth_field_enu_nT
 from sim.instruments import Instruments
 from sim.motion import Motion, drive
 from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body, to_world
-from sim.scenario import Scenario, SensorSpec
-from sim.state import MOTION, TEMPERATURE, Array, State, current_name, currents_of, missing_channel
+from sim.scalar import ScalarMagnetometer
+from sim.scenario import Scenario, SensorSpec, equipped
+from sim.state import MOTION, SCALAR, TEMPERATURE, Array, State, current_name, currents_of, missing_channel
 from sim.streams import stream
 from sim.thermal import Thermometer
 from sim.vehicles import VEHICLES
@@ -49,8 +50,9 @@ Block = dict[str, NDArray[Any]]
 class Plan:
     """A scenario made ready to run: the values of this run drawn, the effects of each sensor built.
 
-    scenario: as written; drawn: with this run's values of what varies; field_enu_nT (3,); effects: a tuple in chain
-    order for each sensor.
+    scenario: as written; drawn: with its sensors' data sheets written out and this run's values of what varies;
+    field_enu_nT (3,); effects: a tuple in chain order for each sensor of three axes; scalar: those of a sensor of the
+    field's strength, None without one.
     """
 
     scenario: Scenario
@@ -59,6 +61,7 @@ class Plan:
     seed: int
     field_enu_nT: Array
     effects: tuple[tuple[Effect, ...], ...]
+    scalar: tuple[Effect, ...] | None = None
 
     @property
     def interval_s(self) -> float:
@@ -76,6 +79,8 @@ class Plan:
         """The columns of the run's file."""
         vehicle = VEHICLES[self.scenario.vehicle.kind]
         own = [Column(name, unit, meaning, "channel") for name, (unit, meaning) in vehicle.own_channels.items()]
+        if self.scalar is not None:
+            own.append(Column(SCALAR, "nT", "measured strength of the field at the scalar magnetometer", "channel"))
         motors = range(1, vehicle.motors + 1)
         return columns(sensors=len(self.effects), motors=motors, channels=own, effects=self.effects_named)
 
@@ -87,7 +92,8 @@ class Plan:
             "effects": [effect_table.as_tables(sensor)[0] for sensor in self.effects],
             "effect_order": self.effects_named,
             "navigation": self.drawn.navigation.model_dump(),
-            "drawn": values_at(self.drawn, self.scenario.vary),
+            **({} if self.scalar is None else {"scalar": effect_table.as_tables(self.scalar)[0]}),
+            "drawn": values_at(self.drawn, equipped(self.scenario).vary),
         }
         return run_metadata(as_dict(self.scenario), self.seed, self.run, parameters)
 
@@ -95,10 +101,11 @@ class Plan:
 def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> Plan:
     """Draw the values that vary from run to run; InputError for an effect on a channel that the vehicle has not."""
     seed = scenario.seed if seed is None else seed
-    drawn = apply_vary(scenario, stream(seed, run, "vary"))
-    effects = tuple(drawn.chain(index) for index in range(len(drawn.sensors)))
-    _check_channels(drawn.vehicle.kind, chain.from_iterable(effects))
-    return Plan(scenario, drawn, run, seed, earth_field_enu_nT(drawn.field), effects)
+    drawn = apply_vary(equipped(scenario), stream(seed, run, "vary"))
+    effects = tuple(drawn.chain(sensor) for sensor in drawn.vectors)
+    scalar = None if drawn.scalar is None else drawn.chain(drawn.scalar)
+    _check_channels(drawn.vehicle.kind, chain.from_iterable((*effects, scalar or ())))
+    return Plan(scenario, drawn, run, seed, earth_field_enu_nT(drawn.field), effects, scalar)
 
 
 def channels_of(vehicle: str) -> tuple[str, ...]:
@@ -128,14 +135,32 @@ def blocks(plan: Plan, motions: Iterable[Motion] | None = None) -> Iterator[Bloc
     scenario = plan.drawn
     thermometer = Thermometer(scenario.thermal, plan.interval_s)
     instruments = Instruments(scenario.navigation, plan.seed, plan.run, plan.interval_s, _alignment_q(plan.effects[0]))
-    chains = [Chain(effects, plan.seed, plan.run, k) for k, effects in enumerate(plan.effects)]
+    magnetometers = _Magnetometers(plan)
     for motion in flown(plan) if motions is None else motions:
         temperature = thermometer.temperature_degC(-motion.kinematics.pos_enu_m[:, 2], motion.current_A)
         block = _recorded(scenario, motion, instruments.measure(motion, temperature))
-        for k, (effects, sensor) in enumerate(zip(chains, scenario.sensors, strict=True)):
-            state = _state(plan, motion, sensor, temperature)
-            block |= _magnetometer(plan, effects, state, k + 1 if len(chains) > 1 else None)
+        block |= magnetometers.measure(motion, temperature)
         yield block | _truth(plan, motion)
+
+
+class _Magnetometers:
+    """All magnetometers of a run, with their memory of it so far."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self._vectors = [Chain(effects, plan.seed, plan.run, k) for k, effects in enumerate(plan.effects)]
+        self._scalar = None if plan.scalar is None else ScalarMagnetometer(plan.scalar, plan.seed, plan.run)
+
+    def measure(self, motion: Motion, temperature_degC: Array) -> Block:
+        """Their signals over the run's next block, and what each effect contributes."""
+        scenario, block = self.plan.drawn, Block()
+        for k, (effects, sensor) in enumerate(zip(self._vectors, scenario.vectors, strict=True)):
+            state = _state(self.plan, motion, scenario.sensors[sensor], temperature_degC)
+            block |= _magnetometer(self.plan, effects, state, k + 1 if len(self._vectors) > 1 else None)
+        if self._scalar is not None and scenario.scalar is not None:
+            state = _state(self.plan, motion, scenario.sensors[scenario.scalar], temperature_degC)
+            block[SCALAR] = self._scalar.measure(state)
+        return block
 
 
 def _recorded(scenario: Scenario, motion: Motion, measured: dict[str, Array]) -> Block:

@@ -21,6 +21,9 @@ TEMPERATURE = "temperature_degC"
 MOTOR_NUMBER = r"[1-9]\d*"
 _CURRENT = re.compile(f"current_({MOTOR_NUMBER})_A")
 
+SCALAR = "scalar_nT"
+"""The channel of a magnetometer that measures the field's strength alone."""
+
 
 def current_name(motor: int) -> str:
     """The channel of a motor's current, motors counted from 1."""

@@ -17,10 +17,11 @@ class Kind(StrEnum):
     calibrators = "calibrators"
     scenarios = "scenarios"
     vehicles = "vehicles"
+    sensors = "sensors"
 
 
 def listing(kind: Annotated[Kind, typer.Argument(help="What to list.")], json: Json = False) -> None:
-    """List scenarios, effects, calibrators or vehicles with a line each.
+    """List scenarios, effects, calibrators, vehicles or sensors with a line each.
 
     Example: magbench list scenarios
     """
@@ -46,6 +47,10 @@ def _items(kind: Kind) -> dict[str, str]:
         from sim.vehicles import VEHICLES
 
         return {name: cls.summary for name, cls in VEHICLES.items()}
+    if kind is Kind.sensors:
+        from sim.sensors import SENSORS
+
+        return {name: sensor.summary for name, sensor in SENSORS.items()}
     from sim.effects import EFFECTS, summary
 
     return {cls.name: summary(cls.name) for cls in EFFECTS}

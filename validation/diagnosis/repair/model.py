@@ -49,12 +49,18 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
     tables, order = as_tables(whole)
     changed = {"effects": Effects(tables), "effect_order": order}
     if isinstance(model, Scenario):
-        return model.model_copy(update={**changed, "vary": {}})
+        return model.model_copy(update={**changed, **_without_own(model)})
     return Scenario.model_validate(
         {"name": model.name, "summary": model.summary, "field": _field(model, problem.state.field_enu_nT)}
         | _motion(whole)
         | changed
     )
+
+
+def _without_own(model: Scenario) -> dict[str, Any]:
+    """What a scenario says of its sensors' own effects and of what varies, taken out: `effects` says it all."""
+    bare = tuple(one.model_copy(update={"kind": None, "effects": Effects()}) for one in model.sensors)
+    return {"sensor": None, "sensors": bare, "vary": {}}
 
 
 def _merged(effects: Sequence[Effect], state: State) -> list[Effect]:
