@@ -49,6 +49,7 @@ def compare(
     from scenarios.sweep import parse_sweep
     from sim.scenario import load
     from validation.calibrating.candidates import candidates
+    from validation.comparison.cluster import Cluster
     from validation.comparison.design import Design
     from validation.comparison.engine import Processes
     from validation.outputs.comparison import compare as run
@@ -58,8 +59,9 @@ def compare(
     place = out or Path("out") / f"{spec.name}-comparison"
     chosen = candidates(split(with_) if with_ else spec.calibrators)
     design = Design.of(spec, chosen, [parse_sweep(text, spec) for text in sweep or ()], seed)
+    engine = Cluster(scheduler) if scheduler else Processes(jobs)
     with progress(f"comparing on {spec.name}") as report:
-        table = run(design, trials, place, Processes(jobs), report)
+        table = run(design, trials, place, engine, report)
     if json:
         emit(summary(design, table) | {"out": str(place)})
     say(f"{place}: trials.parquet, timings.parquet, comparison.json")

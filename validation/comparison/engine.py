@@ -7,16 +7,22 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
+from scenarios.errors import InputError
 from sim.pool import map_unordered
 from validation.comparison.design import Design
 from validation.comparison.journal import Journal
 from validation.comparison.trial import Task, Trial, compute, lost
+from validation.text import counted
 
 ENDED = "every process that computed this trial was ended: a calibrator crashes, or memory does not suffice"
 
 
 Trials: TypeAlias = Generator[Trial, None, None]
 """Trials as they land; closing it ends the workers."""
+
+
+class GoneError(InputError):
+    """What computes trials is gone; those that have landed are kept."""
 
 
 class Engine(Protocol):
@@ -55,7 +61,7 @@ def run_trials(design: Design, runs: Sequence[int], engine: Engine, journal: Jou
 
     journal : where trials are kept; those that are there already are not computed again. All points of a run come
     before the next run, so that a comparison that is stopped early is nearly balanced.
-    Raises InputError where a run cannot be simulated.
+    Raises InputError where a run cannot be simulated, and where the engine is gone.
     """
     there = set() if journal is None else set(journal.there)
     if journal is not None:
@@ -63,8 +69,12 @@ def run_trials(design: Design, runs: Sequence[int], engine: Engine, journal: Jou
         yield from (trial for trial in journal if trial.run in wanted)
     points = range(len(design.points))
     tasks = (Task(design.sent, point, run) for run in runs for point in points if (point, run) not in there)
-    with closing(engine.trials(tasks, lambda task: lost(design, task.point, task.run, ENDED))) as found:
-        for trial in found:
-            if journal is not None:
-                journal.add(trial)
-            yield trial
+    try:
+        with closing(engine.trials(tasks, lambda task: lost(design, task.point, task.run, ENDED))) as found:
+            for trial in found:
+                if journal is not None:
+                    journal.add(trial)
+                yield trial
+    except GoneError as error:
+        kept = "no trial is kept" if journal is None else f"{counted(len(journal.there), 'trial')} kept"
+        raise InputError(f"{error.what}; {kept}", where=error.where, do=error.do) from None

@@ -25,6 +25,11 @@ LINE_HALF_LENGTH_M, LINE_SPACING_M = 60.0, 0.5
 DIPOLE_ENU_M = np.array([5.0, 8.0, -20.0])
 DIPOLE_PEAK_NT = 100.0
 NOMINAL_DEGC = 20.0
+MANOEUVRES_DEG = {"X": 10.0, "Y": 5.0, "Z": 5.0}
+"""Amplitude of the survey trade's manoeuvres about each axis of the body: roll, pitch, yaw [Sheriff2002]."""
+HEADINGS = 4
+MANOEUVRE_SAMPLES = 41
+"""One full swing, so that both ends are among them."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +67,11 @@ class Pairs:
 
 @dataclass(frozen=True)
 class HoldOut:
-    """The static truth m = S h + b (matrix (3, 3), offset_nT (3,)) and three motions, all without noise.
+    """The static truth m = S h + b (matrix (3, 3), offset_nT (3,)) and four motions, all without noise.
 
     `sphere`: attitudes uniform over all rotations; `level`: headings all round, roll and pitch within three degrees;
-    `line`: a survey line there and back over a seabed dipole whose peak is 100 nT, wobbling likewise.
+    `line`: a survey line there and back over a seabed dipole whose peak is 100 nT, wobbling likewise; `manoeuvres`:
+    a roll, a pitch and a yaw on each of four headings, MANOEUVRE_SAMPLES each.
     """
 
     matrix: Array
@@ -74,6 +80,7 @@ class HoldOut:
     level: Pairs
     line: Pairs
     line_anomaly_nT: Array
+    manoeuvres: Pairs
 
 
 def hold_out(effects: Sequence[Effect], surroundings: Surroundings) -> HoldOut:
@@ -86,7 +93,8 @@ def hold_out(effects: Sequence[Effect], surroundings: Surroundings) -> HoldOut:
     strength_nT = float(np.linalg.norm(surroundings.field_enu_nT))
     total_nT = np.linalg.norm(surroundings.field_enu_nT + anomaly_enu_nT, axis=1)
     level = pairs(effects, surroundings, level_attitudes(LEVEL_ATTITUDES))
-    return HoldOut(matrix, offset_nT, sphere, level, line, np.asarray(total_nT - strength_nT))
+    swung = pairs(effects, surroundings, manoeuvres())
+    return HoldOut(matrix, offset_nT, sphere, level, line, np.asarray(total_nT - strength_nT), swung)
 
 
 def pairs(
@@ -142,6 +150,17 @@ def level_attitudes(n: int) -> Rotation:
 def _wobbling(yaw: Array, pitch_phase: Array, roll_phase: Array) -> Rotation:
     pitch, roll = LEVEL_TILT_RAD * np.sin(pitch_phase), LEVEL_TILT_RAD * np.sin(roll_phase)
     return Rotation.from_euler("ZYX", np.column_stack((yaw, pitch, roll)))
+
+
+def manoeuvres() -> Rotation:
+    """A roll, a pitch and a yaw on headings north, west, south and east: one swing of MANOEUVRES_DEG each."""
+    swing = np.sin(2 * np.pi * np.arange(MANOEUVRE_SAMPLES) / (MANOEUVRE_SAMPLES - 1))
+    about = [
+        Rotation.from_euler(axis, amplitude * swing[:, None], degrees=True)
+        for axis, amplitude in MANOEUVRES_DEG.items()
+    ]
+    north = Rotation.from_euler("Z", 90.0, degrees=True)
+    return Rotation.concatenate([north ** (1 + k) * turn for k in range(HEADINGS) for turn in about])
 
 
 def survey_line() -> tuple[Array, Rotation]:

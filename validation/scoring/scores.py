@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from calib import Calibration
 from sim.dataset import Recording
-from validation.scoring.holdout import HoldOut, Pairs
+from validation.scoring.holdout import MANOEUVRE_SAMPLES, HoldOut, Pairs
 from validation.signals.size import rms
 
 Array = NDArray[np.float64]
@@ -39,6 +39,7 @@ def score(calibration: Calibration, recording: Recording, truth: HoldOut, attitu
     offset_error                 nT    |offset - b|
     offset_error_axis_rms        nT    the same over sqrt(3): rms of the three axes
     offset_inside_95                   1 when b lies in the claimed 95 % ellipsoid; only where one is claimed
+    offset_nees                        error' C^-1 error by the claimed covariance C, 3 on the average of true claims
     matrix_error                       Frobenius norm of Q matrix S - I
     holdout_sphere_norm_rms      nT    rms of |h_cal| - |h|, all attitudes
     holdout_sphere_component_rms nT    rms length of Q h_cal - h over sqrt(3), all attitudes
@@ -46,6 +47,7 @@ def score(calibration: Calibration, recording: Recording, truth: HoldOut, attitu
     holdout_level_component_rms  nT
     heading_rms                  deg   heading by Q h_cal and true tilt, against truth, a level survey
     anomaly_rms                  nT    total-field anomaly of a dipole along a wobbling survey line, against truth
+    figure_of_merit              nT    sum of the twelve manoeuvres' peak-to-peak of |h_cal| [Sheriff2002]
     failure                            1 when the status is not ok
     iterations                         length of the convergence history
     wall_time                    s
@@ -63,6 +65,7 @@ def score(calibration: Calibration, recording: Recording, truth: HoldOut, attitu
         *_offset_scores(calibration, truth),
         *_turned_scores(calibration, truth, turn, attitude_free),
         Score("anomaly_rms", anomaly_rms_nT(calibration, truth), "nT"),
+        Score("figure_of_merit", figure_of_merit_nT(calibration, truth), "nT"),
         always[0],
         Score("iterations", float(len(calibration.history)), ""),
         always[1],
@@ -84,7 +87,7 @@ def _offset_scores(calibration: Calibration, truth: HoldOut) -> list[Score]:
     covariance_nT2 = calibration.offset_covariance_nT2
     if covariance_nT2 is not None:
         distance = float(error_nT @ np.linalg.pinv(covariance_nT2, hermitian=True) @ error_nT)
-        scores.append(Score("offset_inside_95", float(distance <= CHI2_3_95), ""))
+        scores += [Score("offset_inside_95", float(distance <= CHI2_3_95), ""), Score("offset_nees", distance, "")]
     return scores
 
 
@@ -117,6 +120,12 @@ def anomaly_rms_nT(calibration: Calibration, truth: HoldOut) -> float:
     total_nT = np.linalg.norm(calibration.static().apply(truth.line.recording()), axis=1)
     error_nT = total_nT - truth.line_anomaly_nT
     return rms(error_nT - error_nT.mean())
+
+
+def figure_of_merit_nT(calibration: Calibration, truth: HoldOut) -> float:
+    """What rolls, pitches and yaws on four headings leave in the corrected total field: peak-to-peak, summed."""
+    total_nT = np.linalg.norm(calibration.static().apply(truth.manoeuvres.recording()), axis=1)
+    return float(np.ptp(total_nT.reshape(-1, MANOEUVRE_SAMPLES), axis=1).sum())
 
 
 def in_sample_norm_rms_nT(calibration: Calibration, recording: Recording, truth: HoldOut) -> float:

@@ -87,6 +87,7 @@ def test_truth_scores_zero(truth, recording):
         "holdout_level_component_rms",
         "heading_rms",
         "anomaly_rms",
+        "figure_of_merit",
         "failure",
     ):
         assert got[name] == pytest.approx(0.0, abs=1e-6), name
@@ -144,11 +145,23 @@ def test_anomaly_is_spoiled_by_an_uncorrected_magnetometer(truth, recording):
     assert len(survey_line()[0]) == len(truth.line_anomaly_nT)
 
 
+@pytest.mark.parametrize(("axis", "amplitude_deg"), [(0, 5.0), (1, 10.0)])
+def test_figure_of_merit_of_a_horizontal_offset_in_a_vertical_field(axis, amplitude_deg, recording):
+    """Only the tilt towards the offset is seen: |F + d| swings by 2 d sin(amplitude) on each of four headings."""
+    left_nT = 10.0
+    truth = hold_out(build({}, None, ""), Surroundings(np.array([0.0, 0.0, -50_000.0])))
+    off = exact(offset_nT=left_nT * np.eye(3)[axis], matrix=np.eye(3))
+    expected_nT = 4 * 2 * left_nT * np.sin(np.radians(amplitude_deg))
+    assert values(off, recording, truth)["figure_of_merit"] == pytest.approx(expected_nT, rel=1e-3, abs=0.01)
+
+
 def test_claimed_ellipsoid(truth, recording):
     names = ("offset_x_nT", "offset_y_nT", "offset_z_nT")
     off = exact(offset_nT=HARD_NT + np.array([2.0, 0.0, 0.0]), covariance_names=names, covariance=np.eye(3))
     assert values(off, recording, truth)["offset_inside_95"] == 1
-    assert values(replace(off, covariance=0.25 * np.eye(3)), recording, truth)["offset_inside_95"] == 0
+    assert values(off, recording, truth)["offset_nees"] == pytest.approx(4.0)
+    bold = values(replace(off, covariance=0.25 * np.eye(3)), recording, truth)
+    assert (bold["offset_inside_95"], bold["offset_nees"]) == (0, pytest.approx(16.0))
     assert "offset_inside_95" not in values(exact(), recording, truth)
 
 
