@@ -159,7 +159,7 @@ def mean_invariants(field: Array, matrix: Array, shift: Array) -> tuple[float, f
     first, second, third = 0.0, 0.0, 0.0
     g, h = np.empty(6), np.empty((4, 3))
     for n in range(field.shape[1]):
-        for i in range(4):
+        for i in range(len(h)):
             for r in range(3):
                 x = field[i, n]
                 h[i, r] = matrix[i, r, 0] * x[0] + matrix[i, r, 1] * x[1] + matrix[i, r, 2] * x[2] - shift[i, r]

@@ -83,6 +83,13 @@ def test_a_channel_that_is_held() -> None:
     assert (found.hold, found.repeated, found.frozen) == (12, 300 * 11, ())
 
 
+def test_a_held_channel_may_be_held_a_row_longer_now_and_then() -> None:
+    """A new value every 12 rows, in one case of ten after 13."""
+    rows = np.where(np.arange(300) % 10 == 9, 13, 12)
+    found = repeats(np.repeat(np.random.default_rng(0).normal(size=(300, 3)), rows, axis=0))
+    assert (found.hold, found.frozen) == (12, ())
+
+
 @pytest.mark.parametrize("values", [np.zeros((0, 3)), np.zeros((1, 3)), np.zeros((3, 3)), np.ones((100, 3))])
 def test_little_or_constant_data_show_no_fault(values: np.ndarray) -> None:
     assert pile_up(values, (None, None, None)) == []
