@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, final
 
@@ -86,7 +86,18 @@ class Calibrator(ABC):
         status = self._usable(recording, reference)
         if status is not None:
             return self._failed(status)
-        result = self._guarded(_read_only(recording), reference, rng or np.random.default_rng(0))
+        result = self._guarded(read_only(recording), reference, rng or np.random.default_rng(0))
+        return replace(result, name=self.name, wall_s=time.perf_counter() - start)
+
+    @final
+    def unjudged(
+        self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None
+    ) -> Calibration:
+        """The method's own answer: as `fit`, but its claim is not widened, nor its "ok" taken back."""
+        start = time.perf_counter()
+        status = self._usable(recording, reference)
+        solved = status or self._solve(read_only(recording), reference, rng or np.random.default_rng(0))
+        result = self._failed(solved) if isinstance(solved, Status) else solved
         return replace(result, name=self.name, wall_s=time.perf_counter() - start)
 
     @abstractmethod
@@ -162,16 +173,17 @@ class Calibrator(ABC):
                 f"{self.name} needs at least {self.min_samples} samples, "
                 f"the recording has {len(recording)}: record longer",
             )
-        used: dict[str, object] = {"time_s": recording.time_s, "mag_nT": recording.mag_nT}
-        for need in self.needs:
-            find, what = NEEDS[need]
-            used[need] = find(recording, reference)
-            if used[need] is None:
-                return Status("not_applicable", f"{self.name} needs {what}")
-        return _unusable_values(used) or _constant(recording, reference)
+        return unusable(recording, reference, self.needs, self.name) or _constant(recording, reference)
 
 
-def _unusable_values(used: dict[str, object]) -> Status | None:
+def unusable(recording: Recording, reference: Reference, needs: Iterable[str], who: str) -> Status | None:
+    """Not applicable where one of `needs` (keys of NEEDS) is missing, or has values that are not finite."""
+    used: dict[str, object] = {"time_s": recording.time_s, "mag_nT": recording.mag_nT}
+    for need in needs:
+        find, what = NEEDS[need]
+        used[need] = find(recording, reference)
+        if used[need] is None:
+            return Status("not_applicable", f"{who} needs {what}")
     for name, values in used.items():
         bad = int(np.count_nonzero(~np.isfinite(np.asarray(values, dtype=float))))
         if bad:
@@ -185,7 +197,7 @@ def _constant(recording: Recording, reference: Reference) -> Status | None:
     return Status("unobservable", "the measured field does not change: turn the vehicle about all its axes")
 
 
-def _read_only(recording: Recording) -> Recording:
+def read_only(recording: Recording) -> Recording:
     """The same recording through views that cannot be written to."""
     views: dict[str, Any] = {}
     for item in fields(recording):

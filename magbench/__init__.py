@@ -18,12 +18,13 @@ if not os.path.isdir(os.path.join(os.path.dirname(__file__), "sim")):  # not ins
 
     join()
 
-from magbench.face import apply, calibrate, diagnose, inspect, run, simulate
+from magbench.face import apply, calibrate, diagnose, inspect, register, run, simulate
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:
+    from calib.base import Calibrator
     from calib.reference import Reference
-    from calib.result import Calibration
+    from calib.result import Calibration, Status
     from scenarios.load import catalogue
     from sim.dataset import Recording, Truth, read_recording, read_run
     from sim.generate import generate
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = [
     "Calibration",
+    "Calibrator",
     "Diagnosis",
     "InputError",
     "Inspection",
@@ -43,6 +45,7 @@ __all__ = [
     "Recording",
     "Reference",
     "Scenario",
+    "Status",
     "Truth",
     "apply",
     "calibrate",
@@ -53,6 +56,7 @@ __all__ = [
     "load",
     "read_recording",
     "read_run",
+    "register",
     "run",
     "run_scenario",
     "simulate",
@@ -61,12 +65,14 @@ __all__ = [
 if not TYPE_CHECKING:  # type checkers read the imports above
     _LATER = {
         "Calibration": "magbench.calib.result",
+        "Calibrator": "magbench.calib.base",
         "Diagnosis": "magbench.validation.diagnosis.result",
         "Inspection": "magbench.validation.inspection.inspection",
         "Outcome": "magbench.validation.scoring.outcome",
         "Recording": "magbench.sim.dataset",
         "Reference": "magbench.calib.reference",
         "Scenario": "magbench.sim.scenario",
+        "Status": "magbench.calib.result",
         "Truth": "magbench.sim.dataset",
         "catalogue": "magbench.scenarios.load",
         "generate": "magbench.sim.generate",

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import scenarios
 from scenarios.errors import InputError
-from scenarios.names import closest, find, scenario_names
+from scenarios.names import closest, find, offered_calibrators, scenario_names
+
+if TYPE_CHECKING:
+    from validation.calibrating.candidates import Candidate
 
 ROOT = Path(scenarios.__file__).parent.parent
 ALL_PAPERS = "all"
@@ -43,17 +47,29 @@ def present(path: Path | None) -> Path | None:
 
 
 def known_calibrators(text: str | None) -> str | None:
-    """Names with commas between them; raises InputError."""
+    """Names with commas between them, module:object among them, which is left to who loads it; raises InputError."""
     if text is None:
         return None
-    names, known = split(text), calibrator_names()
+    names, own = split(text), calibrator_names()
     if not names:
         raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")
-    for name in names:
+    others = [name for name in names if name not in own and ":" not in name]
+    known = [*own, *offered_calibrators()] if others else own
+    for name in others:
         if name not in known:
             do = closest(name, known, most=len(known))
             raise InputError(f"no calibrator is called {name!r}", where="--with", do=do)
     return text
+
+
+def chosen(
+    with_: str | None, exec_: Sequence[str] | None, time_limit_s: float, otherwise: Sequence[str]
+) -> tuple[Candidate, ...]:
+    """The calibrators of --with and --exec; where neither is given those of the names in `otherwise`."""
+    from validation.calibrating.candidates import candidates
+
+    names = split(with_) if with_ else () if exec_ else otherwise
+    return candidates(names, exec_ or (), time_limit_s)
 
 
 def known_paper(key: str) -> str:

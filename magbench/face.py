@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, TypeVar, overload
 
 from magbench.inputs import in_keywords, path_of, recording_from, reference_from
 from scenarios.errors import InputError
 
+Method = TypeVar("Method")
+
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from os import PathLike
     from pathlib import Path
     from typing import Any
@@ -71,7 +73,8 @@ def calibrate(
         or the path of a log, a run or a dataset directory.
     field_strength_nT, field_enu_nT : the Earth's field there, its strength or (east, north, up); a simulated run's
         file knows its own.
-    with_ : names of `magbench list calibrators`. A fit that failed is a result too: its `status` says why.
+    with_ : names of `magbench list calibrators`, what `magbench.register` named, or module:object. A fit that failed
+        is a result too: its `status` says why.
     time_s : (n,) beside an array; without it the samples are taken to be a second apart.
     maps : `mag_x_nT=bx,unit=uT` renames and converts columns. run : which run of a dataset directory.
 
@@ -84,10 +87,11 @@ def calibrate(
     names = [with_] if isinstance(with_, str) else list(with_ or ())
     if not names:
         raise InputError("names no calibrator", where="with_", do="see `magbench list calibrators`")
+    chosen = candidates(names)
     recording = recording_from(data, time_s=time_s, maps=maps, run=run)
     reference = reference_from(data, run, field_strength_nT, field_enu_nT)
-    fitted = fit_all(recording, reference, candidates(names))
-    views = {key: one for name in names for key, one in sensors(recording, name).items()}
+    fitted = fit_all(recording, reference, chosen)
+    views = {key: one for candidate in chosen for key, one in sensors(recording, candidate.name).items()}
     results = {key: CalibrationResult.of(found, views[key], reference) for key, found in fitted.items()}
     if not isinstance(with_, str):
         return results
@@ -95,6 +99,33 @@ def calibrate(
         what = "the recording is of an array of sensors, each with its calibration"
         raise InputError(what, where="with_", do=f'pass a list: with_=["{with_}"] gives {", ".join(results)}')
     return next(iter(results.values()))
+
+
+@overload
+def register(found: Method, *, name: str | None = None) -> Method: ...
+
+
+@overload
+def register(*, name: str) -> Callable[[Method], Method]: ...
+
+
+@in_keywords()
+def register(found: Method | None = None, *, name: str | None = None) -> Method | Callable[[Method], Method]:
+    """Make a calibrator of your own known by a name: for `calibrate`, `run` and scenarios, in this process.
+
+    found : a `magbench.Calibrator` (class or instance), or a function of (recording, reference) that returns
+        (offset_nT, matrix), a dict with the keys of calibration.json, or a `magbench.Calibration`.
+    name : by default the object's own. `@magbench.register` and `@magbench.register(name="mine")` are decorators.
+
+    What is to run in other processes too, or may hang or crash, is better named by module:object.
+    Raises InputError for what is no calibrator, and for a name of magbench's own.
+    """
+    from validation.calibrating import registry
+
+    if found is None:
+        return lambda later: register(later, name=name)
+    registry.register(found, name)
+    return found
 
 
 @in_keywords()
@@ -213,21 +244,27 @@ def run(
     scenario: str | Path | Scenario,
     out: str | PathLike[str] | None = None,
     *,
+    with_: Sequence[str] = (),
     overrides: Sequence[str] = (),
     seed: int | None = None,
 ) -> RunResult:
-    """Simulate a scenario, calibrate, and score against the truth; with `out` write report and recording there."""
+    """Simulate a scenario, calibrate, and score against the truth; with `out` write report and recording there.
+
+    with_ : who calibrates, as in `calibrate`; by default the scenario's calibrators.
+    """
     from pathlib import Path
     from tempfile import TemporaryDirectory
 
     from magbench.results import RunResult
+    from validation.calibrating.candidates import candidates
     from validation.outputs.run import run_scenario, simulated_and_judged
 
     spec = _loaded(scenario, overrides)
+    chosen = candidates([with_] if isinstance(with_, str) else with_ or spec.calibrators)
     if out is not None:
-        return RunResult.of(run_scenario(spec, Path(out), seed=seed))
+        return RunResult.of(run_scenario(spec, Path(out), seed=seed, chosen=chosen))
     with TemporaryDirectory(prefix="magbench-") as place:
-        return RunResult.of(simulated_and_judged(spec, Path(place), seed))
+        return RunResult.of(simulated_and_judged(spec, Path(place), seed, chosen))
 
 
 def _loaded(scenario: str | Path | Scenario, overrides: Sequence[str]) -> Scenario:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from magbench.arguments import complete_scenario, known_scenario, present
+from magbench.arguments import complete_calibrators, complete_scenario, known_calibrators, known_scenario, present
 
 ScenarioName = Annotated[
     str,
@@ -37,6 +37,28 @@ FieldStrength = Annotated[
 ]
 FieldVector = Annotated[
     str | None, typer.Option("--field-enu-nT", metavar="E,N,U", help="Field vector, east, north, up.")
+]
+With = Annotated[
+    str | None,
+    typer.Option(
+        "--with",
+        metavar="NAME,...",
+        help="Calibrators, comma-separated: names of `magbench list calibrators`, or module:object.",
+        callback=known_calibrators,
+        autocompletion=complete_calibrators,
+    ),
+]
+Exec = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--exec",
+        metavar="COMMAND",
+        help="A program that calibrates, e.g. 'mine=./mycal {recording.csv} {result}'.",
+    ),
+]
+TimeLimit = Annotated[
+    float,
+    typer.Option("--time-limit-s", min=0.1, max=86_400, help="For one fit of a calibrator that is not magbench's."),
 ]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/SCENARIO]")]
 Seed = Annotated[

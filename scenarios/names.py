@@ -8,6 +8,8 @@ from pathlib import Path
 from scenarios.errors import InputError
 
 CATALOGUE = Path(__file__).parent / "catalogue"
+CALIBRATORS_GROUP = "magbench.calibrators"
+"""The entry points by which an installed package offers its calibrators."""
 
 
 def scenario_names() -> list[str]:
@@ -25,6 +27,13 @@ def find(name_or_path: str | Path) -> Path:
     names = scenario_names()
     do = "give a TOML file or a name of the catalogue; " + closest(str(name_or_path), names, most=len(names))
     raise InputError("no such file, and no scenario of this name", where=str(name_or_path), do=do)
+
+
+def offered_calibrators() -> dict[str, str]:
+    """The calibrators of installed packages: module:object by name."""
+    from importlib.metadata import entry_points
+
+    return {one.name: f"{one.module}:{one.attr}" for one in entry_points(group=CALIBRATORS_GROUP)}
 
 
 def closest(word: str, valid: Iterable[str], most: int = 8) -> str:

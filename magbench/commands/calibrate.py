@@ -8,21 +8,19 @@ from typing import Annotated
 
 import typer
 
-from magbench.arguments import complete_calibrators, field_vector, known_calibrators, split
-from magbench.options import Data, FieldStrength, FieldVector, Json, Maps, Run
+from magbench.arguments import chosen, field_vector
+from magbench.options import Data, Exec, FieldStrength, FieldVector, Json, Maps, Run, TimeLimit, With
+from validation.calibrating.children import TIME_LIMIT_S
+
+USUAL = ("sphere", "ellipsoid")
+"""Who calibrates where nobody is named."""
 
 
 def calibrate(
     data: Data,
-    with_: Annotated[
-        str,
-        typer.Option(
-            "--with",
-            help="Calibrators, comma-separated.",
-            callback=known_calibrators,
-            autocompletion=complete_calibrators,
-        ),
-    ] = "sphere,ellipsoid",
+    with_: With = None,
+    exec_: Exec = None,
+    time_limit_s: TimeLimit = TIME_LIMIT_S,
     run: Run = 0,
     field_strength_nT: FieldStrength = None,
     field_enu_nT: FieldVector = None,
@@ -33,7 +31,7 @@ def calibrate(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Calibrate a recording and print offset and matrix.
+    """Calibrate a recording and print offset and matrix; by sphere and ellipsoid, unless --with or --exec say by whom.
 
     Example: magbench calibrate log.csv --map mag_x_nT=bx,unit=uT --with ellipsoid --field-strength-nT 48152
     """
@@ -49,9 +47,10 @@ def calibrate(
     forms = known_forms(export) if export else ()
     if forms and out is None:
         raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")
+    calibrators = chosen(with_, exec_, time_limit_s, USUAL)
     with nullcontext() if out is None else locked_directory(out):
         results = calibrate_file(
-            data, split(with_), run=run, maps=map_ or (), strength_nT=field_strength_nT, enu=field_vector(field_enu_nT)
+            data, calibrators, run=run, maps=map_ or (), strength_nT=field_strength_nT, enu=field_vector(field_enu_nT)
         )
         if out is not None:
             write_calibrations(results, out, forms)

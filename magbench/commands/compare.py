@@ -7,19 +7,10 @@ from typing import Annotated
 
 import typer
 
-from magbench.arguments import complete_calibrators, known_calibrators, split
-from magbench.options import CORES, Jobs, Json, Out, Overrides, ScenarioName, Seed
+from magbench.options import CORES, Exec, Jobs, Json, Out, Overrides, ScenarioName, Seed, TimeLimit, With
+from validation.calibrating.children import TIME_LIMIT_S
 
 Trials = Annotated[int, typer.Option(min=1, max=10_000_000, help="Number of trials at every point of the sweep.")]
-With = Annotated[
-    str | None,
-    typer.Option(
-        "--with",
-        help="Calibrators, comma-separated.  [default: the scenario's]",
-        callback=known_calibrators,
-        autocompletion=complete_calibrators,
-    ),
-]
 Sweeps = Annotated[
     list[str] | None,
     typer.Option("--sweep", metavar="KEY=A,B,C", help="Values that one of the scenario's takes; repeatable."),
@@ -33,6 +24,8 @@ def compare(
     scenario: ScenarioName,
     trials: Trials = 100,
     with_: With = None,
+    exec_: Exec = None,
+    time_limit_s: TimeLimit = TIME_LIMIT_S,
     sweep: Sweeps = None,
     seed: Seed = None,
     jobs: Jobs = CORES,
@@ -43,12 +36,14 @@ def compare(
 ) -> None:
     """Compare calibrators over many trials of a scenario; repeat the command to resume or to add trials.
 
+    Who calibrates is given by --with and --exec, else by the scenario.
+
     Example: magbench compare quad-calibration --trials 100 --with ellipsoid,sphere --sweep noise_std_nT=5,50 -o out/c
     """
+    from magbench.arguments import chosen
     from magbench.console import emit, progress, say
     from scenarios.sweep import parse_sweep
     from sim.scenario import load
-    from validation.calibrating.candidates import candidates
     from validation.comparison.cluster import Cluster
     from validation.comparison.design import Design
     from validation.comparison.engine import Processes
@@ -57,8 +52,8 @@ def compare(
 
     spec = load(scenario, set_ or ())
     place = out or Path("out") / f"{spec.name}-comparison"
-    chosen = candidates(split(with_) if with_ else spec.calibrators)
-    design = Design.of(spec, chosen, [parse_sweep(text, spec) for text in sweep or ()], seed)
+    calibrators = chosen(with_, exec_, time_limit_s, spec.calibrators)
+    design = Design.of(spec, calibrators, [parse_sweep(text, spec) for text in sweep or ()], seed)
     engine = Cluster(scheduler) if scheduler else Processes(jobs)
     with progress(f"comparing on {spec.name}") as report:
         table = run(design, trials, place, engine, report)

@@ -40,9 +40,9 @@ def _items(kind: Kind) -> dict[str, str]:
 
         return catalogue()
     if kind is Kind.calibrators:
-        from calib import CALIBRATORS
+        from validation.calibrating.candidates import known_names
 
-        return {name: cls.summary for name, cls in CALIBRATORS.items()}
+        return known_names()
     if kind is Kind.vehicles:
         from sim.vehicles import VEHICLES
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from magbench.options import Json, Out, Overrides, ScenarioName, Seed
+from magbench.options import Exec, Json, Out, Overrides, ScenarioName, Seed, TimeLimit, With
+from validation.calibrating.children import TIME_LIMIT_S
+
+if TYPE_CHECKING:
+    from validation.scoring.conditions import Condition
 
 FAIL_IF = "--fail-if"
 FailIf = Annotated[
@@ -22,6 +27,9 @@ FailIf = Annotated[
 
 def run(
     scenario: ScenarioName,
+    with_: With = None,
+    exec_: Exec = None,
+    time_limit_s: TimeLimit = TIME_LIMIT_S,
     out: Out = None,
     seed: Seed = None,
     set_: Overrides = None,
@@ -30,22 +38,27 @@ def run(
 ) -> None:
     """Simulate a scenario, calibrate, score against the truth, write report and recording.
 
-    Example: magbench run auv-dive -o out/dive --fail-if 'ellipsoid.heading_rms > 0.1'
+    Who calibrates is given by --with and --exec, else by the scenario.
+
+    Example: magbench run auv-dive -o out/dive --fail-if 'ellipsoid.heading_rms >= 0.1'
     """
+    from magbench.arguments import chosen
     from magbench.console import emit, progress, say, warn
     from magbench.tables import show_scores
     from sim.scenario import load
     from sim.tracking import warning
     from validation.outputs.run import run_scenario, summary
-    from validation.scoring.conditions import Condition, rows
+    from validation.scoring.conditions import rows
 
-    conditions = [Condition.parsed(text, FAIL_IF) for text in fail_if or ()]
+    conditions = _conditions(fail_if or ())
     spec = load(scenario, set_ or ())
+    calibrators = chosen(with_, exec_, time_limit_s, spec.calibrators)
+    names = rows([one.name for one in calibrators], len(spec.sensors))
     for condition in conditions:
-        condition.check(rows(spec.calibrators, len(spec.sensors)))
+        condition.check(names)
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
-        outcome = run_scenario(spec, place, seed=seed, progress=report, warn=warn)
+        outcome = run_scenario(spec, place, seed=seed, chosen=calibrators, progress=report, warn=warn)
     failures = [failure for one in conditions if (failure := one.failure(outcome.scores))]
     if json:
         emit(summary(outcome) | {"out": str(place), "failures": failures})
@@ -53,6 +66,19 @@ def run(
         show_scores(outcome)
     warn(warning([outcome.tracking]))
     say(f"{place}: report.html, recording.rrd, scores.json, dataset.json")
+    _end(failures)
+
+
+def _conditions(texts: Sequence[str]) -> list[Condition]:
+    from validation.scoring.conditions import Condition
+
+    return [Condition.parsed(text, FAIL_IF) for text in texts]
+
+
+def _end(failures: Sequence[str]) -> None:
+    """Exit status 1, with a line each, where a condition of --fail-if held."""
+    from magbench.console import warn
+
     for failure in failures:
         warn(failure)
     if failures:

@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 import calib
-from calib import Calibration, Reference, Status
+from calib import CALIBRATORS, Calibration, Reference
+from scenarios.errors import InputError
+from scenarios.names import closest, offered_calibrators
 from sim.dataset import Recording
+from validation.calibrating.children import TIME_LIMIT_S
+from validation.calibrating.command import command
+from validation.calibrating.fitted import Fitted, Method, failed, timed
+from validation.calibrating.imported import Imported
+from validation.calibrating.registry import REGISTERED, InThisProcess
 
-
-@dataclass(frozen=True)
-class Fitted:
-    """A calibration, and the processor time that it took in whatever processes, s."""
-
-    calibration: Calibration
-    cpu_s: float
-
-
-class Method(Protocol):
-    """How a candidate fits; it holds names and settings alone, and loads what it needs when it is called."""
-
-    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
-        """The calibration of one recording."""
+OBJECT = re.compile(r"(?:([A-Za-z][\w.-]*)=)?([A-Za-z_][\w.]*:[A-Za-z_][\w.]*)")
+"""`module:object`, or `NAME=module:object`."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +49,11 @@ class Candidate:
         start_s = time.process_time()
         try:
             return self.method.fit(recording, reference, rng or np.random.default_rng(0))
+        except InputError as error:
+            reason = str(error)
         except Exception as error:
-            status = Status("not_converged", f"{type(error).__name__}: {error}")
-            return Fitted(Calibration(name=self.name, status=status), time.process_time() - start_s)
+            reason = f"{type(error).__name__}: {error}"
+        return Fitted(failed(self.name, reason), time.process_time() - start_s)
 
 
 @dataclass(frozen=True)
@@ -67,16 +64,56 @@ class BuiltIn:
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
         """The calibration of one recording, in this process."""
-        start_s = time.process_time()
-        found = calib.get(self.name).fit(recording, reference, rng)
-        return Fitted(found, time.process_time() - start_s)
+        return timed(lambda: calib.get(self.name).fit(recording, reference, rng))
 
 
-def candidates(with_: Sequence[str]) -> tuple[Candidate, ...]:
-    """The calibrators of these names, one of each; InputError lists those there are."""
-    return tuple(_built_in(name) for name in dict.fromkeys(with_))
+def candidates(
+    with_: Sequence[str], exec_: Sequence[str] = (), time_limit_s: float = TIME_LIMIT_S
+) -> tuple[Candidate, ...]:
+    """The calibrators that texts name, one of each.
+
+    with_ : names of `magbench list calibrators`, `module:object`, `NAME=module:object`. exec_ : commands, as
+    `command.command` takes them. time_limit_s : what a fit of those that are not magbench's may take.
+
+    Raises InputError for what is not there, what is no calibrator, and two of the same name.
+    """
+    found = [_named(text, time_limit_s) for text in dict.fromkeys(with_)]
+    for text in dict.fromkeys(exec_):
+        program = command(text, time_limit_s)
+        found.append(Candidate(program.name, program, attitude_free=not program.uses_vector))
+    names = [candidate.name for candidate in found]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        do = "call one of them otherwise: NAME=module:object, or --exec 'NAME=...'"
+        raise InputError(f"two calibrators are called {twice[0]!r}", where="--with", do=do)
+    return tuple(found)
 
 
-def _built_in(name: str) -> Candidate:
-    method = calib.get(name)
-    return Candidate(name, BuiltIn(name), "attitude" not in method.needs, method.whole_array)
+def known_names() -> dict[str, str]:
+    """What `--with` takes by name, with a line each: magbench's own, those of packages, those registered here."""
+    own = {name: cls.summary for name, cls in CALIBRATORS.items()}
+    offered = {name: f"of an installed package: {spec}" for name, spec in offered_calibrators().items()}
+    here = dict.fromkeys(REGISTERED, "registered in this process")
+    return offered | here | own
+
+
+def _named(text: str, time_limit_s: float) -> Candidate:
+    if text in CALIBRATORS:
+        return _candidate(text, BuiltIn(text), CALIBRATORS[text])
+    if text in REGISTERED:
+        return _candidate(text, InThisProcess(text, REGISTERED[text]), REGISTERED[text])
+    offered = offered_calibrators()
+    given = OBJECT.fullmatch(offered.get(text, text))
+    if given is None:
+        names = known_names()
+        do = closest(text, names, most=len(names)) + "; one of your own: module:object"
+        raise InputError(f"no calibrator is called {text!r}", where="--with", do=do)
+    name = text if text in offered else given[1] or given[2].split(":")[1].split(".")[-1]
+    imported = Imported(name, given[2], time_limit_s)
+    return _candidate(name, imported, imported.facts())
+
+
+def _candidate(name: str, method: Method, facts: object) -> Candidate:
+    """A candidate by what its class, its function or its module's process says of it."""
+    attitude_free = "attitude" not in getattr(facts, "needs", ())
+    return Candidate(name, method, attitude_free, whole_array=bool(getattr(facts, "whole_array", False)))

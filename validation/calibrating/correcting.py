@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Calibration
+from calib.outside import checked
 from scenarios.errors import InputError
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
-MAX_CONDITION, MAX_OFFSET_NT = 1e6, 1e9
-"""No magnetometer's calibration is near these: such a matrix flattens the field, such an offset is a tesla."""
 
 
 def corrected(calibration: Calibration, recording: Recording, where: str) -> Array:
@@ -37,9 +36,4 @@ def corrected(calibration: Calibration, recording: Recording, where: str) -> Arr
 def _check_usable(calibration: Calibration, where: str) -> None:
     if calibration.status.kind in ("not_applicable", "not_converged"):
         raise InputError(f"gave no calibration: {calibration.status.reason}", where=where)
-    matrices = np.stack([calibration.matrix, *(part.matrix for part in calibration.segments)])
-    offsets_nT = np.stack([calibration.offset_nT, *(part.offset_nT for part in calibration.segments)])
-    finite = np.isfinite(matrices).all() and np.isfinite(offsets_nT).all()
-    if not finite or np.linalg.cond(matrices).max() > MAX_CONDITION or np.abs(offsets_nT).max() > MAX_OFFSET_NT:
-        what = "is no calibration: its matrix is singular, or its offset a tesla"
-        raise InputError(what, where=where, do="use another calibration")
+    checked(calibration, where, "use another calibration")

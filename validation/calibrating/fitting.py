@@ -15,7 +15,7 @@ from sim.dataset import Recording, read_recording
 from sim.dataset.checks import FIELD_RANGE_NT
 from sim.dataset.reader import parameters_of
 from sim.dataset.units import likely_unit
-from validation.calibrating.candidates import Candidate, candidates
+from validation.calibrating.candidates import Candidate
 
 
 @dataclass(frozen=True)
@@ -71,21 +71,18 @@ def sensors(recording: Recording, name: str) -> dict[str, Recording]:
 
 def calibrate_file(
     path: Path,
-    names: Sequence[str],
+    chosen: Sequence[Candidate],
     *,
     run: int = 0,
     maps: Sequence[str] = (),
     strength_nT: float | None = None,
     enu: Sequence[float] | None = None,
 ) -> dict[str, Calibration]:
-    """Fit the named calibrators to a run, a dataset or a measured log.
+    """Fit the chosen calibrators to a run, a dataset or a measured log.
 
     The reference is what the caller states, else what a simulated run's file says of its field.
-    Raises InputError for a file that cannot be used, for an unknown calibrator and where no reference is known.
+    Raises InputError for a file that cannot be used and where no reference is known.
     """
-    if not names:
-        raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")
-    chosen = candidates(names)
     recording = read_recording(path, run=run, maps=maps)
     return fit_all(recording, reference_of(path, run, strength_nT, enu), chosen)
 

@@ -1,0 +1,149 @@
+"""A calibrator that is a program in any language: it reads a recording's file and writes a calibration's."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from calib import Calibration, Reference, from_json
+from calib.base import unusable
+from calib.outside import checked
+from scenarios.errors import InputError
+from scenarios.files import read_text
+from sim.dataset import Recording, write_recording
+from validation.calibrating.fitted import Fitted, failed
+from validation.calibrating.program import Ended, run_program
+
+RECORDINGS = {"recording": "recording.parquet", "recording.csv": "recording.csv"}
+RESULT, VECTOR = "result", "field_enu_nT"
+VARIABLES = {
+    "field_strength_nT": "MAGBENCH_FIELD_STRENGTH_NT",
+    VECTOR: "MAGBENCH_FIELD_ENU_NT",
+    "seed": "MAGBENCH_SEED",
+}
+"""The values that a program is told: as placeholders, and as environment variables."""
+KNOWN = (*RECORDINGS, RESULT, *VARIABLES)
+PLACEHOLDER = re.compile(r"\{([A-Za-z_][\w.]*)\}")
+NAMED = re.compile(r"([A-Za-z][\w.-]*)=(.+)", re.DOTALL)
+MAX_RESULT_BYTES = 2**24
+EXAMPLE = "--exec 'NAME=./mycal {recording} {result}'"
+
+
+@dataclass(frozen=True)
+class Command:
+    """A program as its words, which hold placeholders; `time_limit_s` is the time that a fit may take."""
+
+    name: str
+    words: tuple[str, ...]
+    time_limit_s: float
+
+    @property
+    def uses_vector(self) -> bool:
+        """Whether it asks for the field vector."""
+        return VECTOR in _placeholders(self.words)
+
+    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
+        """The calibration that the program writes; a failure of whatever kind is its status."""
+        needs = ("field_vector",) if self.uses_vector else ()
+        status = unusable(recording, reference, needs, self.name)
+        if status is not None:
+            return Fitted(Calibration(name=self.name, status=status), 0.0)
+        with TemporaryDirectory(prefix="magbench-", ignore_cleanup_errors=True) as made:
+            place = Path(made)
+            values = _told(reference, rng)
+            files = self._written(place, recording, values)
+            variables = {VARIABLES[key]: text for key, text in values.items()}
+            ended = run_program(_filled(self.words, values | files), place, variables, self.time_limit_s)
+            found = self._answer(Path(files[RESULT]), ended)
+        return Fitted(replace(found, name=self.name, wall_s=ended.wall_s), ended.cpu_s)
+
+    def _written(self, place: Path, recording: Recording, values: Mapping[str, str]) -> dict[str, str]:
+        """The files that the words name, by placeholder, those to read written; beside them reference.json."""
+        files = {key: str(place / name) for key, name in RECORDINGS.items() if key in _placeholders(self.words)}
+        for file in files.values():
+            write_recording(recording, Path(file))
+        numbers = {key: json.loads(f"[{text}]") for key, text in values.items()}
+        reference = {key: several if key == VECTOR else several[0] for key, several in numbers.items()}
+        (place / "reference.json").write_text(json.dumps(reference), encoding="utf-8")
+        return files | {RESULT: str(place / "result.json")}
+
+    def _answer(self, result: Path, ended: Ended) -> Calibration:
+        try:
+            if ended.failure:
+                raise InputError(ended.failure)
+            return checked(from_json(_text(result), where=result.name), result.name)
+        except InputError as error:
+            reason = str(error).replace(f"{result.parent}/", "")
+            return failed(self.name, f"{reason}; it said: {ended.said}" if ended.said else reason)
+
+
+def command(text: str, time_limit_s: float) -> Command:
+    """The command that an `--exec` text says: words as a shell splits them, a NAME= before them or not.
+
+    A word that names a file here is meant wherever the program runs. Raises InputError for a program that is not
+    there, for an unknown placeholder, and for a text without {recording} or {result}.
+    """
+    named = NAMED.fullmatch(text.strip())
+    name, line = named.groups() if named else ("", text)
+    try:
+        words = shlex.split(line)
+    except ValueError as error:
+        raise InputError(f"cannot be split into words: {error}", where=f"--exec {text}", do=EXAMPLE) from None
+    used = _placeholders(words)
+    unknown = sorted(used - set(KNOWN))
+    if unknown:
+        what = f"no placeholder {', '.join(f'{{{one}}}' for one in unknown)}"
+        raise InputError(what, where=f"--exec {text}", do=f"known are {', '.join(f'{{{one}}}' for one in KNOWN)}")
+    if RESULT not in used or not used & set(RECORDINGS):
+        what = "does not say where the program finds the recording, and where it writes the result"
+        raise InputError(what, where=f"--exec {text}", do=EXAMPLE)
+    program = _program(words[0], text)
+    return Command(name or Path(words[0]).stem, (program, *map(_whole_path, words[1:])), time_limit_s)
+
+
+def _program(word: str, text: str) -> str:
+    """A program on the PATH by its name, any other by its whole path."""
+    found = shutil.which(word)
+    if found is None:
+        what = "may not be run" if Path(word).is_file() else "no such program"
+        do = f"chmod +x {word}" if Path(word).is_file() else "check its name, or give its path (./mycal)"
+        raise InputError(f"{word}: {what}", where=f"--exec {text}", do=do)
+    return os.path.abspath(found) if os.sep in word else word
+
+
+def _whole_path(word: str) -> str:
+    return os.path.abspath(word) if os.path.exists(word) else word
+
+
+def _placeholders(words: Sequence[str]) -> set[str]:
+    return {key for word in words for key in PLACEHOLDER.findall(word)}
+
+
+def _told(reference: Reference, rng: np.random.Generator) -> dict[str, str]:
+    """The values by placeholder, as text; the vector only where it is known."""
+    values = {"field_strength_nT": repr(float(reference.strength_nT)), "seed": str(int(rng.integers(2**31)))}
+    if reference.field_enu_nT is not None:
+        values[VECTOR] = ",".join(repr(float(value)) for value in reference.field_enu_nT)
+    return values
+
+
+def _filled(words: Sequence[str], values: Mapping[str, str]) -> list[str]:
+    return [PLACEHOLDER.sub(lambda found: values[found[1]], word) for word in words]
+
+
+def _text(path: Path) -> str:
+    """What the program wrote; InputError for nothing, for what is no file of its own, and for too much."""
+    if not path.exists():
+        raise InputError("the program wrote no result", where=path.name)
+    if path.is_symlink() or (path.is_file() and path.stat().st_size > MAX_RESULT_BYTES):
+        raise InputError("no file, or longer than a calibration can be", where=path.name)
+    return read_text(path, "write a calibration as JSON")

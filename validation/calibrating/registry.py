@@ -1,0 +1,65 @@
+"""Calibrators that this process registered under a name: objects in memory, of a notebook or a test."""
+
+from __future__ import annotations
+
+import pickle
+import re
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+import numpy as np
+
+from calib import CALIBRATORS, Reference
+from calib.base import Calibrator
+from calib.outside import Outside, fitted, outside
+from scenarios.errors import InputError
+from sim.dataset import Recording
+from validation.calibrating.fitted import Fitted, timed
+
+NAME = re.compile(r"[A-Za-z][\w.-]*")
+REGISTERED: dict[str, Outside] = {}
+
+
+@dataclass(frozen=True)
+class InThisProcess:
+    """A registered object, called in the process that fits; another process gets it by its module and name."""
+
+    name: str
+    method: Outside
+
+    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
+        """The calibration that the object answers with; what it raises, this raises."""
+        return timed(lambda: fitted(self.method, recording, reference, rng, self.name))
+
+    def __reduce__(self) -> tuple[type[InThisProcess], tuple[str, Outside]]:
+        """What another process makes it of; InputError for an object that it would not find."""
+        if not _found_elsewhere(self.method):
+            what = "is registered in this process, and other processes do not find it"
+            do = "put it into a module and name it module:object, or use one job"
+            raise InputError(what, where=self.name, do=do)
+        return InThisProcess, (self.name, self.method)
+
+
+def register(found: object, name: str | None = None) -> None:
+    """Make a Calibrator (class or instance), or a function as `calib.outside` takes it, known by a name here.
+
+    The name is the object's own by default; one that was registered before is replaced. Raises InputError for anything
+    else, and for the name of one of magbench's calibrators.
+    """
+    called = name or getattr(found, "name", None) or getattr(found, "__name__", None)
+    if not isinstance(called, str) or not NAME.fullmatch(called):
+        raise InputError(f"{called!r} is no name of a calibrator", where="register", do='give one: name="mine"')
+    if called in CALIBRATORS:
+        do = 'choose another: name="mine"'
+        raise InputError(f"{called!r} is one of magbench's own calibrators", where="register", do=do)
+    REGISTERED[called] = outside(found, called)
+
+
+def _found_elsewhere(method: Outside) -> bool:
+    """Whether a process that starts anew can import what this is made of."""
+    home = type(method) if isinstance(method, Calibrator) else method
+    module = getattr(home, "__module__", None) or type(method).__module__
+    try:
+        return module != "__main__" and find_spec(module) is not None and bool(pickle.dumps(method))
+    except Exception:
+        return False
