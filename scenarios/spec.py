@@ -12,6 +12,8 @@ from scenarios.table import Table
 from scenarios.varied import Vary
 
 FieldStrength = Annotated[float, Field(ge=-1e6, le=1e6)]
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+"""The version of JSON Schema that ours are written in."""
 MAX_SEED = 2**63 - 1
 MAX_DURATION_S = 864_000
 """Ten days."""

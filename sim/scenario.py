@@ -12,7 +12,7 @@ from scenarios import load as files
 from scenarios.names import find
 from scenarios.paths import Ability, Phase
 from scenarios.problems import misfit
-from scenarios.spec import BaseScenario, FieldSpec
+from scenarios.spec import DIALECT, BaseScenario, FieldSpec
 from scenarios.table import Table
 from scenarios.vary import check_vary
 from sim.effects import EffectName, Effects, check_order, in_order
@@ -22,7 +22,6 @@ from sim.sensors import SENSORS, Sensor, SensorName
 from sim.vehicles import VEHICLES, VehicleSpec, able
 from sim.vehicles.base import Vehicle
 
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Metres = Annotated[float, Field(ge=-1000, le=1000)]
 S = TypeVar("S", bound="Scenario")
 _EFFECTS = Field(Effects(), description="tables by effect name, each with its parameters")

@@ -1,16 +1,42 @@
-"""`magbench schema`: the JSON Schema of scenario files, for editors."""
+"""`magbench schema`: the JSON Schema of the files that others write."""
 
 from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
 
 from magbench.options import Json
 
 
-def schema(json: Json = False) -> None:
-    """Print the JSON Schema of scenario files, for completion and checks in editors; with or without --json.
+class Kind(StrEnum):
+    """What has a schema."""
 
-    Example: magbench schema > scenario.schema.json
+    scenario = "scenario"
+    calibration = "calibration"
+
+
+def schema(
+    kind: Annotated[Kind, typer.Argument(help="Of scenario files, or of the result of a calibrator.")] = Kind.scenario,
+    json: Json = False,
+) -> None:
+    """Print the JSON Schema of scenario files, for completion and checks in editors, or of a calibrator's result.
+
+    Always as JSON, with or without --json.
+
+    Example: magbench schema calibration > calibration.schema.json
     """
     from magbench.console import emit
-    from sim.scenario import json_schema
 
-    emit(json_schema())
+    emit(_of(kind))
+
+
+def _of(kind: Kind) -> dict[str, object]:
+    if kind is Kind.calibration:
+        from calib.schema import json_schema
+
+        return json_schema()
+    from sim.scenario import json_schema as scenario_schema
+
+    return scenario_schema()

@@ -1,0 +1,74 @@
+"""The JSON Schema of a calibration's JSON, for those who write one in another language."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from calib.serial import KINDS, SEGMENT_KEYS
+from scenarios.spec import DIALECT
+
+Schema = dict[str, Any]
+NUMBER: Schema = {"type": "number", "minimum": -sys.float_info.max, "maximum": sys.float_info.max}
+TEXT: Schema = {"type": "string"}
+
+
+def json_schema() -> Schema:
+    """JSON Schema (2020-12) of what `calib.from_json` takes.
+
+    Left to the reader is what a schema cannot say: a covariance is symmetric, with a diagonal that is not negative, and
+    has a row a name; both parts of an array have as many sensors; segments are in order of time.
+    """
+    vector, matrix = _several(NUMBER, 3), _several(_several(NUMBER, 3), 3)
+    offsets, matrices = {**_several(vector), "minItems": 1}, {**_several(matrix), "minItems": 1}
+    values = {
+        "name": TEXT,
+        "status": {"enum": [*KINDS], "default": "ok"},
+        "reason": {**TEXT, "description": "why there is no estimate, or why it is not to be trusted"},
+        "offset_nT": {**vector, "description": "b of m = S h + b, body frame: x forward, y left, z up"},
+        "matrix": {**matrix, "description": "the inverse of S, row by row: h = matrix (m - offset)"},
+        "eddy_s": {**matrix, "description": "B of m = S h + b + B dh/dt"},
+        "parameters": {"type": "object", "additionalProperties": NUMBER},
+        "covariance": _several(_several(NUMBER)),
+        "covariance_names": {**_several(TEXT), "uniqueItems": True},
+        "history": {**_several(NUMBER), "description": "the method's own measure of convergence, a value a round"},
+        "wall_s": NUMBER,
+        "array_offset_nT": offsets,
+        "array_matrix": matrices,
+        "segments": _several(_object(dict(zip(SEGMENT_KEYS, (NUMBER, vector, matrix), strict=True)))),
+    }
+    return {
+        "$schema": DIALECT,
+        "title": "calibration",
+        "type": "object",
+        "properties": {key: {"anyOf": [value, {"type": "null"}]} for key, value in values.items()},
+        "additionalProperties": False,
+        "allOf": [
+            _if({"status": {"enum": ["ok", None]}}, _given(offset_nT=vector, matrix=matrix)),
+            _if_given("array_offset_nT", _given(array_matrix=matrices)),
+            _if_given("array_matrix", _given(array_offset_nT=offsets)),
+            _if_given("covariance", {"anyOf": [_given(covariance_names={"minItems": 1}), _given(covariance=matrix)]}),
+        ],
+    }
+
+
+def _several(item: Schema, count: int | None = None) -> Schema:
+    """A list of items, as many as there are or `count`."""
+    return {"type": "array", "items": item} | ({} if count is None else {"minItems": count, "maxItems": count})
+
+
+def _object(values: dict[str, Schema]) -> Schema:
+    return {"type": "object", "properties": values, "required": [*values], "additionalProperties": False}
+
+
+def _given(**values: Schema) -> Schema:
+    """These keys are there, and of these forms."""
+    return {"required": [*values], "properties": {key: {"not": {"type": "null"}, **one} for key, one in values.items()}}
+
+
+def _if(properties: dict[str, Schema], then: Schema) -> Schema:
+    return {"if": {"properties": properties}, "then": then}
+
+
+def _if_given(key: str, then: Schema) -> Schema:
+    return {"if": _given(**{key: {}}), "then": then}
