@@ -13,6 +13,7 @@ from scenarios.errors import InputError
 from scenarios.load import catalogue
 from sim.dataset import Recording, Truth, read_run
 from sim.effects import build
+from sim.effects.currents import EddyCurrent
 from sim.generate import generate
 from sim.rotation import matrix_from_q, multiply_q, to_body
 from sim.simulate import plan
@@ -69,6 +70,16 @@ def test_the_gyro_is_the_rate_of_the_true_attitude(run: tuple[Recording, Truth])
     error = middle - turned / interval
     assert np.abs(error.mean(axis=0)).max() < 2e-3  # bias of 1e-4, and the noise's mean
     assert np.sqrt((error**2).mean()) < 0.01
+
+
+def test_eddy_currents_follow_the_rate_of_the_true_field(run: tuple[Recording, Truth]) -> None:
+    recording, truth = run
+    given = [tables[EddyCurrent.name] for tables in truth.parameters["effects"] if EddyCurrent.name in tables]
+    if not given:
+        pytest.skip("no eddy currents")
+    rate_nT_s = np.gradient(truth.field_nT, recording.time_s, axis=0)[1:-1]
+    matrix_s = np.linalg.lstsq(rate_nT_s, truth.effects[EddyCurrent.name][1:-1], rcond=None)[0].T
+    np.testing.assert_allclose(matrix_s, given[0]["matrix_s"], atol=5e-4)
 
 
 def test_the_accelerometer_feels_gravity_and_nothing_else_on_average(run: tuple[Recording, Truth]) -> None:

@@ -10,7 +10,7 @@ from calib.models.sensor_array import free_parameters
 from validation.reproduce.ding2021.figures import tensor_before_after
 from validation.reproduce.ding2021.paper import Ding2021
 from validation.reproduce.ding2021.rows import PRINTED, error_row
-from validation.reproduce.ding2021.searches import SearchTask, StartTask, search, starts
+from validation.reproduce.ding2021.searches import EVOLUTION, STARTS, SearchTask, StartTask, search, starts
 from validation.reproduce.ding2021.trials import (
     STRENGTH_NT,
     SpreadTask,
@@ -27,6 +27,20 @@ def test_field_is_the_papers():
     assert np.hypot(np.hypot(east, north), up) == pytest.approx(52_000.0)
     assert np.degrees(np.arctan2(east, north)) == pytest.approx(-7.0)
     assert np.degrees(np.arctan2(-up, np.hypot(east, north))) == pytest.approx(54.0)
+
+
+@pytest.mark.parametrize(("box", "share"), [("20 % of F", 0.2), ("F", 1.0)])
+def test_a_box_of_starts_is_what_its_name_says(box, share):
+    (name,) = [name for name in STARTS if name.startswith(f"{box}, ")]
+    offset_nT, scale, angle_deg = STARTS[name]
+    assert offset_nT == share * STRENGTH_NT
+    assert name == f"{box}, {1 - scale:g} to {1 + scale:g}, {angle_deg:g} deg"
+
+
+def test_starts_in_the_search_space_are_those_of_the_search():
+    offset_nT, scale, angle_deg = STARTS["our search space"]
+    assert offset_nT == pytest.approx(EVOLUTION.offset_fraction * STRENGTH_NT)
+    assert (scale, angle_deg) == (EVOLUTION.scale_range, EVOLUTION.angle_deg)
 
 
 @pytest.mark.parametrize("case", [1, 2])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from validation.reproduce.long2013.paper import Long2013
-from validation.reproduce.long2013.rows import NOISES_NT
+from validation.reproduce.long2013.rows import NOISES_NT, _alignment
 from validation.reproduce.long2013.trials import (
     AXES_DEG,
     HARD_IRON_NT,
@@ -98,6 +98,11 @@ def test_without_noise_only_alignment_separates_the_two_corrections():
     assert trial.worst_share < 1e-6
     assert np.abs(trial.corrected_deg).max() < 1e-3
     assert np.abs(trial.unaligned_deg).max() > 1.0
+    roll, pitch = np.abs(trial.unaligned_deg).max(axis=0)
+    row = _alignment([trial])
+    assert row.holds
+    assert row.ours.startswith(f"roll {roll:.2f} degrees")
+    assert f"pitch {pitch:.2f} degrees" in row.ours
 
 
 def test_rows_and_pictures():

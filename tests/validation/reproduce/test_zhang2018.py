@@ -120,3 +120,15 @@ def test_labels_of_the_settings_are_those_that_the_rows_use():
     assert len(set(labels)) == len(labels)
     assert (labels[0], labels[3], labels[4]) == (MAIN, SHORT, LONGER)
     assert (SETTINGS[3].iterations, SETTINGS[4].iterations) == (50, 5000)
+
+
+def test_settings_are_what_their_labels_say():
+    by_label = {setting.label: setting for setting in SETTINGS}
+    main = by_label[MAIN]
+    assert main.label == f"bounds 10 % and {main.reach_nT:g} nT"
+    assert by_label["same, mutation a tenth"].mutation == pytest.approx(main.mutation / 10)
+    (learning,) = [setting for setting in SETTINGS if setting.c != main.c]
+    assert learning.label == f"same, c1 = c2 = {learning.c:g}"
+    for label in (SHORT, LONGER):
+        assert label == f"same, {by_label[label].iterations} iterations"
+    assert by_label[f"{MAIN}, drift ten times"].drift == 10 * main.drift

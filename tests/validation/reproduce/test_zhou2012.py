@@ -29,6 +29,7 @@ def test_the_sensor_measures_through_the_paper_s_matrix():
 
 def test_the_bound_has_the_size_of_the_harmonics():
     state, limit = stops(), bound(stops())
+    assert limit.shape == (5,)
     level = np.hypot(*state.field_enu_nT[:2])
     # c1 moves z by H in the first harmonic; b1 moves the horizontal length by H / 2 in the second
     assert limit[3] == pytest.approx(NOISE_NT * np.sqrt(2 / STOPS) / level, rel=0.05)
@@ -43,6 +44,8 @@ def test_every_claim_holds_and_jobs_do_not_matter():
     assert sum(verdict == "holds" for verdict in verdicts.values()) == 7
     assert told[-1] == (12, 12)
     assert all(row.note for row in found.rows)
+    table = {"0.013572", "0.000115", "-0.006312", "-0.021201", "-0.003657"}  # the paper's a1, b1, b2, c1, c2
+    assert table <= {row.paper for row in found.rows}
 
 
 @pytest.mark.slow

@@ -101,8 +101,8 @@ def bound(state: State) -> Array:
     A, h = axes_matrix(np.array(PRINTED)), state.field_nT
     level = h * [1.0, 1.0, 0.0]
     columns = [(h @ step.T).ravel() for step in derivatives(np.array(PRINTED))]
-    columns += [(level @ A.T).ravel() / np.linalg.norm(level[0]), np.tile(A[:, 2], STOPS)]
-    turned = np.cross([0.0, 0.0, 1.0], h) @ A.T / np.linalg.norm(h[0])
+    columns += [(level @ A.T).ravel(), np.tile(A[:, 2], STOPS)]  # H and the azimuths in any unit
+    turned = np.cross([0.0, 0.0, 1.0], h) @ A.T
     for i in range(STOPS):
         columns.append((turned * (np.arange(STOPS) == i)[:, None]).ravel())
     J = np.array(columns).T / NOISE_NT

@@ -13,7 +13,7 @@ from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.effects.noise import WhiteNoise
 from tests.validation.diagnosis.synthetic import problem, recording
-from validation.diagnosis.evidence.direct import direct_evidence
+from validation.diagnosis.evidence.direct import _quiet, direct_evidence
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, channels, explained_share, localise
 from validation.diagnosis.evidence.white_noise import more_noise
@@ -55,6 +55,14 @@ def test_what_the_model_has_or_the_library_has_not_is_not_found() -> None:
 
 def test_a_number_of_the_policy_changes_what_is_seen() -> None:
     assert direct_evidence(_rounded(policy=Policy(least_step_sigma=10.0))) == []
+
+
+@pytest.mark.parametrize("noise_nT", [0.5, 8.0])
+def test_a_gap_is_quiet_by_its_size_in_noises(noise_nT: float) -> None:
+    posed = problem(noise_nT=noise_nT)
+    limit_nT = np.ones_like(posed.clean_nT) * STANDARD.quiet_sigma * noise_nT
+    assert _quiet(posed, 0.9 * limit_nT)
+    assert not _quiet(posed, 1.1 * limit_nT)
 
 
 def test_wrong_samples_are_those_that_were_made_wrong() -> None:

@@ -55,6 +55,17 @@ def test_a_slow_noise_is_told_with_its_size(name: str) -> None:
         assert np.mean(getattr(found.effect, level)) == pytest.approx(SIZES[name], rel=0.3)
 
 
+@pytest.mark.parametrize(("part", "told"), [(1.0, True), (0.2, False)])
+@pytest.mark.parametrize("name", SLOW)
+def test_a_small_slow_noise_does_not_show_its_nature(name: str, part: float, told: bool) -> None:
+    """It stands out of the white noise at too few frequencies."""
+    level = BY_NAME[name].with_role("level")
+    posed = problem(hidden={name: {level: [part * SIZES[name]] * 3}})
+    found = slow_noise(posed, _left(posed))
+    assert found is not None
+    assert found.identified == told
+
+
 def test_white_noise_is_no_slow_one() -> None:
     posed = problem()
     assert slow_noise(posed, _left(posed)) is None
