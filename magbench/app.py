@@ -15,6 +15,7 @@ from magbench.commands import (
     calibrate,
     compare,
     diagnose,
+    gate,
     inspect,
     listing,
     reproduce,
@@ -27,8 +28,8 @@ from magbench.refusal import refuse
 from scenarios.errors import InputError
 
 EPILOG = (
-    "Exit status: 0 done, 1 a gap was found and not explained, 2 wrong use or bad input (one line says what, where "
-    "and what to do)."
+    "Exit status: 0 done, 1 a gate failed or a gap was found and not explained, 2 wrong use or bad input (one line "
+    "says what, where and what to do)."
 )
 app = typer.Typer(
     name="magbench",
@@ -39,6 +40,7 @@ app = typer.Typer(
 app.command("run")(run.run)
 app.command("simulate")(simulate.simulate)
 app.command("compare")(compare.compare)
+app.command("gate")(gate.gate)
 app.command("calibrate")(calibrate.calibrate)
 app.command("apply")(apply.apply)
 app.command("inspect")(inspect.inspect)

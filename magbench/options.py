@@ -65,6 +65,9 @@ Seed = Annotated[
     int | None, typer.Option(min=0, max=2**63 - 1, help="Seed of all randomness.  [default: the scenario's]")
 ]
 Jobs = Annotated[int, typer.Option(min=1, help="Processes; they never change a figure.")]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Compute on a Dask cluster, e.g. tcp://host:8786.")
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output, all else on standard error.")]
 
 CORES = os.cpu_count() or 1

@@ -7,16 +7,13 @@ from typing import Annotated
 
 import typer
 
-from magbench.options import CORES, Exec, Jobs, Json, Out, Overrides, ScenarioName, Seed, TimeLimit, With
+from magbench.options import CORES, Exec, Jobs, Json, Out, Overrides, ScenarioName, Scheduler, Seed, TimeLimit, With
 from validation.calibrating.children import TIME_LIMIT_S
 
 Trials = Annotated[int, typer.Option(min=1, max=10_000_000, help="Number of trials at every point of the sweep.")]
 Sweeps = Annotated[
     list[str] | None,
     typer.Option("--sweep", metavar="KEY=A,B,C", help="Values that one of the scenario's takes; repeatable."),
-]
-Scheduler = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="Compute on a Dask cluster, e.g. tcp://host:8786.")
 ]
 
 

@@ -15,13 +15,14 @@ class Kind(StrEnum):
 
     scenario = "scenario"
     calibration = "calibration"
+    gates = "gates"
 
 
 def schema(
-    kind: Annotated[Kind, typer.Argument(help="Of scenario files, or of the result of a calibrator.")] = Kind.scenario,
+    kind: Annotated[Kind, typer.Argument(help="Of which kind of file.")] = Kind.scenario,
     json: Json = False,
 ) -> None:
-    """Print the JSON Schema of scenario files, for completion and checks in editors, or of a calibrator's result.
+    """Print the JSON Schema of scenario files or files of gates, for editors, or of a calibrator's result.
 
     Always as JSON, with or without --json.
 
@@ -37,6 +38,10 @@ def _of(kind: Kind) -> dict[str, object]:
         from calib.schema import json_schema
 
         return json_schema()
+    if kind is Kind.gates:
+        from validation.gates.spec import json_schema as gates_schema
+
+        return gates_schema()
     from sim.scenario import json_schema as scenario_schema
 
     return scenario_schema()

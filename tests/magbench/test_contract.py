@@ -13,6 +13,7 @@ import typer.main
 from magbench.app import app
 from magbench.cli import main
 from tests.magbench.test_bad_input import log
+from tests.validation.gates.conftest import gate_text
 
 COMMANDS = sorted(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
 STILL = "turntable-twelve-stops"
@@ -22,11 +23,12 @@ GOOD: dict[str, tuple[str, ...]] = {
     "calibrate": ("calibrate", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
     "compare": ("compare", STILL, "--trials", "2", "--with", "sphere,ellipsoid", "-o", "out"),
     "diagnose": ("diagnose", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
+    "gate": ("gate", "gates.toml", "-o", "out"),
     "inspect": ("inspect", "log.csv", "-o", "out"),
     "list": ("list", "effects"),
     "reproduce": ("reproduce", "zhou2012", "--seeds", "2", "-o", "out"),
     "run": ("run", STILL, "-o", "out"),
-    "schema": ("schema",),
+    "schema": ("schema", "gates"),
     "show": ("show", "recording.rrd"),
     "simulate": ("simulate", STILL, "-o", "out"),
 }
@@ -37,6 +39,7 @@ BAD: dict[str, tuple[str, ...]] = {
     "calibrate": ("calibrate", "nowhere.csv"),
     "compare": ("compare", STILL, "--sweep", "planet=1,2", "-o", "out"),
     "diagnose": ("diagnose", "nowhere.csv"),
+    "gate": ("gate", "log.csv", "-o", "out"),
     "inspect": ("inspect", "nowhere.csv"),
     "list": ("list", "planets"),
     "reproduce": ("reproduce", "nobody1900", "-o", "out"),
@@ -55,6 +58,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     calibration = {"sphere": {"offset_nT": [0, 0, 0], "matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}
     (tmp_path / "calibration.json").write_text(json.dumps(calibration))
     (tmp_path / "recording.rrd").write_bytes(b"RRF2")
+    (tmp_path / "gates.toml").write_text(gate_text("a", set=["phases.0.duration_s=40"], limit=1e4))
     monkeypatch.setattr("magbench.viewer.view", lambda file, web: None)
     monkeypatch.chdir(tmp_path)
     return tmp_path

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -45,10 +46,19 @@ def _bounds(test: SequentialTest, most: int) -> tuple[Counts, Counts]:
 
 def trials_to_fail(test: SequentialTest, exceedance: float, power: float) -> int | None:
     """Trials within which this exceedance fails with that probability; None for more than MOST_TRIALS."""
+    return _first(lambda most: verdict_probabilities(test, exceedance, most)[0], power)
+
+
+def trials_to_pass(test: SequentialTest, exceedance: float, power: float) -> int | None:
+    """Trials within which this exceedance passes with that probability; None for more than MOST_TRIALS."""
+    return _first(lambda most: verdict_probabilities(test, exceedance, most)[1], power)
+
+
+def _first(probabilities: Callable[[int], Array], power: float) -> int | None:
+    """The first trial by which a probability reaches the power; looked for in ever longer runs."""
     most = 64
     while most < 2 * MOST_TRIALS:
-        failed, _ = verdict_probabilities(test, exceedance, min(most, MOST_TRIALS))
-        enough = np.flatnonzero(failed >= power)
+        enough = np.flatnonzero(probabilities(min(most, MOST_TRIALS)) >= power)
         if len(enough):
             return int(enough[0])
         most *= 2

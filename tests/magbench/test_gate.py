@@ -1,0 +1,75 @@
+"""`magbench gate` on real trials, as a build runs it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from magbench.cli import main
+from tests.validation.gates.conftest import gate_text
+from validation.comparison.engine import Here
+
+CUT = "phases.0.duration_s=40"
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A directory to work in; trials are computed in this process, since another takes longer to start than they do."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("validation.comparison.engine.Processes", lambda jobs: Here())
+
+
+def written(*texts: str) -> str:
+    Path("gates.toml").write_text("\n".join(texts))
+    return "gates.toml"
+
+
+def test_a_failed_gate_is_status_1_and_says_so_everywhere(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    file = written(gate_text("kept", set=[CUT], limit=1e4), gate_text("broken", set=[CUT], limit=1e-6))
+    assert main(["gate", file, "-o", "out", "--json"]) == 1
+    told = capfd.readouterr()
+    found = json.loads(told.out)
+    assert found["verdict"] == "fail"
+    assert [(one["name"], one["verdict"]) for one in found["gates"]] == [("kept", "pass"), ("broken", "fail")]
+    for one in found["gates"]:
+        assert set(one) >= {"measured", "limit", "trials", "smallest_seen"}
+        assert one["measured"] < one["smallest_seen"] or one["verdict"] == "fail"
+    assert "::error file=gates.toml,title=gate broken::" in told.err
+    assert "magbench: gate broken: fail" in told.err
+    kept = json.loads(Path("out/gates.json").read_text())["gates"]
+    assert [one["measured"] for one in kept] == [one["measured"] for one in found["gates"]]
+
+
+def test_an_undecided_gate_is_a_warning_or_with_strict_status_1(capfd: pytest.CaptureFixture[str]) -> None:
+    file = written(gate_text("kept", set=[CUT], limit=1e4, max_trials=21, power=0.99999999))
+    command = ["gate", file, "-o", "out"]
+    assert main(command) == 0
+    assert "magbench: gate kept: inconclusive" in capfd.readouterr().err
+    assert main([*command, "--strict"]) == 1
+
+
+def test_a_baseline_is_written_and_kept(capfd: pytest.CaptureFixture[str]) -> None:
+    file = written(gate_text("a", set=[CUT], baseline="base.parquet", max_trials=25))
+    assert main(["gate", file, "--write-baseline", "base.parquet"]) == 0
+    assert main(["gate", file, "-o", "out", "--json"]) == 0, capfd.readouterr().err
+    (one,) = json.loads(capfd.readouterr().out)["gates"]
+    assert (one["verdict"], one["measured"], one["limit"]) == ("pass", 1.0, 1.1)
+    assert main(["gate", file, "--seed", "987", "-o", "out"]) == 2
+    assert "holds nothing of seed 987" in capfd.readouterr().err
+
+
+def test_gates_begin_from_a_comparison_and_pass(capfd: pytest.CaptureFixture[str]) -> None:
+    compare = ["compare", "tumble", "--set", CUT, "--trials", "30", "--with", "ellipsoid,twostep"]
+    assert main([*compare, "-o", "compared"]) == 0
+    assert main(["gate", "--init", "compared", "-o", "begun.toml"]) == 0
+    assert main(["gate", "begun.toml", "-o", "out"]) == 0, capfd.readouterr().err
+
+
+def test_wrong_use_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["gate"]) == 2
+    assert "no file of gates is named" in capfd.readouterr().err

@@ -1,0 +1,164 @@
+"""From a file of gates to what is to be run: gates on one scenario with the same overrides share its trials."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from scenarios.errors import InputError
+from scenarios.names import closest
+from sim.scenario import Scenario, load
+from validation.calibrating.candidates import Candidate, candidates
+from validation.comparison.design import Design, Point
+from validation.comparison.trial import Row
+from validation.gates.baseline import read_baseline
+from validation.gates.course import Course, Trial
+from validation.gates.planning import planned
+from validation.gates.sequential import Array
+from validation.gates.spec import FAILURE, Gate, GateFile
+from validation.scoring.judging import UNCORRECTED
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A gate among the trials of its group: which rows it reads, and how far it got."""
+
+    course: Course
+    calibrator: str
+    reference: str | None = None
+    baseline: Array | None = None
+
+    def reading(self, run: int, rows: Mapping[str, Row]) -> Trial:
+        """What one trial, its rows by calibrator, says to the gate."""
+        row, gate = rows[self.calibrator], self.course.plan.gate
+        score, other = value_of(row, gate), 1.0
+        if self.reference is not None:
+            other = value_of(rows[self.reference], gate)
+        if self.baseline is not None:
+            other = float(self.baseline[run])
+        return Trial(score, other, "" if np.isfinite(score) else f"{row.status}: {row.reason}")
+
+
+@dataclass(frozen=True)
+class Group:
+    """Gates that share trials; `design` has its scenario at point `number`, which tells its trials from others'."""
+
+    number: int
+    design: Design
+    entries: tuple[Entry, ...]
+
+    @property
+    def finished(self) -> bool:
+        """Whether none of its gates needs another trial."""
+        return all(entry.course.finished for entry in self.entries)
+
+    @property
+    def most(self) -> int:
+        """Trials after which all of its gates are finished."""
+        return max(entry.course.plan.max_trials for entry in self.entries)
+
+    @property
+    def looked(self) -> int:
+        """Trials done with: all of them as soon as every gate is finished."""
+        return self.most if self.finished else max(len(entry.course.trials) for entry in self.entries)
+
+
+def value_of(row: Row, gate: Gate) -> float:
+    """The gate's score in a row, infinite where there is none."""
+    if gate.meaning.name == FAILURE:
+        return float(row.status != "ok")
+    return row.scores.get(gate.meaning.column, math.inf)
+
+
+def arranged(file: GateFile, path: Path, seed: int | None = None, *, baselines: bool = True) -> tuple[Group, ...]:
+    """The groups of a file's gates, in its order; `path` is the file, beside which scenarios and baselines are.
+
+    baselines : whether they are read. Raises InputError for whatever a gate names and is not there.
+    """
+    shared: dict[tuple[str, tuple[str, ...]], list[int]] = {}
+    for index, gate in enumerate(file.gate):
+        shared.setdefault((gate.scenario, gate.set_), []).append(index)
+    commands = {gate.calibrator: gate.exec_ for gate in file.gate if gate.exec_}
+    builder = _Builder(file, path, file.seed if seed is None else seed, commands, baselines)
+    return tuple(builder.group(number, indices) for number, indices in enumerate(shared.values()))
+
+
+@dataclass(frozen=True)
+class _Builder:
+    file: GateFile
+    path: Path
+    seed: int | None
+    commands: Mapping[str, str]
+    baselines: bool
+
+    def group(self, number: int, indices: Sequence[int]) -> Group:
+        """The gates of these indices on their one scenario."""
+        with self._at(indices[0], "scenario"):
+            scenario = self._scenario(self.file.gate[indices[0]])
+        found: dict[str, Candidate] = {}
+        for index in indices:
+            self._add_candidates(found, index)
+        self._check_told_apart(found, indices[0])
+        seed = scenario.seed if self.seed is None else self.seed
+        design = Design((Point({}, scenario),) * (number + 1), tuple(found.values()), seed)
+        rows = {text: one.name for text, one in found.items()} | {UNCORRECTED: UNCORRECTED}
+        return Group(number, design, tuple(self._entry(index, design, rows) for index in indices))
+
+    def _scenario(self, gate: Gate) -> Scenario:
+        beside = self.path.parent / gate.scenario
+        return load(beside if beside.is_file() else gate.scenario, gate.set_)
+
+    def _add_candidates(self, found: dict[str, Candidate], index: int) -> None:
+        gate = self.file.gate[index]
+        for key, text in (("calibrator", gate.calibrator), ("reference", gate.reference)):
+            name = (text or UNCORRECTED).split("@")[0]
+            if name not in found and name != UNCORRECTED:
+                with self._at(index, key):
+                    command = self.commands.get(name)
+                    (found[name],) = candidates((), (f"{name}={command}",)) if command else candidates((name,))
+
+    def _check_told_apart(self, found: Mapping[str, Candidate], index: int) -> None:
+        names = [one.name for one in found.values()]
+        twice = next((name for name in names if names.count(name) > 1 or name == UNCORRECTED), None)
+        if twice:
+            where = f"{self.path}: gate.{index}.calibrator"
+            do = "call one of them otherwise: NAME=module:object"
+            raise InputError(f"two calibrators are called {twice!r}", where=where, do=do)
+
+    def _entry(self, index: int, design: Design, rows: Mapping[str, str]) -> Entry:
+        gate = self.file.gate[index]
+        plan = planned(gate, self.file.rate, f"{self.path}: gate.{index}")
+        with self._at(index, "calibrator"):
+            calibrator = _row_of(gate.calibrator, rows, design)
+        with self._at(index, "reference"):
+            reference = None if gate.reference is None else _row_of(gate.reference, rows, design)
+        values = None
+        if gate.baseline is not None and self.baselines:
+            with self._at(index, "baseline"):
+                file = self.path.parent / gate.baseline
+                values = read_baseline(file, design, calibrator, gate.meaning.name, plan.max_trials)
+        return Entry(Course(plan), calibrator, reference, values)
+
+    @contextmanager
+    def _at(self, index: int, key: str) -> Iterator[None]:
+        """InputErrors from within name the gate and its key."""
+        try:
+            yield
+        except InputError as error:
+            where = f"{self.path}: gate.{index}.{key}"
+            raise InputError(error.what, where=": ".join(filter(None, (where, error.where))), do=error.do) from None
+
+
+def _row_of(text: str, rows: Mapping[str, str], design: Design) -> str:
+    """The row of a trial that a name stands for; of an array it has to say which sensor's."""
+    name, at, sensor = text.partition("@")
+    row = rows[name] + at + sensor
+    if row not in design.calibrators:
+        do = closest(row, design.calibrators, most=len(design.calibrators))
+        raise InputError(f"{text!r} is none of the trial's rows", do=do)
+    return row

@@ -1,0 +1,85 @@
+"""The scores that calibrators had, trial by trial: what a gate without a limit of its own is held to."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from scenarios.errors import InputError
+from scenarios.toml import as_dict
+from sim.dataset.files import beside, canonical_json, system_errors_about
+from sim.dataset.tabular import damage_named
+from validation.comparison.design import Design
+from validation.gates.sequential import Array
+
+COLUMNS = pa.schema(
+    [
+        ("scenario", pa.string()),
+        ("sha256", pa.string()),
+        ("seed", pa.int64()),
+        ("calibrator", pa.string()),
+        ("score", pa.string()),
+        ("run", pa.int64()),
+        ("value", pa.float64()),
+    ]
+)
+"""`sha256` is the digest of the whole scenario; a null `value`: no estimate."""
+ANEW = "write it anew with --write-baseline"
+
+
+def rows_of(design: Design, calibrator: str, score: str, values: Array) -> pa.Table:
+    """A calibrator's score in the runs 0 ... n - 1 as rows of a baseline."""
+    n = len(values)
+    same = {
+        "scenario": design.points[-1].scenario.name,
+        "sha256": _digest(design),
+        "seed": design.seed,
+        "calibrator": calibrator,
+        "score": score,
+    }
+    columns = {key: [value] * n for key, value in same.items()}
+    found = [float(value) if np.isfinite(value) else None for value in values]
+    return pa.table(columns | {"run": list(range(n)), "value": found}, schema=COLUMNS)
+
+
+def write_baseline(path: Path, parts: Iterable[pa.Table]) -> None:
+    """Write a baseline whole or not at all; InputError where the system refuses."""
+    with beside(path) as part, system_errors_about(path):
+        pq.write_table(pa.concat_tables(parts), part, compression="zstd")
+
+
+def read_baseline(path: Path, design: Design, calibrator: str, score: str, trials: int) -> Array:
+    """A calibrator's score (trials,) in the runs 0, 1, ...; infinite where it gave no estimate.
+
+    Raises InputError for what is no baseline, for one of another scenario, seed, calibrator or score, and for one of
+    fewer trials.
+    """
+    if not path.is_file():
+        raise InputError("no such file", where=str(path), do="write it with --write-baseline")
+    with damage_named(path):
+        table = pq.read_table(path)
+    if table.schema.names != COLUMNS.names:
+        raise InputError("is no baseline", where=str(path), do=ANEW)
+    wanted = {"sha256": _digest(design), "seed": design.seed, "calibrator": calibrator, "score": score}
+    words = {"sha256": "this scenario with these overrides", "seed": f"seed {design.seed}"}
+    for column, value in wanted.items():
+        table = table.filter(pc.equal(table[column], value))
+        if not table.num_rows:
+            what = words.get(column, f"{column} {value}")
+            raise InputError(f"holds nothing of {what}", where=str(path), do=ANEW)
+    found = dict(zip(table["run"].to_pylist(), table["value"].to_pylist(), strict=True))
+    missing = next((run for run in range(trials) if run not in found), None)
+    if missing is not None:
+        what = f"holds no run {missing}; the gate may take {trials} trials"
+        raise InputError(what, where=str(path), do=f"{ANEW}, or lower max_trials")
+    return np.array([np.inf if found[run] is None else found[run] for run in range(trials)])
+
+
+def _digest(design: Design) -> str:
+    return hashlib.sha256(canonical_json(as_dict(design.points[-1].scenario)).encode()).hexdigest()

@@ -1,0 +1,132 @@
+"""`gates.toml`: which calibrators have to keep which limits, on which scenarios, and how sure the verdicts are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from scenarios.errors import InputError
+from scenarios.load import load as load_file
+from scenarios.problems import misfit
+from scenarios.spec import DIALECT
+from scenarios.table import Table
+from validation.gates.power import MOST_TRIALS, USUAL_SPREAD
+from validation.scoring.meaning import Meaning, meaning_of
+
+FALSE_FAIL_RATE, POWER, QUANTILE, SMALLEST_DEFECT, MARGIN = 1e-4, 0.99, 0.5, 1.5, 1.1
+"""What a file that says nothing gets: one run of all gates in 10,000 fails without cause, and so on."""
+FAILURE = "failure"
+NOT_REPEATED = "wall_time"
+"""A score that no limit holds for: it is not the same twice."""
+
+Positive = Annotated[float, Field(gt=0, le=1e12)]
+Part = Annotated[float, Field(ge=0.5, lt=1)]
+
+
+class Gate(Table):
+    """One calibrator's score on one scenario, held to a limit: its quantile over the runs is to keep below it.
+
+    The limit is an absolute one, `ratio` times the score of `reference` in the same trial, or `margin` times the score
+    that the calibrator had in the same trial when `baseline` was written. A trial without an estimate is over it.
+    """
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]*$", max_length=100, description="what reports call it")
+    scenario: str = Field(min_length=1, description="a name of the catalogue, or a file beside this one")
+    set_: tuple[str, ...] = Field((), alias="set", description="overrides, as with --set: KEY=VALUE")
+    calibrator: str = Field(min_length=1, description="registered name, or module:object; of an array name@sensor")
+    exec_: str | None = Field(None, alias="exec", description="the command that is this calibrator, as with --exec")
+    score: str = Field(description="of scores.json, with its unit or without; less must be better")
+    limit: Positive | None = Field(None, description="in the score's unit")
+    ratio: Positive | None = Field(None, description="limit as a multiple of the reference's score in the same trial")
+    reference: str | None = Field(None, description="calibrator that ratio refers to")
+    baseline: str | None = Field(None, description="file that --write-baseline wrote, beside this one")
+    margin: Positive = Field(MARGIN, description="limit as a multiple of the baseline's score in the same trial")
+    quantile: Part = Field(QUANTILE, description="which quantile of the score is to keep the limit; 0.5: the median")
+    max_trials: int | None = Field(None, ge=1, le=MOST_TRIALS, description="default: as smallest_defect takes")
+    smallest_defect: float | None = Field(
+        None, gt=1, le=1e6, description=f"multiple of the limit that is to be caught [default: {SMALLEST_DEFECT}]"
+    )
+    power: Part = Field(POWER, description="probability with which it is caught")
+    spread: float = Field(
+        USUAL_SPREAD, gt=0, le=10, description="standard deviation of ln(score) from trial to trial, for planning"
+    )
+
+    @field_validator("score")
+    @classmethod
+    def _has_a_better_end(cls, text: str) -> str:
+        try:
+            meaning = meaning_of(text)
+        except InputError as error:
+            raise misfit((), error.what, error.do) from None
+        if not meaning.lower or meaning.in_sample or meaning.name == NOT_REPEATED:
+            why = "is not the same twice" if meaning.name == NOT_REPEATED else "has no better end"
+            raise misfit((), f"{meaning.name} {why}, so that no limit holds for it", "take another score")
+        return text
+
+    @model_validator(mode="after")
+    def _one_limit(self) -> Self:
+        stated = [key for key in ("limit", "ratio", "baseline") if getattr(self, key) is not None]
+        if len(stated) != 1:
+            found = " and ".join(stated) or "none"
+            do = "give one of limit, ratio with reference, baseline with margin"
+            raise misfit((), f"one limit is wanted, found {found}", do)
+        if (self.ratio is None) != (self.reference is None):
+            raise misfit((), "ratio and reference go together", "add the other")
+        return self
+
+    @property
+    def kind(self) -> Literal["limit", "ratio", "baseline"]:
+        """Which of the three limits it has."""
+        if self.limit is not None:
+            return "limit"
+        return "ratio" if self.ratio is not None else "baseline"
+
+    @property
+    def factor(self) -> float:
+        """What the limit is measured by: in the score's unit, or as a multiple of the other score of the trial."""
+        return self.limit or self.ratio or self.margin
+
+    @property
+    def meaning(self) -> Meaning:
+        """The score."""
+        return meaning_of(self.score)
+
+    @property
+    def unit(self) -> str:
+        """Of the limit and of what is measured; a multiple has none."""
+        return self.meaning.unit if self.kind == "limit" else ""
+
+
+class GateFile(Table):
+    """All gates of a file, and the probability that one run of them fails though every calibrator keeps its limit."""
+
+    false_fail_rate: float = Field(FALSE_FAIL_RATE, gt=0, lt=0.5, description="of all gates together")
+    seed: int | None = Field(None, ge=0, description="of all trials; default: each scenario's own")
+    gate: tuple[Gate, ...] = Field(description="each a table [[gate]]")
+
+    @model_validator(mode="after")
+    def _told_apart(self) -> Self:
+        names = [gate.name for gate in self.gate]
+        if not names:
+            raise misfit(("gate",), "there is no gate", "add a table [[gate]]")
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                raise misfit(("gate", index, "name"), f"{name!r} is the name of another gate", "choose another")
+        return self
+
+    @property
+    def rate(self) -> float:
+        """The rate of false failures that each gate may have, so that together they keep theirs (Bonferroni)."""
+        return self.false_fail_rate / len(self.gate)
+
+
+def load_gates(path: Path) -> GateFile:
+    """Read a file of gates, strictly; InputError names the key that is wrong."""
+    return load_file(path, GateFile)
+
+
+def json_schema() -> dict[str, Any]:
+    """JSON Schema (2020-12) of a file of gates, for editors."""
+    return {"$schema": DIALECT, **GateFile.model_json_schema(by_alias=True)}
