@@ -27,6 +27,7 @@ PROMISED = {
     *("auv-dive", "auv-spiral", "auv-spiral-excited", "auv-comb", "quad-spiral", "quad-comb", "quad-calibration"),
     *("turntable-twelve-stops", "turntable-three-turns", "tumble", "gradiometer-turntable"),
     *("standard-full", "standard-pitch", "standard-auv"),
+    *("auv-fleet", "quad-fleet", "turntable-fleet"),
 }
 
 
