@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
-from scipy.spatial.transform import Rotation
 
+from scenarios.distributions import Distribution
 from scenarios.errors import InputError
+from scenarios.varied import Vary
 from scenarios.vary import apply_vary, check_vary, values_at
 from sim.scenario import Scenario, load
 
@@ -69,22 +70,33 @@ def test_means_and_deviations_may_be_given_by_component() -> None:
         assert stats.kstest(axis, stats.norm(mean, std).cdf).pvalue > ALPHA
 
 
+def many(how: dict[str, Any], count: int = 20_000) -> Any:
+    """Vectors (count, 3) of the distribution alone: enough to see a direction or a correlation that is off by 10 %."""
+    distribution, rng = Vary.model_validate(how).distribution, np.random.default_rng(13)
+    assert isinstance(distribution, Distribution)
+    return np.array([distribution.draw(np.zeros(3), rng) for _ in range(count)])
+
+
 def test_directions_are_uniform_on_the_sphere() -> None:
-    """Each component of a uniform direction is uniform (Archimedes), about any axes."""
-    drawn = offsets("{on_sphere=500}")
+    """Each component of a uniform direction is uniform (Archimedes), along any axis: the space diagonal, for one."""
+    drawn = many({"on_sphere": 500.0})
     np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 500, rtol=1e-14)
-    for axis in Rotation.from_euler("XYZ", [1, 2, 3]).apply(drawn).T:
-        assert stats.kstest(axis, stats.uniform(-500, 1000).cdf).pvalue > ALPHA
+    for axis in (*np.eye(3), np.ones(3) / np.sqrt(3)):
+        assert stats.kstest(drawn @ axis, stats.uniform(-500, 1000).cdf).pvalue > ALPHA
     lengths = np.linalg.norm(offsets("{on_sphere=[200, 300]}"), axis=1)
     assert stats.kstest(lengths, stats.uniform(200, 100).cdf).pvalue > ALPHA
 
 
 def test_correlated_components_have_their_covariance() -> None:
+    """Whitened, they are independent standard normals."""
     mean, covariance = np.array([100.0, -50.0, 0.0]), np.array([[400.0, 300, 0], [300, 900, -60], [0, -60, 25]])
-    drawn = offsets(f"{{correlated={{mean={mean.tolist()}, covariance={covariance.tolist()}}}}}")
-    distance = np.einsum("ni,ij,nj->n", drawn - mean, np.linalg.inv(covariance), drawn - mean)
-    assert stats.kstest(distance, stats.chi2(3).cdf).pvalue > ALPHA
-    np.testing.assert_allclose(np.cov(drawn.T), covariance, atol=0.15 * 900)
+    drawn = many({"correlated": {"mean": mean.tolist(), "covariance": covariance.tolist()}})
+    variances, axes = np.linalg.eigh(covariance)
+    white = (drawn - mean) @ axes / np.sqrt(variances)
+    np.testing.assert_allclose(np.cov(white.T), np.eye(3), atol=5 * np.sqrt(2 / len(white)))
+    for axis in white.T:
+        assert stats.kstest(axis, stats.norm(0, 1).cdf).pvalue > ALPHA
+    assert offsets("{correlated={mean=[1, 2, 3], covariance=[[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}", 1).shape == (1, 3)
 
 
 def test_a_symmetric_matrix_stays_symmetric() -> None:
