@@ -22,6 +22,8 @@ Value = float | str | bool
 S = TypeVar("S", bound=BaseScenario)
 FIXED = ("name", "summary", "seed", "calibrators", "vary")
 """Keys of a scenario that are not its model: nothing to sweep."""
+MOST_NEAR = 8
+"""Keys that advice names."""
 
 
 @dataclass(frozen=True)
@@ -92,10 +94,9 @@ def _full_key(name: str, scenario: BaseScenario, where: str) -> str:
 
 
 def _near(name: str, keys: Sequence[str]) -> str:
-    """The nearest keys: by their whole, or by their last part."""
-    last = name.replace(".", "_").rsplit("_", 1)[0]
-    alike = [key for key in keys if last in key.replace(".", "_")]
-    return "did you mean " + " or ".join(alike[:3]) + "?" if alike else closest(name, keys)
+    """The nearest keys: those that hold the name, or else are spelt alike."""
+    inside = [key for key in keys if name.replace(".", "_") in key.replace(".", "_")]
+    return "did you mean " + " or ".join(inside[:MOST_NEAR]) + "?" if inside else closest(name, keys)
 
 
 def _values(node: Any, key: str = "") -> Iterator[tuple[str, Any]]:
@@ -112,9 +113,9 @@ def _values(node: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 def _value(key: str, word: str, where: str) -> Value:
     value = parse(f"{key}={word}").value
-    if not isinstance(value, int | float | str):
+    if isinstance(value, list | dict):
         raise InputError(f"{word} is neither a number nor a word", where=where, do="write --sweep noise_std_nT=1,5,10")
-    return value
+    return value if isinstance(value, int | float | str) else word  # a date as it is written
 
 
 def _put(data: dict[str, Any], key: str, value: Value) -> None:

@@ -1,0 +1,90 @@
+"""A trial is what `run` would give: the same recording, fits and scores; and what has no estimate has no scores."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib import Calibration, Status
+from scenarios.errors import InputError
+from sim.dataset import read_run
+from sim.generate import generate
+from tests.short import short
+from validation.calibrating.candidates import candidates
+from validation.comparison.design import Design, received
+from validation.comparison.trial import Task, compute, lost, run_trial
+from validation.outputs.run import judge
+from validation.scoring.judging import UNCORRECTED, has_estimate
+from validation.scoring.meaning import MEANINGS
+
+
+def test_a_trial_is_the_run_of_that_number_judged_from_its_files(tmp_path: Path) -> None:
+    scenario = short("turntable-twelve-stops")
+    names = ("vector_least_squares", "ellipsoid", "tolles_lawson")
+    generate(scenario, tmp_path, runs=3, seed=9)
+    outcome = judge(scenario, *read_run(tmp_path, run=2), chosen=candidates(names))
+    trial = run_trial(Design.of(scenario, candidates(names), seed=9), 0, 2)
+    assert [row.calibrator for row in trial.rows] == [*names, UNCORRECTED] == list(outcome.scores)
+    for row in trial.rows:
+        scores = {MEANINGS[one.name].column: one.value for one in outcome.scores[row.calibrator]}
+        kept = {name: value for name, value in scores.items() if name not in ("failure", "wall_time_s")}
+        fitted = outcome.calibrations.get(row.calibrator)
+        assert row.scores == (kept if fitted is None or has_estimate(fitted) else {})
+    assert trial.rows[2].status == "not_applicable"
+    assert trial.rows[2].reason
+
+
+def test_every_sensor_of_an_array_has_its_row() -> None:
+    design = Design.of(short("gradiometer-turntable"), candidates(["sphere"]))
+    trial = run_trial(design, 0, 0)
+    assert tuple(row.calibrator for row in trial.rows) == design.calibrators
+    assert design.calibrators[-1] == f"{UNCORRECTED}@4"
+    errors_nT = {row.scores["offset_error_nT"] for row in trial.rows}
+    assert len(errors_nT) == len(trial.rows)
+
+
+def test_a_task_gives_the_trial(design: Design) -> None:
+    def told(task: Task) -> list[tuple[object, ...]]:
+        return [(row.calibrator, row.status, row.scores) for row in compute(task).rows]
+
+    there = [(row.calibrator, row.status, row.scores) for row in run_trial(design, 1, 3).rows]
+    assert told(pickle.loads(pickle.dumps(Task(design.sent, 1, 3)))) == there
+
+
+def test_points_share_their_noise(design: Design) -> None:
+    """Paired: the same errors at every point, and noise that differs in size alone."""
+    quiet, loud = (run_trial(design, point, 0).rows[-1] for point in (0, 1))
+    assert quiet.scores["offset_error_nT"] == pytest.approx(loud.scores["offset_error_nT"])
+    assert quiet.scores["in_sample_norm_rms_nT"] != loud.scores["in_sample_norm_rms_nT"]
+
+
+def test_a_lost_trial_is_failed_for_all(design: Design) -> None:
+    rows = lost(design, 0, 4, "why").rows
+    assert [(row.calibrator, row.status, row.reason, row.scores) for row in rows] == [
+        (name, "not_converged", "why", {}) for name in design.calibrators
+    ]
+
+
+def test_an_estimate_is_what_is_not_the_raw_measurement() -> None:
+    for kind, there in (("ok", True), ("not_converged", False), ("unobservable", False), ("not_applicable", False)):
+        raw = Calibration(name="a", status=Status(kind))  # type: ignore[arg-type]
+        assert has_estimate(raw) == there
+        moved = replace(raw, offset_nT=np.array([1.0, 0.0, 0.0]))
+        assert has_estimate(moved) == (kind != "not_applicable")
+
+
+def test_a_worker_with_other_versions_refuses(design: Design) -> None:
+    other = replace(design, packages={**design.packages, "numpy": "0.1"})
+    with pytest.raises(InputError, match=r"numpy 0\.1 there"):
+        received(other.sent)
+
+
+@pytest.mark.parametrize("names", [["sphere", "sphere"], [UNCORRECTED], []])
+def test_a_design_has_one_calibrator_of_a_name(names: list[str]) -> None:
+    (sphere,) = candidates(["sphere"])
+    with pytest.raises(InputError, match="--with"):
+        Design.of(short("tumble"), [replace(sphere, name=name) for name in names])
