@@ -41,6 +41,13 @@ def _numbers(given: Any) -> Any:
     return float(given)
 
 
+def _one_or_two(radius: Any) -> Any:
+    """A radius, or its ends; ValueError for anything else."""
+    if np.shape(radius) not in ((), (2,)):
+        raise ValueError("expected a radius, or [low, high]")
+    return radius
+
+
 Numbers = Annotated[Any, AfterValidator(_numbers), WithJsonSchema(_ROWS)]
 """A number for every component, or one for each in the shape of the value."""
 Pair = tuple[Numbers, Numbers]
@@ -64,7 +71,7 @@ class Vary(Table):
     log_uniform: Pair | None = Field(None, description="low, high, both above zero: the logarithm is uniform")
     log_normal: Pair | None = Field(None, description="median, standard deviation of the natural logarithm")
     relative_normal: Numbers | None = Field(None, description="std s: the value that stands there times 1 + s n")
-    on_sphere: Numbers | None = Field(
+    on_sphere: Annotated[Numbers, AfterValidator(_one_or_two)] | None = Field(
         None, description="length of a vector of uniform direction; [low, high]: uniform between them"
     )
     correlated: CorrelatedSpec | None = Field(None, description="mean and covariance of all components together")

@@ -62,20 +62,24 @@ def _draw(value: Any, how: Vary, rng: np.random.Generator) -> Any:
     distribution = how.distribution
     if isinstance(distribution, Choice):
         return distribution.draw(rng)
-    return distribution.draw(np.array(value, dtype=np.float64), rng).tolist()
+    with np.errstate(over="ignore"):  # what overflows is out of every range, and refused as such
+        return distribution.draw(np.array(value, dtype=np.float64), rng).tolist()
 
 
 def _ends(value: Any, how: Vary, key: str, where: str) -> tuple[Any, ...]:
     """The values that a distribution may put there, as far as they matter for a check."""
     distribution = how.distribution
     if isinstance(distribution, Choice):
+        if any(isinstance(one, dict) for one in (value if isinstance(value, list) else [value])):
+            raise problem_at(where, ("vary", key), "tables cannot vary as a whole", "name the values in them")
         return distribution.options
     numbers = _numbers(value)
     if numbers is None:
         raise problem_at(where, ("vary", key), "not a number, vector or matrix", "name one of the scenario's numbers")
     if problem := distribution.problem(numbers):
         raise problem_at(where, ("vary", key), problem, f"write {distribution.form}")
-    return tuple(end.tolist() for end in distribution.ends(numbers))
+    with np.errstate(over="ignore"):
+        return tuple(end.tolist() for end in distribution.ends(numbers))
 
 
 def _numbers(value: Any) -> NDArray[np.float64] | None:

@@ -136,6 +136,9 @@ BAD = {
     "{log_uniform=[0, 1]}": "low must be above zero",
     "{log_normal=[-5, 1]}": "median must be above zero",
     "{on_sphere=-1}": "the radius is negative",
+    "{on_sphere=[1, 2, 3]}": r"expected a radius, or \[low, high\]",
+    "{log_normal=[1e300, 100]}": "hard_iron.offset_nT",
+    "{normal=[1e308, 1e308]}": "hard_iron.offset_nT",
     "{correlated={mean=[0, 0, 0], covariance=[[1, 2, 0], [2, 1, 0], [0, 0, 1]]}}": "not positive definite",
     "{correlated={mean=[0, 0, 0], covariance=[[1, 2, 0], [1, 5, 0], [0, 0, 1]]}}": "not symmetric",
     "{correlated={mean=[0, 0], covariance=[[1, 0], [0, 1]]}}": "the mean has the shape",
@@ -155,6 +158,13 @@ def test_what_cannot_be_drawn_is_told_when_it_is_loaded(how: str) -> None:
     with pytest.raises(InputError, match=BAD[how]) as caught:
         scenario(how)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("key", ["vehicle", "sensors", "effects.hard_iron"])
+def test_tables_do_not_vary_as_a_whole(key: str) -> None:
+    """Another vehicle or sensor would give a run other columns than the others have."""
+    with pytest.raises(InputError, match=r"tables cannot vary as a whole"):
+        scenario('{choice=[{kind="quadrotor"}]}', key)
 
 
 def test_a_sphere_needs_a_vector_of_three() -> None:
