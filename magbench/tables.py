@@ -6,10 +6,12 @@ from collections.abc import Mapping
 
 from calib.result import Calibration
 from magbench.console import show_table, show_text
+from validation.comparison.answer import without_correction
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis
 from validation.scoring.outcome import Outcome
 from validation.text import short
+from validation.views.pages.comparison import Comparison, title_of
 from validation.views.words.diagnosis import gap_rows, headline, parameter_rows
 
 COLUMNS = {
@@ -37,6 +39,29 @@ def show_scores(outcome: Outcome) -> None:
     titles = (f"{title}, {units.get(name, 'nT')}" for name, title in COLUMNS.items())
     title = f"{outcome.scenario.name}: errors against truth, best first by {ranked_by.replace('_', ' ')}"
     show_table(title, ["calibrator", *titles, "status"], rows)
+
+
+def show_comparison(found: Comparison) -> None:
+    """The answer, and at each point a row a calibrator, best first."""
+    show_text(found.sentence + "\n")
+    for point, answer in enumerate(found.answers):
+        unit = f", {answer.score.unit}" if answer.score.unit else ""
+        heads = [
+            "calibrator",
+            f"{answer.score.short}{unit}",
+            "low",
+            "high",
+            "failed",
+            f"first better, of {answer.trials}",
+        ]
+        rows = []
+        for one in answer.standings:
+            ends = (short(v) for v in (one.median.value, one.median.low, one.median.high))
+            better = "" if one is answer.best else str(answer.against(one.calibrator).better)
+            rows.append([one.calibrator, *ends, str(one.failures), better])
+        ends = (short(v) for v in (answer.uncorrected.value, answer.uncorrected.low, answer.uncorrected.high))
+        rows.append([without_correction(answer.best.calibrator), *ends, "", ""])
+        show_table(f"{found.title}: {title_of(found.table.points[point])}", heads, rows)
 
 
 def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:

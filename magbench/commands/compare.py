@@ -3,17 +3,36 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from magbench.options import CORES, Exec, Jobs, Json, Out, Overrides, ScenarioName, Scheduler, Seed, TimeLimit, With
 from validation.calibrating.children import TIME_LIMIT_S
 
+if TYPE_CHECKING:
+    from scenarios.sweep import Sweep
+    from sim.scenario import Scenario
+    from validation.comparison.engine import Engine
+
 Trials = Annotated[int, typer.Option(min=1, max=10_000_000, help="Number of trials at every point of the sweep.")]
 Sweeps = Annotated[
     list[str] | None,
     typer.Option("--sweep", metavar="KEY=A,B,C", help="Values that one of the scenario's takes; repeatable."),
+]
+UntilRule = Annotated[
+    str | None,
+    typer.Option(
+        "--until",
+        metavar="RULE",
+        help='Stop as soon as every median is known so well, e.g. "median offset_error_nT +-5%"; --trials is the most.',
+    ),
+]
+RankBy = Annotated[
+    str | None, typer.Option(metavar="SCORE", help="The score that decides.  [default: that which `run` ranks by]")
+]
+ReferenceName = Annotated[
+    str | None, typer.Option("--reference", metavar="NAME", help="Who ratios are to.  [default: the best]")
 ]
 
 
@@ -27,6 +46,9 @@ def compare(
     seed: Seed = None,
     jobs: Jobs = CORES,
     scheduler: Scheduler = None,
+    until: UntilRule = None,
+    rank_by: RankBy = None,
+    reference: ReferenceName = None,
     set_: Overrides = None,
     out: Out = None,
     json: Json = False,
@@ -39,21 +61,33 @@ def compare(
     """
     from magbench.arguments import chosen
     from magbench.console import emit, progress, say
-    from scenarios.sweep import parse_sweep
+    from magbench.tables import show_comparison
     from sim.scenario import load
-    from validation.comparison.cluster import Cluster
     from validation.comparison.design import Design
-    from validation.comparison.engine import Processes
     from validation.outputs.comparison import compare as run
-    from validation.outputs.comparison import summary
+    from validation.outputs.comparison import question, summary
 
+    asked = question(rank_by, reference, until)
     spec = load(scenario, set_ or ())
     place = out or Path("out") / f"{spec.name}-comparison"
-    calibrators = chosen(with_, exec_, time_limit_s, spec.calibrators)
-    design = Design.of(spec, calibrators, [parse_sweep(text, spec) for text in sweep or ()], seed)
-    engine = Cluster(scheduler) if scheduler else Processes(jobs)
+    design = Design.of(spec, chosen(with_, exec_, time_limit_s, spec.calibrators), _sweeps(sweep, spec), seed)
     with progress(f"comparing on {spec.name}") as report:
-        table = run(design, trials, place, engine, report)
+        found = run(design, trials, place, _engine(scheduler, jobs), report, asked)
     if json:
-        emit(summary(design, table) | {"out": str(place)})
-    say(f"{place}: trials.parquet, timings.parquet, comparison.json")
+        emit(summary(found, design.seed) | {"out": str(place)})
+    else:
+        show_comparison(found)
+    say(f"{place}: report.html, trials.parquet, timings.parquet, comparison.json, recordings")
+
+
+def _sweeps(texts: list[str] | None, scenario: Scenario) -> list[Sweep]:
+    from scenarios.sweep import parse_sweep
+
+    return [parse_sweep(text, scenario) for text in texts or ()]
+
+
+def _engine(scheduler: str | None, jobs: int) -> Engine:
+    from validation.comparison.cluster import Cluster
+    from validation.comparison.engine import Processes
+
+    return Cluster(scheduler) if scheduler else Processes(jobs)

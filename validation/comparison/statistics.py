@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +90,10 @@ class Difference:
     def clear(self) -> bool:
         """Whether one of the two is better."""
         return self.p < 1 - LEVEL
+
+    def turned(self) -> Difference:
+        """The same from the other's side."""
+        return replace(self, one=self.other, other=self.one, better=self.worse, worse=self.better)
 
 
 def differences(scores: Mapping[str, Array]) -> list[Difference]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from sim.dataset.files import beside, system_errors_about
 from sim.dataset.tabular import damage_named
 from validation.comparison.design import Design
 from validation.comparison.trial import Trial
+from validation.scoring.judging import UNCORRECTED
 from validation.scoring.meaning import MEANINGS, meaning_of
 
 Array = NDArray[np.float64]
@@ -75,10 +77,15 @@ class Table:
             with beside(out / name) as part, system_errors_about(out / name):
                 pq.write_table(table, part, compression="zstd")
 
-    @property
+    @cached_property
     def calibrators(self) -> tuple[str, ...]:
         """Every calibrator in the order asked, the raw measurement last."""
         return tuple(dict.fromkeys(self._words("calibrator")))
+
+    @property
+    def candidates(self) -> tuple[str, ...]:
+        """Every calibrator without the raw measurement."""
+        return tuple(name for name in self.calibrators if name.split("@")[0] != UNCORRECTED)
 
     @property
     def scores(self) -> tuple[str, ...]:

@@ -19,6 +19,8 @@ from validation.scoring.meaning import MEANINGS
 
 NOT_KEPT = ("failure", "wall_time")
 """Scores that a row has no column for: its status says the one, and the other is never the same twice."""
+CALIBRATORS_STREAM = "calibrator"
+"""Name of the random stream that every fit of a trial begins with."""
 FLIGHTS = Flights()
 """The motions of this process."""
 
@@ -77,7 +79,7 @@ def run_trial(design: Design, point: int, run: int) -> Trial:
             ready.effects,
             reference,
             design.candidates,
-            lambda: stream(design.seed, run, "calibrator"),
+            lambda: stream(design.seed, run, CALIBRATORS_STREAM),
         )
     return Trial(point, run, tuple(_row(found[name]) for name in design.calibrators))
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 from scenarios.errors import InputError
 from validation.comparison.statistics import Array, Interval, median
+from validation.scoring.meaning import meaning_of
 
 FIRST_LOOK = 20
-GROWTH = 1.3
+GROWTH = 1.5
 """From look to look: at most so many times more trials than were needed are run."""
 FORM = re.compile(r"\s*median\s+(?P<score>\w+)\s*(?:\+-|\+/-|±)\s*(?P<width>[\d.eE+-]+?)\s*(?P<percent>%)?\s*")
 EXAMPLE = '"median offset_error_nT +-5%", or +-0.2 for a width in the score\'s unit'
@@ -18,7 +19,7 @@ EXAMPLE = '"median offset_error_nT +-5%", or +-0.2 for a width in the score\'s u
 
 @dataclass(frozen=True)
 class Until:
-    """The median of a score is to be known to within a width: a part of the median, or in the score's unit."""
+    """The median of a score (a table's column) is to be known to within a width: a part of it, or in its unit."""
 
     score: str
     width: float
@@ -35,7 +36,7 @@ class Until:
         if not found or not width > 0:
             raise InputError(f"{text!r} is no rule to stop by", where="--until", do=f"write {EXAMPLE}")
         relative = found["percent"] is not None
-        return cls(found["score"], width / 100 if relative else width, relative)
+        return cls(meaning_of(found["score"], "--until").column, width / 100 if relative else width, relative)
 
     def reached(self, columns: Iterable[Array]) -> bool:
         """Whether every column (n,), a calibrator's score at one point, has its median known well enough.

@@ -1,22 +1,59 @@
-"""A comparison on disk: its trials as they land, then its tables and what was compared."""
+"""A comparison on disk: its trials as they land, then tables, answer, report, and recordings of trials to look at."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from scenarios.errors import InputError
 from scenarios.plain import json_ready
 from sim.dataset.files import locked_directory, remove_leftovers, write_text
+from sim.run import run_in_memory
+from sim.simulate import plan
+from sim.streams import stream
+from validation.comparison.answer import Answer, answer, overall
 from validation.comparison.design import Design
 from validation.comparison.engine import Engine, run_trials
+from validation.comparison.figures import Figure, figures
 from validation.comparison.journal import Journal
 from validation.comparison.table import Table
+from validation.comparison.trial import CALIBRATORS_STREAM
+from validation.comparison.until import Until, looks
+from validation.outputs.run import judge
+from validation.scoring.meaning import Meaning, meaning_of
+from validation.scoring.outcome import RANKED_BY, Outcome
+from validation.text import listed
+from validation.views.pages.comparison import Comparison, page, title_of
+from validation.views.recording import write_recording
 
 Progress = Callable[[float, int], object]
 """Told (trials done, trials in all)."""
-ANSWER = "comparison.json"
+ANSWER, REPORT, RECORDINGS = "comparison.json", "report.html", "recordings"
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a comparison is asked: the score that decides, the calibrator that ratios are to, when it knows enough.
+
+    reference: default the best at the first point; until: None where the number of trials is given.
+    """
+
+    score: Meaning
+    reference: str | None = None
+    until: Until | None = None
+
+
+def question(rank_by: str | None = None, reference: str | None = None, until: str | None = None) -> Question:
+    """What users ask in words; InputError for a score that is none, and for another rule than Until's."""
+    return Question(
+        meaning_of(rank_by or RANKED_BY, "--rank-by"), reference, None if until is None else Until.parsed(until)
+    )
 
 
 def compare(
@@ -25,35 +62,143 @@ def compare(
     out: Path,
     engine: Engine,
     progress: Progress = lambda done, total: None,
-) -> Table:
-    """Compute `trials` trials at every point and write OUT/trials.parquet, timings.parquet and comparison.json.
+    asked: Question | None = None,
+) -> Comparison:
+    """Compute trials at every point and write all of a comparison's files into `out`; returns what the report shows.
 
-    Trials that OUT holds are kept: a killed comparison goes on where it was, and a larger number extends it. The
-    bytes of trials.parquet depend on design and number alone. Raises InputError where OUT holds another comparison or
-    another process writes to it, and where a trial cannot be simulated.
+    trials: their number, or the most where `asked` says until when. Trials that `out` holds are kept: a killed
+    comparison goes on where it was, and a larger number extends it. The bytes of trials.parquet depend on design and
+    number alone.
+    Raises InputError where `out` holds another comparison or another process writes to it, where a trial cannot be
+    simulated, and for a reference that does not take part.
     """
+    asked = asked or question()
+    _check_reference(design, asked.reference)
     with locked_directory(out):
         remove_leftovers(out)
         journal = Journal.open(out, design.identity())
-        total = trials * len(design.points)
-        for done, _ in enumerate(run_trials(design, range(trials), engine, journal), start=1):
-            progress(done, total)
-        table = Table.of(design, (trial for trial in journal if trial.run < trials))
+        table = _computed(design, trials, journal, engine, progress, asked)
         table.write(out)
-        write_text(out / ANSWER, json.dumps(summary(design, table), indent=1, allow_nan=False) + "\n")
+        found = _answered(design, table, asked)
+        write_text(out / ANSWER, json.dumps(summary(found, design.seed), indent=1, allow_nan=False) + "\n")
+        write_text(out / REPORT, page(found))
+        _record(design, found, out / RECORDINGS)
+    return found
+
+
+def _check_reference(design: Design, reference: str | None) -> None:
+    names = [one.name for one in design.candidates]
+    if reference is not None and reference not in names:
+        what = f"{reference!r} does not take part"
+        raise InputError(what, where="--reference", do=f"choose among {', '.join(names)}")
+
+
+def _computed(
+    design: Design, most: int, journal: Journal, engine: Engine, progress: Progress, asked: Question
+) -> Table:
+    """The trials that the question needs, at most so many; looked at after fixed numbers of them."""
+    done, first = 0, 0
+    for number in [most] if asked.until is None else looks(most):
+        for _ in run_trials(design, range(first, number), engine, journal):
+            done += 1
+            progress(done, most * len(design.points))
+        table = Table.of(design, (trial for trial in journal if trial.run < number))
+        if asked.until is not None and asked.until.reached(_columns(table, asked.until)):
+            break
+        first = number
     return table
 
 
-def summary(design: Design, table: Table) -> dict[str, Any]:
-    """What was compared, as plain values."""
-    found: dict[str, Any] = json_ready(
+def _columns(table: Table, until: Until) -> list[Any]:
+    return [table.values(until.score, name, point) for point in table.points for name in table.candidates]
+
+
+def _answered(design: Design, table: Table, asked: Question) -> Comparison:
+    answers = tuple(answer(table, asked.score, point) for point in table.points)
+    titles = [title_of(values) for values in table.points.values()]
+    return Comparison(
+        title=design.points[0].scenario.name,
+        table=table,
+        answers=answers,
+        sentence=overall(answers, titles),
+        reference=asked.reference or answers[0].best.calibrator.split("@")[0],
+        looked_at=_looked_at(table, answers[0]),
+    )
+
+
+def summary(found: Comparison, seed: int) -> dict[str, Any]:
+    """The answer and every figure as plain values, the JSON of `compare`; what is not finite is null."""
+    table = found.table
+    first = found.answers[0]
+    result: dict[str, Any] = json_ready(
         {
-            "scenario": design.points[0].scenario.name,
-            "seed": design.seed,
-            "trials": len(table.runs()),
+            "scenario": found.title,
+            "seed": seed,
+            "trials": first.trials,
+            "answer": found.sentence,
+            "ranked_by": first.score.name,
+            "ranking": [[one.calibrator for one in answer.standings] for answer in found.answers],
+            "reference": found.reference,
             "calibrators": table.calibrators,
             "scores": table.scores,
             "points": [{"point": point, **values} for point, values in table.points.items()],
+            "table": [_row(table, one) for one in figures(table, found.reference)],
+            "differences": [
+                {"point": point, **vars(one)}
+                for point, answer in enumerate(found.answers)
+                for one in answer.differences
+            ],
         }
     )
-    return found
+    return result
+
+
+def _row(table: Table, one: Figure) -> dict[str, Any]:
+    ratio = None if one.ratio is None else vars(one.ratio)
+    return {
+        "point": one.point,
+        **table.points[one.point],
+        "calibrator": one.calibrator,
+        "score": one.score.name,
+        "unit": one.score.unit,
+        "median": one.found.value,
+        "low": one.found.low,
+        "high": one.found.high,
+        "failures": one.failures,
+        "trials": one.trials,
+        "bound_ratio": None,
+        "reference_ratio": ratio,
+    }
+
+
+def _shown_runs(table: Table, first: Answer) -> dict[str, int]:
+    """Runs at the first point in which the best calibrator did best, as usual, and worst of those with an estimate."""
+    values = table.values(first.score.column, first.best.calibrator)
+    order = [int(k) for k in np.argsort(values, kind="stable") if np.isfinite(values[k])]
+    runs = table.runs()
+    if not order:
+        return {}
+    return {name: int(runs[order[k]]) for name, k in (("best", 0), ("median", len(order) // 2), ("worst", -1))}
+
+
+def _looked_at(table: Table, first: Answer) -> str:
+    runs = _shown_runs(table, first)
+    if not runs:
+        return "No trial gave an estimate that could be shown."
+    which = listed([f"the {name} is run {run} ({RECORDINGS}/{name}.rrd)" for name, run in runs.items()])
+    return f"Of {first.best.calibrator}'s trials at the first point {which}: open them with magbench show."
+
+
+def _record(design: Design, found: Comparison, out: Path) -> None:
+    """Write recordings of the best calibrator's best, median and worst trial at the first point."""
+    out.mkdir(exist_ok=True)
+    for name, run in _shown_runs(found.table, found.answers[0]).items():
+        write_recording(_outcome(design, run), out / f"{name}.rrd")
+
+
+def _outcome(design: Design, run: int) -> Outcome:
+    """A trial of the first point whole, with what its fits left of the recording."""
+    scenario = design.points[0].scenario
+    recording, truth = run_in_memory(plan(scenario, run, design.seed))
+    rng = partial(stream, design.seed, run, CALIBRATORS_STREAM)
+    return judge(scenario, recording, truth, chosen=design.candidates, rng=rng)

@@ -94,12 +94,16 @@ def judge(
     truth: Truth,
     progress: Callable[[float], object] = lambda part: None,
     chosen: Sequence[Candidate] | None = None,
+    rng: Callable[[], np.random.Generator] = lambda: np.random.default_rng(0),
 ) -> Outcome:
-    """Fit the chosen calibrators, by default the scenario's, to a recording and score them against its truth."""
+    """Fit the chosen calibrators, by default the scenario's, to a recording and score them against its truth.
+
+    rng : makes the generator that each fit begins with.
+    """
     chosen = chosen or candidates(scenario.calibrators)
     east, north, up = truth.parameters["field_enu_nT"]
     reference = Reference(float(np.linalg.norm([east, north, up])), (east, north, up))
-    found = judged(recording, _effects(truth), reference, chosen, progress=progress)
+    found = judged(recording, _effects(truth), reference, chosen, rng, progress)
     fits = {key: one.fit for key, one in found.items() if key.split("@")[0] != UNCORRECTED}
     usable = {key: fit for key, fit in fits.items() if fit.calibration.status.kind != "not_applicable"}
     return Outcome(

@@ -129,9 +129,13 @@ def _axis(one: Any, limits: tuple[float, float]) -> dict[str, Any]:
         "gridcolor": matplotlib.rcParams["grid.color"],
         "zeroline": False,
     }
-    words = [label.get_text() for label in one.get_ticklabels()]
+    words = [_escaped(label.get_text()) for label in one.get_ticklabels()]
     if any(NAME.match(word) for word in words):
-        found |= {"tickmode": "array", "tickvals": [float(v) for v in one.get_ticklocs()], "ticktext": words}
+        found |= {
+            "tickmode": "array",
+            "tickvals": [float(v) for v in one.get_ticklocs()],
+            "ticktext": words,
+        }
     return found
 
 

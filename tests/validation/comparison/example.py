@@ -1,0 +1,34 @@
+"""Tables of comparisons made by hand: what the trials gave is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pyarrow as pa
+
+from validation.comparison.table import Table
+
+SCORE = "offset_error_nT"
+
+
+def table_of(*points: Mapping[str, Sequence[float]], sweep: Sequence[float] = (), failing: Sequence[str] = ()) -> Table:
+    """A table of a score by calibrator at each point, n trials each; a score of inf: no estimate, not converged.
+
+    sweep : the noise of each point; failing : calibrators whose status is never ok, though they give an estimate.
+    """
+    rows = []
+    for point, scores in enumerate(points):
+        n = len(next(iter(scores.values())))
+        for run in range(n):
+            for name, values in scores.items():
+                value = values[run]
+                bad = not np.isfinite(value)
+                status = "not_converged" if bad else "unobservable" if name in failing else "ok"
+                reason = "it broke down" if bad else "flat motion" if name in failing else ""
+                rows.append((point, run, 0, name, status, reason, None if bad else float(value)))
+    names = ("point", "run", "seed", "calibrator", "status", "reason", SCORE)
+    columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+    if sweep:
+        columns["effects.white_noise.std_nT"] = [sweep[point] for point in columns["point"]]
+    return Table(pa.table(columns), {})

@@ -1,0 +1,71 @@
+"""Every figure of a comparison, a row a point, calibrator and score: what the JSON and the page's tables show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from validation.comparison.answer import without_correction
+from validation.comparison.statistics import Array, Interval, mean_square, median, rate
+from validation.comparison.table import Table
+from validation.scoring.meaning import MEANINGS, Meaning
+
+CLAIMED_INSIDE, CLAIMED_SQUARE = MEANINGS["offset_inside_95"], MEANINGS["offset_nees"]
+OFFSET_COMPONENTS = 3
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A calibrator's score at a point.
+
+    found: the median, of claims the rate or the mean, with its interval; ratio: median of the score over the
+    reference's in the same trial, None where there is no reference; failures: trials whose status is not ok.
+    """
+
+    point: int
+    calibrator: str
+    score: Meaning
+    found: Interval
+    ratio: Interval | None
+    failures: int
+    trials: int
+
+
+def figures(table: Table, reference: str | None = None) -> Iterator[Figure]:
+    """All of them; reference: the calibrator that the ratios are to."""
+    scores = [one for one in MEANINGS.values() if one.column in table.scores]
+    for point in table.points:
+        for name in table.calibrators:
+            failures = int(table.failed(name, point).sum())
+            for score in scores:
+                values = table.values(score.column, name, point)
+                held = np.isfinite(values)
+                if held.any():
+                    ratio = None if reference is None else _ratio(table, score, values, beside(reference, name), point)
+                    yield Figure(point, name, score, _found(score, values[held], values), ratio, failures, len(values))
+
+
+def beside(reference: str, name: str) -> str:
+    """The reference of the same sensor."""
+    return without_correction(name).replace(without_correction(""), reference, 1)
+
+
+def _found(score: Meaning, held: Array, values: Array) -> Interval:
+    """How a score is summed up: claims by their rate and mean over those that were made, all else by the median."""
+    if score is CLAIMED_INSIDE:
+        return rate(int(held.sum()), len(held))
+    if score is CLAIMED_SQUARE:
+        return mean_square(held, OFFSET_COMPONENTS)
+    return median(values)
+
+
+def _ratio(table: Table, score: Meaning, values: Array, reference: str, point: int) -> Interval | None:
+    """The median of the ratios to the reference; None for what is no error, and where the reference has none."""
+    if not score.lower:
+        return None
+    others = table.values(score.column, reference, point)
+    if not (np.isfinite(others) & (others > 0)).all():
+        return None
+    return median(values / others)
