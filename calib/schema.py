@@ -13,45 +13,6 @@ NUMBER: Schema = {"type": "number", "minimum": -sys.float_info.max, "maximum": s
 TEXT: Schema = {"type": "string"}
 
 
-def json_schema() -> Schema:
-    """JSON Schema (2020-12) of what `calib.from_json` takes.
-
-    Left to the reader is what a schema cannot say: a covariance is symmetric, with a diagonal that is not negative, and
-    has a row a name; both parts of an array have as many sensors; segments are in order of time.
-    """
-    vector, matrix = _several(NUMBER, 3), _several(_several(NUMBER, 3), 3)
-    offsets, matrices = {**_several(vector), "minItems": 1}, {**_several(matrix), "minItems": 1}
-    values = {
-        "name": TEXT,
-        "status": {"enum": [*KINDS], "default": "ok"},
-        "reason": {**TEXT, "description": "why there is no estimate, or why it is not to be trusted"},
-        "offset_nT": {**vector, "description": "b of m = S h + b, body frame: x forward, y left, z up"},
-        "matrix": {**matrix, "description": "the inverse of S, row by row: h = matrix (m - offset)"},
-        "eddy_s": {**matrix, "description": "B of m = S h + b + B dh/dt"},
-        "parameters": {"type": "object", "additionalProperties": NUMBER},
-        "covariance": _several(_several(NUMBER)),
-        "covariance_names": {**_several(TEXT), "uniqueItems": True},
-        "history": {**_several(NUMBER), "description": "the method's own measure of convergence, a value a round"},
-        "wall_s": NUMBER,
-        "array_offset_nT": offsets,
-        "array_matrix": matrices,
-        "segments": _several(_object(dict(zip(SEGMENT_KEYS, (NUMBER, vector, matrix), strict=True)))),
-    }
-    return {
-        "$schema": DIALECT,
-        "title": "calibration",
-        "type": "object",
-        "properties": {key: {"anyOf": [value, {"type": "null"}]} for key, value in values.items()},
-        "additionalProperties": False,
-        "allOf": [
-            _if({"status": {"enum": ["ok", None]}}, _given(offset_nT=vector, matrix=matrix)),
-            _if_given("array_offset_nT", _given(array_matrix=matrices)),
-            _if_given("array_matrix", _given(array_offset_nT=offsets)),
-            _if_given("covariance", {"anyOf": [_given(covariance_names={"minItems": 1}), _given(covariance=matrix)]}),
-        ],
-    }
-
-
 def _several(item: Schema, count: int | None = None) -> Schema:
     """A list of items, as many as there are or `count`."""
     return {"type": "array", "items": item} | ({} if count is None else {"minItems": count, "maxItems": count})
@@ -72,3 +33,46 @@ def _if(properties: dict[str, Schema], then: Schema) -> Schema:
 
 def _if_given(key: str, then: Schema) -> Schema:
     return {"if": _given(**{key: {}}), "then": then}
+
+
+VECTOR, MATRIX = _several(NUMBER, 3), _several(_several(NUMBER, 3), 3)
+OFFSETS, MATRICES = {**_several(VECTOR), "minItems": 1}, {**_several(MATRIX), "minItems": 1}
+"""Of an array, a sensor each."""
+VALUES: dict[str, Schema] = {
+    "name": TEXT,
+    "status": {"enum": [*KINDS], "default": "ok"},
+    "reason": {**TEXT, "description": "why there is no estimate, or why it is not to be trusted"},
+    "offset_nT": {**VECTOR, "description": "b of m = S h + b, body frame: x forward, y left, z up"},
+    "matrix": {**MATRIX, "description": "the inverse of S, row by row: h = matrix (m - offset)"},
+    "eddy_s": {**MATRIX, "description": "B of m = S h + b + B dh/dt"},
+    "parameters": {"type": "object", "additionalProperties": NUMBER},
+    "covariance": _several(_several(NUMBER)),
+    "covariance_names": {**_several(TEXT), "uniqueItems": True},
+    "history": {**_several(NUMBER), "description": "the method's own measure of convergence, a value a round"},
+    "wall_s": NUMBER,
+    "array_offset_nT": OFFSETS,
+    "array_matrix": MATRICES,
+    "segments": _several(_object(dict(zip(SEGMENT_KEYS, (NUMBER, VECTOR, MATRIX), strict=True)))),
+}
+"""What stands under each key, where it is not null."""
+
+
+def json_schema() -> Schema:
+    """JSON Schema (2020-12) of what `calib.from_json` takes.
+
+    Left to the reader is what a schema cannot say: a covariance is symmetric, with a diagonal that is not negative, and
+    has a row a name; both parts of an array have as many sensors; segments are in order of time.
+    """
+    return {
+        "$schema": DIALECT,
+        "title": "calibration",
+        "type": "object",
+        "properties": {key: {"anyOf": [value, {"type": "null"}]} for key, value in VALUES.items()},
+        "additionalProperties": False,
+        "allOf": [
+            _if({"status": {"enum": ["ok", None]}}, _given(offset_nT=VECTOR, matrix=MATRIX)),
+            _if_given("array_offset_nT", _given(array_matrix=MATRICES)),
+            _if_given("array_matrix", _given(array_offset_nT=OFFSETS)),
+            _if_given("covariance", {"anyOf": [_given(covariance_names={"minItems": 1}), _given(covariance=MATRIX)]}),
+        ],
+    }
