@@ -36,7 +36,7 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 KEY = re.compile(r"\[([A-Z][A-Za-z]+[12]\d{3})(?:, ([A-Z][A-Za-z]+[12]\d{3}))?\]")
 QUICKEST = "zhou2012"
 """The paper that stands for all where a page reproduces one."""
-NOT_OURS = ("polars", "duckdb")
+NOT_OURS = ("polars", "duckdb", "datasets")
 """Packages that a snippet may use and the project does not install."""
 
 
@@ -53,6 +53,7 @@ def shell_lines(page: Path) -> list[str]:
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A directory to work in, with the logs that the pages speak of; the catalogue's scenarios are cut short."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
     load = sim.scenario.load
 
     def short(name: str, overrides: Sequence[str] = ()) -> Scenario:
