@@ -1,0 +1,13 @@
+"""Gates on real trials, in short: no sound calibrator fails, every sabotaged one does, clear cases are soon decided."""
+
+from __future__ import annotations
+
+from benchmarks.gates import CLEAR_TRIALS, rows
+from validation.comparison.engine import Here
+
+
+def test_sound_calibrators_pass_and_sabotaged_ones_fail_every_time() -> None:
+    found = rows(trials=60, runs=200, engine=Here())
+    assert {row.what: row.verdict for row in found if row.verdict != "holds"} == {}
+    longest = max(int(row.note.split()[1]) for row in found if "sabotage" in row.what)
+    assert longest <= CLEAR_TRIALS
