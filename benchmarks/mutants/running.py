@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +86,7 @@ class Run:
 def _child(run: Run) -> None:
     """Only the copy is seen, here and in the processes that tests start."""
     os.setpgid(0, 0)
+    forkserver._forkserver.__init__()  # type: ignore[misc]  # workers of tests get a server of their own
     os.chdir(run.root)
     os.environ |= {"PYTHONPATH": str(run.root), "PYTHONDONTWRITEBYTECODE": "1"}
     sys.dont_write_bytecode = True
