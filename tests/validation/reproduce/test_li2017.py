@@ -19,6 +19,7 @@ from validation.reproduce.li2017.trials import (
     compensated,
     fuzzy_track,
     outcome,
+    sensitivity,
     simulated,
     total_equations,
     turning,
@@ -98,3 +99,10 @@ def test_every_row_is_judged():
     assert len(findings.rows) > 20
     assert all(row.paper and row.ours for row in findings.rows)
     assert all(draw() is not None for draw in findings.figures.values())
+
+
+def test_a_larger_exponent_reaches_the_new_noise_sooner():
+    found = sensitivity(1)
+    for window in (20, 50, 200):
+        slow, usual, fast = (found[window, exponent][0] for exponent in (0.5, 1.0, 2.0))
+        assert 0 < fast < usual < slow < 1000
