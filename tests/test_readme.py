@@ -7,6 +7,7 @@ import importlib.util
 import io
 import re
 import shlex
+import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -36,6 +37,8 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 KEY = re.compile(r"\[([A-Z][A-Za-z]+[12]\d{3})(?:, ([A-Z][A-Za-z]+[12]\d{3}))?\]")
 QUICKEST = "zhou2012"
 """The paper that stands for all where a page reproduces one."""
+MODULE = re.compile(r"# (\w+\.py)\n")
+"""The first line of a snippet that is a file of the reader's."""
 NOT_OURS = ("polars", "duckdb", "datasets")
 """Packages that a snippet may use and the project does not install."""
 
@@ -66,6 +69,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     time_ms = 100.0 * np.arange(300)[:, None]
     mag = field * [1.1, 0.9, 1.0] + [3.0, -2.0, 5.0] + 0.01 * rng.standard_normal((300, 3))
     write(tmp_path / "log.csv", "t,bx,by,bz,wheel", np.hstack([time_ms, mag, time_ms]))
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
     write(tmp_path / "frd.csv", "t,mx,my,mz,gx,gy,gz", np.hstack([time_ms, 10 * mag, mag]))
     return tmp_path
 
@@ -82,6 +86,8 @@ def test_commands_and_snippets_run(page: Path, place: Path, monkeypatch: pytest.
         if language == "toml":
             (place / code.split("\n")[0].removeprefix("# ")).write_text(code, encoding="utf-8")
         elif language == "python":
+            if named := MODULE.match(code):
+                (place / named[1]).write_text(code, encoding="utf-8")
             run_snippet(code, page)
         elif language == "sh":
             for line in code.replace("\\\n", " ").splitlines():
@@ -91,8 +97,10 @@ def test_commands_and_snippets_run(page: Path, place: Path, monkeypatch: pytest.
 
 def run_line(line: str) -> None:
     program, *arguments = shlex.split(line)
-    assert program in ("magbench", "make"), f"a command that this test cannot check: {line}"
-    if program == "make":
+    assert program in ("magbench", "make", "cc"), f"a command that this test cannot check: {line}"
+    if program == "cc":
+        subprocess.run([program, *arguments], check=True)
+    if program != "magbench":
         return
     if arguments[0] == "simulate" and "--jobs" not in arguments:
         arguments[1:1] = ["--jobs", "1"]  # a pool takes longer to start than these short runs

@@ -17,6 +17,7 @@ from sim.dataset import Recording
 from validation.calibrating.children import TIME_LIMIT_S
 from validation.calibrating.command import command
 from validation.calibrating.fitted import Fitted, Method, failed, timed
+from validation.calibrating.host import host
 from validation.calibrating.imported import Imported
 from validation.calibrating.registry import REGISTERED, InThisProcess
 
@@ -109,8 +110,8 @@ def _named(text: str, time_limit_s: float) -> Candidate:
         do = closest(text, names, most=len(names)) + "; one of your own: module:object"
         raise InputError(f"no calibrator is called {text!r}", where="--with", do=do)
     name = text if text in offered else given[1] or given[2].split(":")[1].split(".")[-1]
-    imported = Imported(name, given[2], time_limit_s)
-    return _candidate(name, imported, imported.facts())
+    facts = host(given[2]).facts()
+    return _candidate(name, Imported(name, given[2], time_limit_s, facts.sha256), facts)
 
 
 def _candidate(name: str, method: Method, facts: object) -> Candidate:

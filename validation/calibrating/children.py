@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import time
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -16,6 +17,8 @@ MARK = "MAGBENCH_CHILD"
 """Environment variable by which all that a child started is found again."""
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Trials share the cores already: threads of a fit would wait for each other, and change its time."""
+ROUNDS, ROUND_S = 100, 0.01
+"""How often, and how far apart, what a child left is looked for until there is nothing."""
 SAID_LINES, SAID_CHARACTERS = 4, 400
 """The end of a program's output that goes into the reason."""
 UNPRINTABLE = re.compile(r"[^\x20-\x7e\xa0-\U0010ffff]+")
@@ -27,17 +30,27 @@ def surroundings(mark: str, more: Mapping[str, str] = MappingProxyType({})) -> d
 
 
 def end_all(leader: int, mark: str) -> None:
-    """Kill a child's process group, and what has left the group but not its surroundings.
+    """Kill a child's process group, and what has left the group but not its surroundings; wait until they are gone.
 
     The latter is found where the system shows processes as files.
     """
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(leader, signal.SIGKILL)
-    wanted = f"{MARK}={mark}".encode()
+    for _ in range(ROUNDS):
+        if not _killed(f"{MARK}={mark}".encode()):
+            break
+        time.sleep(ROUND_S)
+
+
+def _killed(wanted: bytes) -> int:
+    """How many processes with this in their environment were there, and killed."""
+    found = 0
     for place in Path("/proc").glob("[0-9]*/environ"):
         with suppress(OSError):
             if wanted in place.read_bytes().split(b"\0"):
                 os.kill(int(place.parent.name), signal.SIGKILL)
+                found += 1
+    return found
 
 
 def ending(status: int) -> str:

@@ -20,6 +20,7 @@ from calib.outside import checked
 from scenarios.errors import InputError
 from scenarios.files import read_text
 from sim.dataset import Recording, write_recording
+from sim.dataset.files import sha256_of
 from validation.calibrating.fitted import Fitted, failed
 from validation.calibrating.program import Ended, run_program
 
@@ -40,11 +41,16 @@ EXAMPLE = "--exec 'NAME=./mycal {recording} {result}'"
 
 @dataclass(frozen=True)
 class Command:
-    """A program as its words, which hold placeholders; `time_limit_s` is the time that a fit may take."""
+    """A program as its words, which hold placeholders.
+
+    time_limit_s : the time that a fit may take; sha256 : of the files among the words, by which a comparison that goes
+    on later knows them again.
+    """
 
     name: str
     words: tuple[str, ...]
     time_limit_s: float
+    sha256: tuple[str, ...]
 
     @property
     def uses_vector(self) -> bool:
@@ -98,16 +104,20 @@ def command(text: str, time_limit_s: float) -> Command:
         words = shlex.split(line)
     except ValueError as error:
         raise InputError(f"cannot be split into words: {error}", where=f"--exec {text}", do=EXAMPLE) from None
-    used = _placeholders(words)
+    _check_placeholders(_placeholders(words), f"--exec {text}")
+    found = (_program(words[0], text), *map(_whole_path, words[1:]))
+    files = (Path(word) for word in found if os.path.isabs(word) and os.path.isfile(word))
+    return Command(name or Path(words[0]).stem, found, time_limit_s, tuple(sha256_of(file) for file in files))
+
+
+def _check_placeholders(used: set[str], where: str) -> None:
     unknown = sorted(used - set(KNOWN))
     if unknown:
         what = f"no placeholder {', '.join(f'{{{one}}}' for one in unknown)}"
-        raise InputError(what, where=f"--exec {text}", do=f"known are {', '.join(f'{{{one}}}' for one in KNOWN)}")
+        raise InputError(what, where=where, do=f"known are {', '.join(f'{{{one}}}' for one in KNOWN)}")
     if RESULT not in used or not used & set(RECORDINGS):
         what = "does not say where the program finds the recording, and where it writes the result"
-        raise InputError(what, where=f"--exec {text}", do=EXAMPLE)
-    program = _program(words[0], text)
-    return Command(name or Path(words[0]).stem, (program, *map(_whole_path, words[1:])), time_limit_s)
+        raise InputError(what, where=where, do=EXAMPLE)
 
 
 def _program(word: str, text: str) -> str:

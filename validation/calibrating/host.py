@@ -16,7 +16,7 @@ from typing import Any
 
 from scenarios.errors import InputError
 from validation.calibrating.children import end_all, ending, last_lines, surroundings
-from validation.calibrating.server import Facts, Request, serve
+from validation.calibrating.server import Facts, Request, content_of, serve
 
 START_LIMIT_S = 120.0
 """How long an object's module may take to be imported."""
@@ -44,6 +44,7 @@ class Host:
         """What the object says of itself; InputError where it cannot be loaded."""
         with self._lock:
             try:
+                self._end_what_is_old()
                 return self._running().facts
             except Lost as lost:
                 raise InputError(f"cannot be loaded: {lost}", where=self._spec) from None
@@ -52,6 +53,12 @@ class Host:
         """The calibration as plain values, and the processor time that it took; raises Lost."""
         with self._lock:
             return self._running().fit(request)
+
+    def _end_what_is_old(self) -> None:
+        """Where the module's file has changed since, the next process loads it anew."""
+        if self._child is not None and content_of(self._child.facts.file) != self._child.facts.sha256:
+            self._child.end()
+            self._child = None
 
     def _running(self) -> _Child:
         if self._child is None or self._child.process.poll() is not None:
@@ -79,7 +86,7 @@ class _Child:
         begun = self._received(START_LIMIT_S)
         if "refused" in begun:
             raise InputError(begun["refused"]["what"], where=spec, do=begun["refused"]["do"])
-        self.facts = Facts(tuple(begun["facts"]["needs"]), begun["facts"]["whole_array"])
+        self.facts = Facts(**begun["facts"] | {"needs": tuple(begun["facts"]["needs"])})
 
     def fit(self, request: Request) -> tuple[dict[str, Any], float]:
         """As Host's."""
@@ -113,15 +120,20 @@ class _Child:
             time.sleep(0.01)
 
     def _lost(self, why: str = "") -> Lost:
-        """End the process and all that it started; how it ended is the reason, unless `why` is."""
+        """End the process; how it ended is the reason, unless `why` is."""
+        cpu_s, said = self.end()
+        reason = why or f"the interpreter ended: {ending(self.process.returncode)}"
+        return Lost(f"{reason}; it said: {said}" if said else reason, cpu_s - self.cpu_s)
+
+    def end(self) -> tuple[float, str]:
+        """End the process and all that it started; its processor time, and the end of what it said."""
         end_all(self.process.pid, self.mark)
         _, status, usage = os.wait4(self.process.pid, 0)
         self.process.returncode = os.waitstatus_to_exitcode(status)
         said = last_lines(self.output.fileno())
         self.connection.close()
         self.output.close()
-        reason = why or f"the interpreter ended: {ending(self.process.returncode)}"
-        return Lost(f"{reason}; it said: {said}" if said else reason, usage.ru_utime + usage.ru_stime - self.cpu_s)
+        return usage.ru_utime + usage.ru_stime, said
 
 
 def _program(handle: int, spec: str) -> str:
@@ -130,9 +142,9 @@ def _program(handle: int, spec: str) -> str:
     return f"import sys; sys.path[:] = {path!r}; from {serve.__module__} import serve; serve({handle}, {spec!r})"
 
 
-_HOSTS: dict[str, Host] = {}
+_HOSTS: dict[tuple[str, str], Host] = {}
 
 
 def host(spec: str) -> Host:
-    """This process's host of an object."""
-    return _HOSTS.setdefault(spec, Host(spec))
+    """This process's host of an object; the same name may be another object in another directory."""
+    return _HOSTS.setdefault((spec, os.getcwd()), Host(spec))

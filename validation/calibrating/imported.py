@@ -11,13 +11,15 @@ from calib import Reference, from_json
 from sim.dataset import Recording
 from validation.calibrating.fitted import Fitted, failed
 from validation.calibrating.host import Lost, host
-from validation.calibrating.server import Facts, Request
+from validation.calibrating.server import Request
 
 
 @dataclass(frozen=True)
 class Imported:
-    """The object that `spec` names (module:object); `time_limit_s` is the time that a fit may take.
+    """The object that `spec` names (module:object).
 
+    time_limit_s : the time that a fit may take; sha256 : of its module's file, by which a comparison that goes on later
+    knows it again.
     It is imported and called in a process of its own, which stays for the next fit: an object that hangs, or ends the
     interpreter, costs that process.
     """
@@ -25,10 +27,7 @@ class Imported:
     name: str
     spec: str
     time_limit_s: float
-
-    def facts(self) -> Facts:
-        """What the object says of itself; InputError where it cannot be loaded."""
-        return host(self.spec).facts()
+    sha256: str
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
         """The calibration that the object answers with; a failure of whatever kind is its status."""

@@ -14,6 +14,7 @@ import traceback
 from dataclasses import asdict, dataclass
 from functools import partial
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from calib.outside import Outside, fitted, needs_of, outside
 from calib.reference import Reference
 from scenarios.errors import InputError
 from sim.dataset import Recording
+from sim.dataset.files import sha256_of
 from validation.calibrating.fitted import failed, timed
 from validation.calibrating.program import MAX_FILE_BYTES
 
@@ -41,10 +43,12 @@ class Request:
 
 @dataclass(frozen=True)
 class Facts:
-    """What an object says of itself."""
+    """What an object says of itself, the file of its module, and which content of it was loaded."""
 
     needs: tuple[str, ...]
     whole_array: bool
+    file: str
+    sha256: str
 
 
 def serve(handle: int, spec: str) -> None:
@@ -54,7 +58,9 @@ def serve(handle: int, spec: str) -> None:
     sys.path.insert(0, os.getcwd())  # after our own packages are imported, which those here may share names with
     try:
         method = loaded(spec)
-        facts = Facts(needs_of(method, spec), bool(getattr(method, "whole_array", False)))
+        file = sys.modules[spec.partition(":")[0]].__file__ or ""
+        whole_array = bool(getattr(method, "whole_array", False))
+        facts = Facts(needs_of(method, spec), whole_array, file, content_of(file))
     except InputError as error:
         _send(connection, refused={"what": error.what, "do": error.do})
         return
@@ -80,6 +86,11 @@ def loaded(spec: str) -> Outside:
             raise InputError(f"has no {path}", where=module, do="give module:object")
         found = getattr(found, name)
     return outside(found, spec)
+
+
+def content_of(file: str) -> str:
+    """SHA-256 of a file, hexadecimal; of what is no file, as a module that is built in, nothing."""
+    return sha256_of(Path(file)) if os.path.isfile(file) else ""
 
 
 def _answer(method: Outside, request: Request, spec: str) -> Calibration:

@@ -199,6 +199,12 @@ def test_a_text_that_cannot_be_run_is_refused_at_once(
         command(text, 1.0)
 
 
+def test_a_program_that_has_changed_is_another_candidate(script: Script) -> None:
+    before, same, after = script("true"), script("true"), script("false")
+    assert before == same
+    assert repr(before) != repr(after)
+
+
 def test_words_are_split_and_braces_of_others_are_left_alone() -> None:
     found = command("sh -c 'echo \"$1\"' x {recording.csv} --out={result} '{\"a\": 1}'", 1.0)
     assert found.words == ("sh", "-c", 'echo "$1"', "x", "{recording.csv}", "--out={result}", '{"a": 1}')

@@ -89,9 +89,13 @@ def test_what_goes_wrong_costs_one_fit(
     assert sphere.fit(recording, reference).status.kind == "ok"
 
 
-def test_what_an_object_says_of_itself_is_heard() -> None:
-    (needy,) = candidates(["somebodys:needy"])
+def test_what_an_object_says_of_itself_is_heard_also_when_it_has_changed(here: Path) -> None:
+    (here / "changing.py").write_text(MODULE, encoding="utf-8")
+    (needy,) = candidates(["changing:needy"])
     assert (needy.name, needy.attitude_free, needy.whole_array) == ("needy", False, True)
+    (here / "changing.py").write_text(MODULE.replace('"attitude"', '"gyro"'), encoding="utf-8")
+    (other,) = candidates(["changing:needy"])
+    assert (other.attitude_free, repr(other) == repr(needy)) == (True, False)
 
 
 @pytest.mark.parametrize(
