@@ -31,7 +31,9 @@ from sim.sensors import SENSORS, Figure, Sensor
 from sim.streams import stream
 from sim.vehicles import VEHICLES, able
 from validation.diagnosis.verdict import Verdict
+from validation.scoring.meaning import MEANINGS
 from validation.signals.conventions import euler_deg
+from validation.text import symbol
 
 DOCS = Path(__file__).parent
 README = DOCS.parent / "README.md"
@@ -125,6 +127,15 @@ def _parameter(p: Parameter) -> str:
 def static() -> str:
     """The effects that a calibration of the instrument can take out, and that the hold-out keeps."""
     return ", ".join(f"`{cls.name}`" for cls in EFFECTS if cls.static) + "\n"
+
+
+# scores
+
+
+def scores() -> str:
+    """Every score: its name, its title in tables, its unit and what it means."""
+    rows = ((f"`{one.name}`", one.short, symbol(one.unit), one.explained) for one in MEANINGS.values())
+    return _table(("score", "in tables", "unit", "what it is"), rows)
 
 
 # calibrators
@@ -356,6 +367,7 @@ def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 TABLES: dict[str, Callable[[], str]] = {
     "effects": effects,
     "static": static,
+    "scores": scores,
     "calibrators": calibrators,
     "units": units,
     "catalogue": scenarios,

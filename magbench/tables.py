@@ -9,36 +9,41 @@ from magbench.console import show_table, show_text
 from validation.comparison.answer import without_correction
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis
+from validation.scoring.meaning import MEANINGS
 from validation.scoring.outcome import Outcome
-from validation.text import short
+from validation.text import short, symbol
 from validation.views.pages.comparison import Comparison, title_of
-from validation.views.words.diagnosis import gap_rows, headline, parameter_rows
+from validation.views.words.diagnosis import gap_rows, parameter_rows
+from validation.views.words.diagnosis import headline as diagnosis_headline
+from validation.views.words.outcome import headline
 
-COLUMNS = {
-    "offset_error": "offset",
-    "holdout_sphere_component_rms": "all attitudes",
-    "holdout_level_component_rms": "level survey",
-    "heading_rms": "heading",
-    "anomaly_rms": "anomaly",
-}
-"""The scores that fit a terminal, and their short titles; all of them are in the report and in scores.json."""
+COLUMNS = (
+    "holdout_level_component_rms",
+    "holdout_sphere_component_rms",
+    "heading_rms",
+    "anomaly_rms",
+    "offset_error",
+)
+"""The scores that fit a terminal; all of them are in the report and in scores.json."""
 
 MOST_DIFF_LINES = 40
 
 
 def show_scores(outcome: Outcome) -> None:
-    """A row a calibrator, best first, and the raw measurement's last."""
-    ranked_by = outcome.ranking()[1]
-    units = {s.name: s.unit for scores in outcome.scores.values() for s in scores}
+    """The answer, then a row a calibrator, best first, and the raw measurement's last."""
+    show_text(headline(outcome) + "\n")
     rows = []
     for calibrator in outcome.rows():
         values = {s.name: s.value for s in outcome.scores[calibrator]}
         figures = (short(values[name]) if name in values else "-" for name in COLUMNS)
         fitted = outcome.calibrations.get(calibrator)
         rows.append([calibrator, *figures, fitted.status.kind if fitted else "-"])
-    titles = (f"{title}, {units.get(name, 'nT')}" for name, title in COLUMNS.items())
-    title = f"{outcome.scenario.name}: errors against truth, best first by {ranked_by.replace('_', ' ')}"
-    show_table(title, ["calibrator", *titles, "status"], rows)
+    shown = [MEANINGS[name] for name in COLUMNS]
+    heads = [f"{one.short}, {symbol(one.unit)}" for one in shown]
+    ranked_by = outcome.ranking()[1]
+    order = f", best first by {MEANINGS[ranked_by].short}" if ranked_by else ""
+    show_table(f"{outcome.scenario.name}: errors against truth{order}", ["calibrator", *heads, "status"], rows)
+    show_text("\n".join(f"{one.short}: {one.explained}" for one in shown))
 
 
 def show_comparison(found: Comparison) -> None:
@@ -75,7 +80,7 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
 
 def show_diagnosis(found: Diagnosis) -> None:
     """Verdict, sentence, what to do next, effects, gap, and where it is short what changes in the model."""
-    show_text(headline(found) + "\n")
+    show_text(diagnosis_headline(found) + "\n")
     heads = ["effect", "or", "parameter", "value", "low", "high", "unit"]
     rows = [
         [one.name, ", ".join(one.alternatives), *(cell or "" for cell in row)]

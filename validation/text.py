@@ -9,6 +9,10 @@ import numpy as np
 
 SMALLEST, LARGEST = 1e-4, 1e7
 """Outside these a number is written with a power of ten."""
+SYMBOLS = {"deg": "°"}
+"""The signs of units whose names in files are words."""
+ATTACHED = ("°",)
+"""Units that follow their number without a space."""
 
 
 def figure(value: float, significant: int = 3, *, zeros: bool = False) -> str:
@@ -24,6 +28,17 @@ def figure(value: float, significant: int = 3, *, zeros: bool = False) -> str:
         return f"{value:{'#' if zeros else ''}.{significant}g}"
     text = f"{value:,.{max(0, significant - 1 - int(np.floor(np.log10(abs(value)))))}f}"
     return text.rstrip("0").rstrip(".") if "." in text and not zeros else text
+
+
+def quantity(value: float, unit: str) -> str:
+    """A number with its unit: "1,234 nT", "0.02°", "0.5" where there is none."""
+    mark = symbol(unit)
+    return f"{figure(value)}{mark if mark in ATTACHED else f' {mark}'}".rstrip()
+
+
+def symbol(unit: str) -> str:
+    """A unit's sign for readers."""
+    return SYMBOLS.get(unit, unit)
 
 
 def figures(values: Sequence[float] | Any, significant: int = 3) -> str:
@@ -74,6 +89,11 @@ def plainly(value: float) -> str:
 
 def _typeset(number: str) -> str:
     return number.replace(",", "\u2009").replace("-", "−")
+
+
+def sentence(text: str) -> str:
+    """A clause as a sentence of its own."""
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def words(name: str) -> str:

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 import pytest
 
-from validation.text import counted, digits, duration, figure, figures, frequency, listed, plainly, short
+from validation.text import (
+    counted,
+    digits,
+    duration,
+    figure,
+    figures,
+    frequency,
+    listed,
+    plainly,
+    quantity,
+    sentence,
+    short,
+)
 
 
 @pytest.mark.parametrize(
@@ -29,6 +41,14 @@ def test_digits_keep_what_was_measured(value: float, text: str) -> None:
 def test_given_numbers_stay_as_given() -> None:
     assert plainly(-50_000.5) == "−50\u2009000.5"
     assert plainly(3) == "3"
+
+
+def test_a_degree_follows_its_number_and_other_units_a_space() -> None:
+    assert [quantity(1234.5, "nT"), quantity(0.021, "deg"), quantity(0.5, "")] == ["1,234 nT", "0.021°", "0.5"]
+
+
+def test_a_clause_becomes_a_sentence() -> None:
+    assert [sentence("use it: 1 nT"), sentence("")] == ["Use it: 1 nT.", "."]
 
 
 def test_figures_are_one_where_all_are_the_same() -> None:

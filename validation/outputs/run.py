@@ -26,6 +26,7 @@ from validation.scoring.outcome import Outcome
 from validation.scoring.scores import Score
 from validation.views.pages.outcome import write_report
 from validation.views.recording import write_recording
+from validation.views.words.outcome import compare_command
 
 Progress = Callable[[float, int], object]
 """Told (stages done, stages in all); simulation and calibration also tell their parts."""
@@ -121,6 +122,7 @@ def summary(outcome: Outcome) -> dict[str, Any]:
     found: dict[str, Any] = json_ready(
         {
             "scenario": outcome.scenario.name,
+            "answer": outcome.answer().plain() | {"compare": compare_command(outcome)},
             "ranking": outcome.ranking()[0],
             "tracking": outcome.tracking and asdict(outcome.tracking),
             "scores": {key: [_row(one) for one in scores] for key, scores in outcome.scores.items()},

@@ -32,48 +32,13 @@ class Meaning:
 MEANINGS: dict[str, Meaning] = {
     one.name: one
     for one in (
-        Meaning("offset_error", "nT", "offset", "of the offset", "length of the estimated offset's error"),
-        Meaning(
-            "offset_error_axis_rms", "nT", "offset, an axis", "of an axis' offset", "offset error over √3: an axis' rms"
-        ),
-        Meaning(
-            "offset_inside_95",
-            "",
-            "offset inside claim",
-            "of claims",
-            "1 where the true offset lies in the claimed 95 % ellipsoid: 95 of 100 where claims are true",
-            None,
-        ),
-        Meaning(
-            "offset_nees",
-            "",
-            "squared error by claim",
-            "by the claim",
-            "offset error squared in units of the claimed covariance: 3 on the average where claims are true",
-            None,
-        ),
-        Meaning(
-            "matrix_error",
-            "",
-            "matrix",
-            "of the matrix",
-            "size (Frobenius norm) of estimated matrix times true matrix minus identity",
-        ),
-        Meaning(
-            "holdout_sphere_norm_rms", "nT", "strength, all attitudes", "of the strength over all attitudes",
-            "rms error of the corrected field's strength, over all attitudes",
-        ),
-        Meaning(
-            "holdout_sphere_component_rms", "nT", "all attitudes", "over all attitudes",
-            "rms error of a component of the corrected field, over all attitudes",
-        ),
-        Meaning(
-            "holdout_level_norm_rms", "nT", "strength, level survey", "of the strength on a level survey",
-            "rms error of the corrected field's strength on a level survey: all headings, roll and pitch within 3°",
-        ),
         Meaning(
             "holdout_level_component_rms", "nT", "level survey", "on a level survey",
             "rms error of a component of the corrected field on a level survey: all headings, roll and pitch within 3°",
+        ),
+        Meaning(
+            "holdout_sphere_component_rms", "nT", "all attitudes", "over all attitudes",
+            "rms error of a component of the corrected field, 2000 attitudes over the whole sphere",
         ),
         Meaning(
             "heading_rms", "deg", "heading", "of the heading",
@@ -88,7 +53,34 @@ MEANINGS: dict[str, Meaning] = {
             "what twelve manoeuvres leave in the corrected total field, peak to peak, summed: roll, pitch and yaw "
             "on four headings",
         ),
-        Meaning("failure", "", "failures", "of trials", "1 where the status is not ok"),
+        Meaning("offset_error", "nT", "offset", "of the offset", "length of the estimated offset's error"),
+        Meaning(
+            "offset_error_axis_rms", "nT", "offset, an axis", "of an axis' offset", "offset error over √3: an axis' rms"
+        ),
+        Meaning(
+            "offset_inside_95", "", "offset inside claim", "of claims",
+            "1 where the true offset lies in the claimed 95 % ellipsoid, else 0: 95 of 100 where claims are true; only "
+            "for methods that claim one",
+            None,
+        ),
+        Meaning(
+            "offset_nees", "", "squared error by claim", "by the claim",
+            "offset error squared in units of the claimed covariance: 3 on the average where claims are true",
+            None,
+        ),
+        Meaning(
+            "matrix_error", "", "matrix", "of the matrix",
+            "size (Frobenius norm) of estimated matrix times true matrix minus identity",
+        ),
+        Meaning(
+            "holdout_level_norm_rms", "nT", "strength, level survey", "of the strength on a level survey",
+            "rms error of the corrected field's strength on a level survey: all headings, roll and pitch within 3°",
+        ),
+        Meaning(
+            "holdout_sphere_norm_rms", "nT", "strength, all attitudes", "of the strength over all attitudes",
+            "rms error of the corrected field's strength, 2000 attitudes over the whole sphere",
+        ),
+        Meaning("failure", "", "failures", "of trials", "1 where the status is not ok, else 0"),
         Meaning("iterations", "", "iterations", "rounds", "rounds that the method took", None),
         Meaning("wall_time", "s", "time", "a fit", "time of the fit"),
         Meaning(

@@ -12,12 +12,13 @@ from calib.result import Calibration
 from sim.dataset.recording import Recording, Truth
 from sim.scenario import Scenario
 from sim.tracking import Tracking
+from validation.scoring.answer import Answer, answer
 from validation.scoring.scores import Score
-from validation.text import counted, figure, words
 
 Array = NDArray[np.float64]
-RANKED_BY = "holdout_sphere_component_rms"
-"""The score that orders calibrators: the whole field vector, on a motion the fit has not seen."""
+RANKED_BY = "holdout_level_component_rms"
+"""The score that orders calibrators: the whole field vector on a level survey, the motion that a vehicle measures in,
+which the fit has not seen. How well a calibrator does in attitudes that a survey never takes stands beside it."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -39,13 +40,15 @@ class Outcome:
     tracking: Tracking | None = None
 
     def __repr__(self) -> str:
-        """One line: the scenario, and which calibrator came out best by which score."""
+        """One line: the scenario, which calibrator to use, and how many failed."""
+        found = self.answer()
+        failed = f"; {len(found.failed)} of {len(self.calibrations)} failed" if found.failed and found.use else ""
+        return f"{self.scenario.name}: {found.sentence}{failed}"
+
+    def answer(self) -> Answer:
+        """Which calibrator this run speaks for."""
         order, by = self.ranking()
-        best = next((s for s in self.scores.get(order[0], []) if s.name == by), None) if order else None
-        first = f", best {order[0]}" if order else ""
-        figures = "" if best is None else f" ({words(by)} {figure(best.value)} {best.unit})"
-        what = f"{counted(len(order), 'calibrator')} on {len(self.recording)} samples"
-        return f"{self.scenario.name}: {what}{first}{figures}"
+        return answer(self.calibrations, self.scores, by, order)
 
     @property
     def sensors(self) -> int:

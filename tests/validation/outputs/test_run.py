@@ -14,7 +14,7 @@ from sim.generate import generate
 from sim.scenario import load
 from tests.validation.views import outcome_example as example
 from validation.outputs.run import judge, summary
-from validation.scoring.outcome import Outcome
+from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.scoring.scores import Score
 
 
@@ -27,7 +27,10 @@ def outcome() -> Outcome:
 
 def test_scores_are_rows_with_their_unit_and_null_for_what_is_not_finite(outcome: Outcome) -> None:
     found = json.loads(json.dumps(summary(outcome), allow_nan=False))
-    assert list(found) == ["scenario", "ranking", "tracking", "scores", "calibrations"]
+    assert list(found) == ["scenario", "answer", "ranking", "tracking", "scores", "calibrations"]
+    assert found["answer"]["use"] == outcome.ranking()[0][0]
+    assert [one["calibrator"] for one in found["answer"]["failed"]] == ["psoga", "gyro_ml"]
+    assert found["answer"]["compare"].startswith("magbench compare SCENARIO.toml")
     assert found["scores"]["psoga"] == [
         {"score": "offset_error", "value": None, "unit": "nT", "in_sample": False, "rotation_removed": False},
         {"score": "heading_rms", "value": None, "unit": "deg", "in_sample": False, "rotation_removed": False},
@@ -53,5 +56,5 @@ def test_a_run_is_judged_against_its_own_truth(tmp_path_factory: pytest.TempPath
     assert told == sorted(told)
     assert 0 <= told[0] < told[-1] <= 1
     best = found.ranking()[0][0]
-    error = next(s.value for s in found.scores[best] if s.name == "holdout_sphere_component_rms")
+    error = next(s.value for s in found.scores[best] if s.name == RANKED_BY)
     assert error < 0.002 * found.field_strength_nT

@@ -18,11 +18,12 @@ from scenarios.paths import Ability
 from sim.vehicles import VEHICLES
 from tests.validation.views import outcome_example as example
 from tests.validation.views.page import figures, plots, without_scripts
+from validation.scoring.meaning import MEANINGS
 from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.scoring.scores import Score
 from validation.text import digits, plainly
 from validation.views.pages.outcome import SECTIONS, write_report
-from validation.views.words.outcome import notes_markdown, rms_length, score_table, what_was_simulated
+from validation.views.words.outcome import FAILED_LAST, notes_markdown, rms_length, score_table, what_was_simulated
 
 
 class Links(HTMLParser):
@@ -74,9 +75,17 @@ def test_tells_everything(outcome: Outcome, page: str) -> None:
     for effect in outcome.effects:
         assert effect.replace("_", " ") in text
     for score in (s for scores in outcome.scores.values() for s in scores if s.name not in ("failure", "wall_time")):
-        assert score.name.replace("_", " ") in text
+        assert MEANINGS[score.name].short in text
+        assert MEANINGS[score.name].explained in text
         assert digits(score.value) in text or plainly(score.value) in text
     assert all(c.status.reason in text for c in outcome.calibrations.values())
+
+
+def test_begins_with_what_to_use_then_who_failed(outcome: Outcome, page: str) -> None:
+    text = html.unescape(page)
+    order = [f"Use {outcome.ranking()[0][0]}: ", FAILED_LAST, "<li><b>psoga (not converged)</b>: ", "magbench compare"]
+    places = [text.index(part) for part in (*order, what_was_simulated(outcome))]
+    assert places == sorted(places)
 
 
 def test_text_from_outside_is_escaped(page: str) -> None:
@@ -91,7 +100,7 @@ def test_in_sample_scores_are_marked_and_never_order(outcome: Outcome) -> None:
     other = dataclasses.replace(outcome, scores=flattering)
     assert other.ranking() == outcome.ranking()
     heads = score_table(outcome)["heads"]
-    assert [h["name"] for h in heads if h["in_sample"]] == ["in sample norm rms"]
+    assert [h["name"] for h in heads if h["in_sample"]] == [MEANINGS["in_sample_norm_rms"].short]
     assert not any(h["ranks"] for h in heads if h["in_sample"])
     only = {n: [s for s in scores if s.in_sample] for n, scores in outcome.scores.items()}
     assert dataclasses.replace(outcome, scores=only).ranking()[1] == ""

@@ -16,14 +16,23 @@ import numpy as np
 from sim.dataset.files import write_text
 from sim.tracking import warning
 from validation.scoring.outcome import Outcome
-from validation.text import digits, plainly, words
+from validation.text import digits, duration, plainly
 from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
 from validation.views.plots.effects import draw_effect_sizes, draw_effects
 from validation.views.plots.field import MOST_LINES, draw_norm, draw_residuals, draw_sphere
 from validation.views.plots.motion import draw_path, draw_vehicle
 from validation.views.plots.style import Draw
-from validation.views.words.outcome import ALIGNED, duration_s, score_table, what_was_simulated
+from validation.views.words.outcome import (
+    ALIGNED,
+    FAILED_LAST,
+    ONE_RUN,
+    compare_command,
+    duration_s,
+    failures,
+    score_table,
+    what_was_simulated,
+)
 
 PACKAGES = ("magbench", "numpy", "scipy", "mujoco", "numba", "filterpy", "magpylib", "ppigrf", "rerun-sdk")
 
@@ -74,6 +83,11 @@ def _page(outcome: Outcome) -> dict[str, Any]:
     return {
         "scenario": scenario,
         "sensors": outcome.sensors,
+        "answer": outcome.answer(),
+        "failures": failures(outcome.answer()),
+        "failed_last": FAILED_LAST,
+        "one_run": ONE_RUN,
+        "compare": compare_command(outcome),
         "tiles": _tiles(outcome),
         "aligned": ALIGNED,
         "what": what_was_simulated(outcome),
@@ -100,9 +114,9 @@ def _has(section: Section, outcome: Outcome) -> bool:
 def _tiles(outcome: Outcome) -> list[tuple[str, str, str]]:
     """Headline figures: (value, unit, label)."""
     ok = sum(c.status.kind == "ok" for c in outcome.calibrations.values())
-    ranked, score_name = outcome.ranking()
+    length, unit = duration(duration_s(outcome)).split()
     tiles = [
-        (plainly(round(duration_s(outcome), 1)), "s", "duration"),
+        (length, unit, "duration"),
         (plainly(len(outcome.recording)), "", "samples"),
         (digits(outcome.field_strength_nT, 5), "nT", "field strength"),
         (f"{ok} of {len(outcome.calibrations)}", "", "calibrators ok"),
@@ -115,8 +129,6 @@ def _tiles(outcome: Outcome) -> list[tuple[str, str, str]]:
                 f"farthest from the path, rms {digits(outcome.tracking.rms_m, 2)} m",
             )
         )
-    best = [s for name in ranked[:1] for s in outcome.scores.get(name, []) if s.name == score_name]
-    tiles += [(digits(s.value), s.unit, f"{words(s.name)}, {ranked[0]}") for s in best]
     return tiles
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import jinja2
 import plotly.offline
 
-from validation.text import digits
+from validation.text import digits, sentence
 from validation.views.pages.figure import PLOT
 
 TEMPLATES = Path(__file__).parent.parent / "templates"
@@ -25,6 +25,7 @@ def rendered(name: str, values: Mapping[str, Any]) -> str:
         trim_blocks=True,
     )
     environment.filters["digits"] = digits
+    environment.filters["sentence"] = sentence
     page = environment.get_template(name).render(values)
     return page.replace(END, _scripts(page) + END)
 

@@ -31,7 +31,7 @@ def test_the_sentence_tells_phases_field_length_and_effects(outcome):
     text = what_was_simulated(outcome).replace("\u2009", "").replace("\u2212", "-")
     assert "moved through descent, spiral, comb in a given field of 1500, 27000, -41000 nT (east, north, up)" in text
     assert duration_s(outcome) == 900.0
-    assert "for 900 s" in text
+    assert "for 15 min" in text
     assert f"Effects injected ({len(outcome.effects)}): " in text
 
 
@@ -49,4 +49,25 @@ def test_the_notes_hold_every_calibrator_once_and_every_reason(outcome):
     heads = [line for line in lines if line.startswith("|  |")]
     assert [name.strip() for line in heads for name in line.strip("|").split("|")[1:]] == outcome.ranking()[0]
     reasons = [name for name, fit in outcome.calibrations.items() if fit.status.reason]
-    assert [name for name in reasons if any(line.startswith(f"- **{name}**: ") for line in lines)] == reasons
+    assert [name for name in reasons if any(line.startswith(f"- {name} (") for line in lines)] == reasons
+
+
+def test_the_notes_begin_with_what_to_use_and_how_to_be_surer(outcome):
+    text = notes_markdown(outcome)
+    assert text.startswith(f"# {outcome.scenario.name}\n\nUse {outcome.ranking()[0][0]}: ")
+    assert text.index("Failed, and so ranked last") < text.index("magbench compare") < text.index("An AUV moved")
+
+
+def test_a_table_sorts_by_numbers_without_their_marks(outcome):
+    table = score_table(outcome)
+    ranked = next(k for k, head in enumerate(table["heads"]) if head["ranks"])
+    cells = [row["cells"][ranked] for row in table["rows"]]
+    assert all(cell.value is None or f"{cell.text[:-1]}†" == cell.text for cell in cells)
+    assert [cell.value for cell in cells if cell.text == "–"] == [None]
+
+
+def test_every_score_of_the_table_is_explained(outcome):
+    table = score_table(outcome)
+    assert {head["name"] for head in table["heads"]} <= {one.short for one in table["meanings"]}
+    assert table["heads"][0]["ranks"]
+    assert [head["unit"] for head in table["heads"] if head["name"] == "heading"] == ["°"]
