@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 JOBS   ?= 2
 
-.PHONY: help demo test nightly installed lint format bench diagnosis-bench mutants docs constraints clean
+.PHONY: help demo test nightly installed gates lint format bench diagnosis-bench mutants docs constraints clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -29,6 +29,9 @@ nightly: $(READY)  ## all tests, the slow ones too
 
 installed: $(READY)  ## the wheel and an editable installation beside another project's packages of the same names
 	$(BIN)/pytest tests/installed
+
+gates: $(READY)  ## the project's own accuracy gates
+	$(BIN)/magbench gate gates.toml -o out/gates --strict
 
 lint: $(READY)  ## style and types
 	$(BIN)/ruff check .

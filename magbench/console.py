@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import typer
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -42,6 +43,14 @@ def warn(text: str) -> None:
     """A line about something that is amiss though the command goes on; nothing for an empty text."""
     if text:
         say(f"magbench: {text}")
+
+
+def end_with(failures: Sequence[str]) -> None:
+    """End with status 1 and a line for each failure; go on where there is none."""
+    for failure in failures:
+        warn(failure)
+    if failures:
+        raise typer.Exit(1)
 
 
 def emit(result: Mapping[str, Any]) -> None:

@@ -33,16 +33,18 @@ def calibrate(
 ) -> None:
     """Calibrate a recording and print offset and matrix; by sphere and ellipsoid, unless --with or --exec say by whom.
 
+    Status 1 where one who is named was not applicable.
+
     Example: magbench calibrate log.csv --map mag_x_nT=bx,unit=uT --with ellipsoid --field-strength-nT 48152
     """
     from calib import to_dict
-    from magbench.console import emit
+    from magbench.console import emit, end_with
     from magbench.tables import show_calibrations
     from scenarios.errors import InputError
     from sim.dataset.files import locked_directory
     from validation.calibrating.export import known_forms
     from validation.calibrating.files import write_calibrations
-    from validation.calibrating.fitting import calibrate_file
+    from validation.calibrating.fitting import calibrate_file, not_applicable
 
     forms = known_forms(export) if export else ()
     if forms and out is None:
@@ -58,3 +60,4 @@ def calibrate(
         emit({"calibrations": {name: to_dict(result) for name, result in results.items()}})
     else:
         show_calibrations(results)
+    end_with(not_applicable(results) if with_ or exec_ else [])

@@ -38,15 +38,17 @@ def run(
 ) -> None:
     """Simulate a scenario, calibrate, score against the truth, write report and recording.
 
-    Who calibrates is given by --with and --exec, else by the scenario.
+    Who calibrates is given by --with and --exec, else by the scenario. Status 1 where a condition of --fail-if holds,
+    and where one who is named was not applicable.
 
     Example: magbench run auv-dive -o out/dive --fail-if 'ellipsoid.heading_rms >= 0.1'
     """
     from magbench.arguments import chosen
-    from magbench.console import emit, progress, say, warn
+    from magbench.console import emit, end_with, progress, say, warn
     from magbench.tables import show_scores
     from sim.scenario import load
     from sim.tracking import warning
+    from validation.calibrating.fitting import not_applicable
     from validation.outputs.run import run_scenario, summary
     from validation.scoring.conditions import rows
 
@@ -60,26 +62,17 @@ def run(
     with progress(f"running {spec.name}") as report:
         outcome = run_scenario(spec, place, seed=seed, chosen=calibrators, progress=report, warn=warn)
     failures = [failure for one in conditions if (failure := one.failure(outcome.scores))]
+    failures += not_applicable(outcome.calibrations) if with_ or exec_ else []
     if json:
         emit(summary(outcome) | {"out": str(place), "failures": failures})
     else:
         show_scores(outcome)
     warn(warning([outcome.tracking]))
     say(f"{place}: report.html, recording.rrd, scores.json, dataset.json")
-    _end(failures)
+    end_with(failures)
 
 
 def _conditions(texts: Sequence[str]) -> list[Condition]:
     from validation.scoring.conditions import Condition
 
     return [Condition.parsed(text, FAIL_IF) for text in texts]
-
-
-def _end(failures: Sequence[str]) -> None:
-    """Exit status 1, with a line each, where a condition of --fail-if held."""
-    from magbench.console import warn
-
-    for failure in failures:
-        warn(failure)
-    if failures:
-        raise typer.Exit(1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,6 +85,12 @@ def calibrate_file(
     """
     recording = read_recording(path, run=run, maps=maps)
     return fit_all(recording, reference_of(path, run, strength_nT, enu), chosen)
+
+
+def not_applicable(results: Mapping[str, Calibration]) -> list[str]:
+    """A line for each calibrator that could not be used on the recording."""
+    refused = {name: found.status for name, found in results.items() if found.status.kind == "not_applicable"}
+    return [f"{name} was not applicable: {status.reason}" for name, status in refused.items()]
 
 
 def reference_of(path: Path, run: int, strength_nT: float | None, enu: Sequence[float] | None) -> Reference:

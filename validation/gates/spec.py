@@ -32,7 +32,7 @@ class Gate(Table):
     that the calibrator had in the same trial when `baseline` was written. A trial without an estimate is over it.
     """
 
-    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]*$", max_length=100, description="what reports call it")
+    name: str = Field(pattern=r"^\S(.*\S)?$", max_length=100, description="what reports call it")
     scenario: str = Field(min_length=1, description="a name of the catalogue, or a file beside this one")
     set_: tuple[str, ...] = Field((), alias="set", description="overrides, as with --set: KEY=VALUE")
     calibrator: str = Field(min_length=1, description="registered name, or module:object; of an array name@sensor")
