@@ -22,6 +22,8 @@ from validation.gates.course import Outcome
 from validation.gates.running import decide_gates
 from validation.gates.spec import load_gates
 from validation.outputs.gates import FILES, begin_gates, github_lines, junit, run_gates
+from validation.scoring.meaning import meaning_of
+from validation.scoring.outcome import RANKED_BY
 
 SPREAD = np.exp(0.5 * np.random.default_rng(4).standard_normal((3, 400)))
 
@@ -121,7 +123,7 @@ def comparison(tmp_path: Path) -> Path:
     names = ("ellipsoid", "twostep", "ml_newton", "sphere", "kalman")
     design = Design.of(load("tumble", ["sampling.rate_hz=5"]), candidates(names), seed=3)
     Journal.open(place, design.identity())
-    column = "holdout_sphere_component_rms_nT"
+    column = meaning_of(RANKED_BY).column
 
     def scored(one: Row) -> Row:
         scores = {column: one.scores["offset_error_nT"]} if one.scores else {}
@@ -146,7 +148,7 @@ def test_a_file_is_begun_with_limits_that_pass_and_says_what_they_cost(compariso
 
 def test_gates_begun_from_a_comparison_pass_on_it(comparison: Path, tmp_path: Path) -> None:
     begin_gates(comparison, tmp_path / "begun.toml")
-    text = (tmp_path / "begun.toml").read_text().replace("holdout_sphere_component_rms", "offset_error")
+    text = (tmp_path / "begun.toml").read_text().replace(RANKED_BY, "offset_error")
     outcomes = decide_gates(groups_in(tmp_path / "begun.toml", text), Scripted(told))
     assert {one.verdict for one in outcomes} == {"pass"}
 
