@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import closed_loop, dataset, gates, kalman, norm, population
+from benchmarks import closed_loop, comparison, dataset, gates, kalman, norm, population
+
+PARTS = (closed_loop, dataset, norm, kalman, population, comparison, gates)
 
 if __name__ == "__main__":
-    rows = [*closed_loop.rows(), *dataset.rows(), *norm.rows(), *kalman.rows(), *population.rows(), *gates.rows()]
+    rows = [row for part in PARTS for row in part.rows()]
     width = max(len(row.what) for row in rows)
     for row in rows:
         print(row.text(width))

@@ -100,8 +100,10 @@ def _until_a_death(
 
 def _alone(function: Callable[[Item], Result], item: Item, lost: Callable[[Item], Result] | None) -> Result:
     for _ in range(ALONE):
-        with _workers(1) as pool, suppress(BrokenProcessPool):
-            return pool.submit(function, item).result()
+        with _workers(1) as pool:
+            pool.submit(os.getpid).result()  # a process that cannot even start is not the item's doing
+            with suppress(BrokenProcessPool):
+                return pool.submit(function, item).result()
     if lost is None:
         raise BrokenProcessPool(f"{ALONE} processes ended that worked on {item!r}")
     return lost(item)
