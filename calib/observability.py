@@ -93,19 +93,20 @@ def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:
     offset_nT2 = fit.offset_covariance_nT2
     if fit.covariance is None or offset_nT2 is None:
         return None
-    variance, axes = np.linalg.eigh(offset_nT2)
-    worst = float(np.sqrt(max(variance[-1], 0.0)))
-    if worst > MAX_STD_FRACTION * strength_nT:
-        share = f"{100 * worst / strength_nT:.2g} % of the field, the limit is {100 * MAX_STD_FRACTION:g} %"
-        return unobservable(
-            axes[:, -1], f"with this motion and noise its standard deviation is {worst:.3g} nT ({share})"
-        )
     std = np.sqrt(np.clip(np.diag(fit.covariance), 0.0, None))
     loose = [
         f"{name} ({s:.2g})"
         for name, s in zip(fit.covariance_names, std, strict=True)
         if name.startswith("S_") and s > MAX_STD_FRACTION
     ]
+    variance, axes = np.linalg.eigh(offset_nT2)
+    worst = float(np.sqrt(max(variance[-1], 0.0)))
+    if worst > MAX_STD_FRACTION * strength_nT:
+        share = f"{100 * worst / strength_nT:.3g} % of the field, the limit is {100 * MAX_STD_FRACTION:g} %"
+        limits = (
+            "this motion and noise cannot rule out soft iron, and with it" if loose else "with this motion and noise"
+        )
+        return unobservable(axes[:, -1], f"{limits} its standard deviation is {worst:.3g} nT ({share})")
     if loose:
         return Status(
             "unobservable",

@@ -122,11 +122,11 @@ def _soft_iron(clear: Array, misfit: Array) -> tuple[Array, float, float]:
 
 
 def _soft_iron_status(bias_nT: float, strength_nT: float) -> Status | None:
-    """Unobservable when soft iron moves the centre by more than the covariance of a usable fit may."""
+    """Unobservable when soft iron would move the centre by more than the covariance of a usable fit may."""
     if bias_nT <= MAX_STD_FRACTION * strength_nT:
         return None
     return Status(
         "unobservable",
-        "the measurements are not on a sphere: soft iron moves its centre by about "
-        f"{bias_nT:.3g} nT on this motion; use ellipsoid, or cover all attitudes evenly",
+        "the measurements are not on a sphere: this method cannot rule out soft iron, which would move its centre by "
+        f"about {bias_nT:.3g} nT on this motion; use ellipsoid, or cover all attitudes evenly",
     )

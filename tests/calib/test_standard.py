@@ -91,6 +91,7 @@ def test_sphere_says_how_wrong_soft_iron_makes_it(runs, standard):
         for result in runs("sphere", motion)[:10]:
             assert result.status.kind == "unobservable"
             assert "not on a sphere" in result.status.reason
+            assert "cannot rule out soft iron" in result.status.reason
             error_nT = np.linalg.norm(result.offset_nT - standard.HARD_NT)
             assert np.sqrt(np.trace(result.offset_covariance_nT2)) == pytest.approx(error_nT, rel=0.2)
 

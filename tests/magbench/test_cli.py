@@ -91,7 +91,9 @@ def test_the_recording_is_sound_and_holds_the_datasets_arrays(place: Path) -> No
 
 def test_scores_are_per_calibrator_and_mark_what_is_in_sample(place: Path) -> None:
     told = json.loads((place / "scores.json").read_text())
-    assert set(told["scores"]) - {UNCORRECTED} == set(told["calibrations"]) == set(told["ranking"])
+    fitted = {name for name in told["scores"] if name.split("@")[0] != UNCORRECTED}
+    assert fitted == set(told["calibrations"]) == set(told["ranking"])
+    assert told["answer"]["use"] in {None, *(name.split("@")[0] for name in told["ranking"])}
     for scores in told["scores"].values():
         assert {s["score"] for s in scores if s["in_sample"]} <= {"in_sample_norm_rms"}
 

@@ -188,7 +188,7 @@ def test_an_inspection_shows_itself() -> None:
 
 def test_a_run_shows_itself_and_writes_where_it_is_told_to(tmp_path: Path) -> None:
     found = magbench.run(TABLE)
-    assert shown(found, 3).startswith(f"{TABLE}: use {found.answer().use}: ")
+    assert shown(found, 4).startswith(f"{TABLE}: use {found.answer().use}: ")
     assert found.to_frame().index[0] == found.ranking()[0][0]
     written = magbench.run(magbench.load(TABLE), tmp_path / "out")
     assert (tmp_path / "out" / "report.html").is_file()
