@@ -46,7 +46,7 @@ def test_values_are_paired_by_run_and_infinite_where_there_is_none(table: Table)
 
 def test_what_it_holds(table: Table) -> None:
     assert table.calibrators == ("sphere", "ellipsoid", "uncorrected")
-    assert table.scores == ("offset_error_nT", "heading_rms_deg")
+    assert set(table.scores) == {"offset_error_nT", "heading_rms_deg"}
     assert table.points == {0: {"effects.white_noise.std_nT": 5.0}, 1: {"effects.white_noise.std_nT": 50.0}}
     np.testing.assert_array_equal(table.runs(1), np.arange(7))
     for call in (lambda: table.values("offset", "sphere"), lambda: table.values("offset_error", "spher")):
