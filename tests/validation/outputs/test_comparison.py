@@ -1,0 +1,73 @@
+"""A comparison's files: what they say agrees, an earlier one is extended, and the rule to stop by is kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenarios.errors import InputError
+from sim.scenario import load
+from validation.calibrating.candidates import candidates
+from validation.comparison.design import Design
+from validation.comparison.engine import Here
+from validation.comparison.table import Table
+from validation.outputs.comparison import compare, question, summary
+
+SHORT = ["phases.0.duration_s=120"]
+
+
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return Design.of(load("standard-full", SHORT), candidates(["ellipsoid", "vector_least_squares"]), seed=3)
+
+
+@pytest.fixture(scope="module")
+def out(design: Design, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("comparison")
+    compare(design, 6, place, Here())
+    return place
+
+
+def test_files_say_the_same(out: Path, design: Design):
+    told = json.loads((out / "comparison.json").read_text())
+    table = Table.read(out)
+    rows = {(row["calibrator"], row["score"]): row for row in told["table"]}
+    for name in ("ellipsoid", "vector_least_squares", "uncorrected"):
+        row = rows[name, "offset_error"]
+        assert row["median"] == pytest.approx(np.median(table.values("offset_error", name)))
+        assert row["low"] <= row["median"] <= row["high"]
+        assert (row["trials"], row["unit"]) == (6, "nT")
+    assert told["trials"] == 6
+    assert told["answer"] in (out / "report.html").read_text().replace("Use ", "use ", 1)
+    assert rows[told["reference"], "offset_error"]["reference_ratio"]["value"] == 1.0
+
+
+def test_three_trials_are_recorded_to_look_at(out: Path):
+    assert {path.name for path in (out / "recordings").iterdir()} == {"best.rrd", "median.rrd", "worst.rrd"}
+
+
+def test_a_larger_number_extends_and_a_smaller_one_reads_less(out: Path, design: Design):
+    before = Table.read(out).values("offset_error", "ellipsoid")
+    assert summary(compare(design, 4, out, Here()), 3)["trials"] == 4
+    after = compare(design, 8, out, Here()).table.values("offset_error", "ellipsoid")
+    np.testing.assert_array_equal(after[:6], before)
+    assert len(after) == 8
+
+
+def test_it_ends_when_the_medians_are_known(design: Design, tmp_path: Path):
+    seen: list[int] = []
+    asked = question(until="median holdout_sphere_component_rms +-60%")
+    found = compare(design, 200, tmp_path, Here(), lambda done, total: seen.append(total), asked)
+    assert 20 <= found.answers[0].trials < 200
+    assert set(seen) == {200}
+
+
+def test_questions_that_cannot_be_answered_are_refused(design: Design, tmp_path: Path):
+    with pytest.raises(InputError, match="choose among ellipsoid, vector_least_squares"):
+        compare(design, 2, tmp_path, Here(), asked=question(reference="sphere"))
+    with pytest.raises(InputError, match="offset_error_nT"):
+        question(rank_by="offset_eror")
+    assert not list(tmp_path.iterdir())
