@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
@@ -40,15 +41,11 @@ def calibrate(
     from calib import to_dict
     from magbench.console import emit, end_with
     from magbench.tables import show_calibrations
-    from scenarios.errors import InputError
     from sim.dataset.files import locked_directory
-    from validation.calibrating.export import known_forms
     from validation.calibrating.files import write_calibrations
     from validation.calibrating.fitting import calibrate_file, not_applicable
 
-    forms = known_forms(export) if export else ()
-    if forms and out is None:
-        raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")
+    forms = _forms(export, out)
     calibrators = chosen(with_, exec_, time_limit_s, USUAL)
     with nullcontext() if out is None else locked_directory(out):
         results = calibrate_file(
@@ -61,3 +58,14 @@ def calibrate(
     else:
         show_calibrations(results)
     end_with(not_applicable(results) if with_ or exec_ else [])
+
+
+def _forms(export: str | None, out: Path | None) -> Sequence[str]:
+    """The forms that are asked for; InputError for others, and where there is no directory for them."""
+    from scenarios.errors import InputError
+    from validation.calibrating.export import known_forms
+
+    forms = known_forms(export) if export else ()
+    if forms and out is None:
+        raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")
+    return forms

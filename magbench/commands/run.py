@@ -50,14 +50,10 @@ def run(
     from sim.tracking import warning
     from validation.calibrating.fitting import not_applicable
     from validation.outputs.run import run_scenario, summary
-    from validation.scoring.conditions import rows
 
-    conditions = _conditions(fail_if or ())
     spec = load(scenario, set_ or ())
     calibrators = chosen(with_, exec_, time_limit_s, spec.calibrators)
-    names = rows([one.name for one in calibrators], len(spec.sensors))
-    for condition in conditions:
-        condition.check(names)
+    conditions = _conditions(fail_if or (), [one.name for one in calibrators], len(spec.sensors))
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
         outcome = run_scenario(spec, place, seed=seed, chosen=calibrators, progress=report, warn=warn)
@@ -72,7 +68,11 @@ def run(
     end_with(failures)
 
 
-def _conditions(texts: Sequence[str]) -> list[Condition]:
-    from validation.scoring.conditions import Condition
+def _conditions(texts: Sequence[str], calibrators: Sequence[str], sensors: int) -> list[Condition]:
+    """What --fail-if says, of calibrators that take part; InputError otherwise."""
+    from validation.scoring.conditions import Condition, rows
 
-    return [Condition.parsed(text, FAIL_IF) for text in texts]
+    conditions = [Condition.parsed(text, FAIL_IF) for text in texts]
+    for condition in conditions:
+        condition.check(rows(calibrators, sensors))
+    return conditions
