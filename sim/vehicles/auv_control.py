@@ -93,7 +93,8 @@ def _travel(qpos, qvel, row, integral, g):  # type: ignore[no-untyped-def]
 def _inverse_dynamics(nu, rate, up, gains, wrench):  # type: ignore[no-untyped-def]
     """Wrench that gives nu' = rate in still water, with the momenta (p, L) = (M + M_A) nu ([Fossen2011] theorem 3.2).
 
-    tau = (M + M_A) nu' + [w x p, w x L + v x p] + D |nu| nu + [0, arm x R^T z],  D from the engine's own drag.
+    tau = (M + M_A) nu' + [w x p, w x L + v x p] + D |nu| nu - [0, arm x R^T z],  D from the engine's own drag; the
+    righting moment arm x R^T z acts on the hull by itself.
     """
     p0 = p1 = p2 = l0 = l1 = l2 = 0.0
     for j in range(6):

@@ -24,6 +24,19 @@ def test_the_wrench_moves_the_momenta(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
+def test_at_rest_the_wrench_balances_the_moment_of_lift_and_weight(seed: int) -> None:
+    """Forces along the vertical `up` at some places have the moment sum of r x f up; the wrench takes it away."""
+    rng = np.random.default_rng(seed)
+    up = Rotation.random(rng=rng).inv().apply([0.0, 0.0, 1.0])
+    lift_N, places_m = rng.normal(size=4), rng.normal(size=(4, 3))
+    gains, wrench = np.zeros(max(ARM + 3, MASS + 36, DRAG + 36)), np.zeros(6)
+    gains[ARM : ARM + 3] = lift_N @ places_m
+    _inverse_dynamics.py_func(np.zeros(6), np.zeros(6), up, gains, wrench)
+    moment = np.cross(places_m, lift_N[:, None] * up).sum(axis=0)
+    np.testing.assert_allclose(wrench, np.concatenate([np.zeros(3), -moment]), atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(3))
 def test_the_wanted_turn_is_the_target_s_seen_from_the_body(seed: int) -> None:
     """w' = R_e w_d' - w x R_e w_d + k e + k_w (R_e w_d - w) + k_i int e, with R_e = R^T R_d."""
     rng = np.random.default_rng(seed)
