@@ -1,0 +1,37 @@
+"""Files against a model's file, or against none: then hard and soft iron are fitted, and are no finding."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sim.dataset import write_recording
+from sim.effects.iron import HardIron
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
+from validation.diagnosis.files import diagnose_file
+
+OFFSET_NT = (500.0, -300.0, 800.0)
+
+
+@pytest.fixture
+def measured(tmp_path: Path) -> Path:
+    """A flight with hard iron in its magnetometer."""
+    path = tmp_path / "measured.parquet"
+    write_recording(recording(1000, hidden={HardIron.name: {"offset_nT": OFFSET_NT}}), path)
+    return path
+
+
+def test_without_a_model_iron_is_fitted_and_goes_into_the_new_model(measured: Path) -> None:
+    found = diagnose_file(measured, None, enu=FIELD_ENU_NT.tolist())
+    assert (found.verdict, found.named) == ("none", ())
+    (iron,) = (effect for effect in found.model.chain() if isinstance(effect, HardIron))
+    assert iron.offset_nT == pytest.approx(OFFSET_NT, abs=10 * NOISE_NT / np.sqrt(1000))
+
+
+def test_iron_that_a_model_lacks_is_a_finding(measured: Path) -> None:
+    bare = measured.with_name("bare.toml")
+    bare.write_text(f"field.enu_nT = {FIELD_ENU_NT.tolist()}\neffects.white_noise.std_nT = {[NOISE_NT] * 3}\n")
+    (one,) = diagnose_file(measured, str(bare)).named
+    assert HardIron.name in (one.name, *one.alternatives)
