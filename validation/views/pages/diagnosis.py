@@ -96,14 +96,19 @@ def _share(found: Diagnosis) -> tuple[str, str]:
             f"{before} → {after} nT",
             "measured minus simulated, the models as they stand; iron fitted anew hides it",
         )
+    if _all_left_out(found):
+        return ("–", "such values are left out of the comparison; the new model makes them")
     if found.named and all(one.effect.stochastic for one in found.named):
         return ("its amount", "noise cannot be foretold sample by sample: the gap stays, the new model has its size")
-    if found.named and all(one.how is How.DIRECT for one in found.named):
-        return ("–", "such values are left out of the comparison; the new model makes them")
     if gap.explained is None:
         return ("–", "no gap beyond the noise once iron is fitted anew")
     sizes = f"{digits(gap.before_nT)} → {digits(gap.after_nT)} nT"
     return (f"{100 * max(gap.explained, 0):.0f} %", f"of the gap explained: {sizes}, held out")
+
+
+def _all_left_out(found: Diagnosis) -> bool:
+    """Whether all that is named shows in the values themselves, and made some of them no measurements."""
+    return not found.problem.usable.all() and all(one.how is How.DIRECT for one in found.named)
 
 
 def _sure(found: Diagnosis) -> tuple[str, str]:
