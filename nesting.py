@@ -3,7 +3,8 @@
 setup.py nests them when a wheel is built, so that a user's project may have a `sim` of its own. An editable
 installation nests them under build/ and copies what has changed when a program imports magbench (as meson-python's
 editable installations rebuild): real files under one path entry, which type checkers and numba's cache find too.
-This file is copied into an editable installation and imports little, since every start of Python reads it.
+This file is copied into an editable installation and imports little, since every start of Python reads it; for pytest,
+which warns of a plugin's modules that it finds imported: PYTEST_DONT_REWRITE.
 """
 
 from __future__ import annotations

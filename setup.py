@@ -1,7 +1,7 @@
 """How the distribution is built; all else about it is in pyproject.toml.
 
-The wheel holds the packages nested in magbench, see nesting.py. The editable wheel holds a path to such a copy below
-build/, and what keeps the copy current.
+The wheel holds the packages nested in magbench, see nesting.py, and the pytest plugin beside it. The editable wheel
+holds the plugin, a path to such a copy below build/, and what keeps the copy current.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ spec = importlib.util.spec_from_file_location("nesting", ROOT / "nesting.py")  #
 nesting = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(nesting)
 
+PLUGIN = "pytest_magbench.py"
+"""Beside magbench, since pytest imports it in every project, and magbench takes longer."""
 PTH = "{path}\nimport _magbench_nesting; _magbench_nesting.keep_current({root!r})\n"
 
 
@@ -29,12 +31,13 @@ class Nested(build_py):
     def run(self) -> None:
         out = Path(self.build_lib)
         shutil.rmtree(out, ignore_errors=True)
+        out.mkdir(parents=True)
+        shutil.copy(ROOT / PLUGIN, out)
         if not self.editable_mode:
             nesting.nest(ROOT, out)
             return
         copy = ROOT / nesting.EDITABLE
         nesting.nest(ROOT, copy)
-        out.mkdir(parents=True)
         shutil.copy(ROOT / "nesting.py", out / "_magbench_nesting.py")
         (out / "_magbench.pth").write_text(PTH.format(path=copy, root=str(ROOT)), encoding="utf-8")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeVar, overload
 
-from magbench.inputs import in_keywords, path_of, recording_from, reference_from
+from magbench.inputs import in_keywords, path_of, recording_from, reference_from, scenario_from
 from scenarios.errors import InputError
 
 Method = TypeVar("Method")
@@ -235,7 +235,7 @@ def simulate(
     from sim.generate import generate
 
     with TemporaryDirectory(prefix="magbench-") as place:
-        generate(_loaded(scenario, overrides), Path(place), seed=seed)
+        generate(scenario_from(scenario, overrides), Path(place), seed=seed)
         return read_run(Path(place))
 
 
@@ -259,20 +259,9 @@ def run(
     from validation.calibrating.candidates import candidates
     from validation.outputs.run import run_scenario, simulated_and_judged
 
-    spec = _loaded(scenario, overrides)
+    spec = scenario_from(scenario, overrides)
     chosen = candidates([with_] if isinstance(with_, str) else with_ or spec.calibrators)
     if out is not None:
         return RunResult.of(run_scenario(spec, Path(out), seed=seed, chosen=chosen))
     with TemporaryDirectory(prefix="magbench-") as place:
         return RunResult.of(simulated_and_judged(spec, Path(place), seed, chosen))
-
-
-def _loaded(scenario: str | Path | Scenario, overrides: Sequence[str]) -> Scenario:
-    from sim.scenario import Scenario, load
-
-    if not isinstance(scenario, Scenario):
-        return load(scenario, overrides)
-    if overrides:
-        do = "pass them to magbench.load"
-        raise InputError("a scenario that is loaded takes no overrides", where="overrides", do=do)
-    return scenario

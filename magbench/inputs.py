@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from calib.reference import Reference
     from sim.dataset import Recording
+    from sim.scenario import Scenario
 
 OPTION = re.compile(r"--([a-zA-Z][\w-]*)")
 KEYWORDS = {"map": "maps", "with": "with_", "actuator": "actuators"}
@@ -70,6 +71,18 @@ def reference_from(
     if isinstance(data, str | PathLike):
         return reference_of(path_of(data), run, strength, vector)
     return stated_reference("reference", strength, vector)
+
+
+def scenario_from(scenario: str | PathLike[str] | Scenario, overrides: Sequence[str]) -> Scenario:
+    """A scenario by its name or file, with overrides, or as it is; InputError for one that is not there."""
+    from sim.scenario import Scenario, load
+
+    if not isinstance(scenario, Scenario):
+        return load(scenario if isinstance(scenario, str) else Path(scenario), overrides)
+    if overrides:
+        do = "pass them to magbench.load"
+        raise InputError("a scenario that is loaded takes no overrides", where="overrides", do=do)
+    return scenario
 
 
 def _number(where: str, value: object) -> float:

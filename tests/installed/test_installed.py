@@ -19,6 +19,7 @@ SCENARIO = "turntable-twelve-stops"
 OWN_TEST = """
 import magbench
 import numpy as np
+import sim.calibrator
 from sim import THEIRS
 
 def test_both_packages():
@@ -27,6 +28,17 @@ def test_both_packages():
     found = magbench.calibrate(mag_nT, 48_000, with_="sphere")
     assert THEIRS == "the user's"
     assert abs(found.offset_nT - 100).max() < 1e-6
+
+def test_a_calibrator_of_the_package_called_sim(assert_accuracy):
+    keys = dict(score="offset_error", ratio=0.9, reference="uncorrected")
+    assert_accuracy(sim.calibrator.centred, "tumble", **keys)
+    assert_accuracy("sim.calibrator:centred", "tumble", **keys)
+"""
+OWN_CALIBRATOR = """
+import numpy as np
+
+def centred(recording, reference):
+    return (recording.mag_nT.max(axis=0) + recording.mag_nT.min(axis=0)) / 2, np.eye(3)
 """
 
 
@@ -95,6 +107,7 @@ def project(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
         if request.param == "packages":
             (tmp_path / name / "__init__.py").write_text('THEIRS = "the user\'s"\n')
     (tmp_path / "test_own.py").write_text(OWN_TEST)
+    (tmp_path / "sim" / "calibrator.py").write_text(OWN_CALIBRATOR)
     return tmp_path
 
 
@@ -120,7 +133,7 @@ def test_commands_workers_and_python_run_beside_the_users_packages(
     told = run("-m", "magbench", "simulate", SCENARIO, "-o", "data", "--runs", "2", "--jobs", "2", "--json")
     assert json.loads(told)["runs"] == 2
     assert "sphere" in json.loads(run(program, "calibrate", "data", "--json"))["calibrations"]
-    run("-m", "pytest", "-q", "-p", "no:cacheprovider")
+    assert "accuracy gates: 2 passed" in run("-m", "pytest", "-q", "-p", "no:cacheprovider")
 
 
 def test_the_users_packages_are_the_users(run: Callable[..., str], project: Path) -> None:

@@ -11,11 +11,12 @@ import numpy as np
 
 import calib
 from calib import CALIBRATORS, Calibration, Reference
+from calib.outside import outside
 from scenarios.errors import InputError
 from scenarios.names import closest, offered_calibrators
 from sim.dataset import Recording
 from validation.calibrating.children import TIME_LIMIT_S
-from validation.calibrating.command import command
+from validation.calibrating.command import PLACEHOLDER, command
 from validation.calibrating.fitted import Fitted, Method, failed, timed
 from validation.calibrating.host import host
 from validation.calibrating.imported import Imported
@@ -88,6 +89,20 @@ def candidates(
         do = "call one of them otherwise: NAME=module:object, or --exec 'NAME=...'"
         raise InputError(f"two calibrators are called {twice[0]!r}", where="--with", do=do)
     return tuple(found)
+
+
+def candidate(found: object) -> Candidate:
+    """One calibrator of whatever form: a text for --with, a command with its placeholders, or an object in memory.
+
+    Raises InputError as `candidates`, and for an object that is no calibrator.
+    """
+    if isinstance(found, str):
+        named, commands = ((), (found,)) if PLACEHOLDER.search(found) else ((found,), ())
+        (one,) = candidates(named, commands)
+        return one
+    called = getattr(found, "name", None) or getattr(found, "__name__", None) or type(found).__name__
+    method = outside(found, str(called))
+    return _candidate(str(called), InThisProcess(str(called), method), method)
 
 
 def known_names() -> dict[str, str]:

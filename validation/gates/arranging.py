@@ -155,10 +155,14 @@ class _Builder:
 
 
 def _row_of(text: str, rows: Mapping[str, str], design: Design) -> str:
-    """The row of a trial that a name stands for; of an array it has to say which sensor's."""
+    """The row of a trial that a name stands for."""
     name, at, sensor = text.partition("@")
-    row = rows[name] + at + sensor
+    return row_in(design, rows[name] + at + sensor)
+
+
+def row_in(design: Design, row: str) -> str:
+    """A row that trials have; of an array it has to say which sensor's. InputError for any other."""
     if row not in design.calibrators:
         do = closest(row, design.calibrators, most=len(design.calibrators))
-        raise InputError(f"{text!r} is none of the trial's rows", do=do)
+        raise InputError(f"{row!r} is none of the trial's rows", do=do)
     return row
