@@ -78,7 +78,7 @@ BAD_COMMANDS = {
     "no runs": ("simulate", "tumble", "--runs", "0"),
     "negative seed": ("simulate", "tumble", "--seed", "-1"),
     "jobs in words": ("simulate", "tumble", "--jobs", "many"),
-    "nothing of that kind to list": ("list", "sensors"),
+    "nothing of that kind to list": ("list", "planets"),
     "no such log": ("calibrate", "nowhere.csv"),
     "no recording": ("show", "nowhere"),
 }

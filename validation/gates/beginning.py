@@ -17,6 +17,7 @@ from scenarios.files import parsed_json, read_text
 from scenarios.names import scenario_names
 from sim.scenario import Scenario, load
 from validation.comparison.journal import JOURNAL
+from validation.comparison.statistics import rate
 from validation.comparison.table import Table
 from validation.gates.power import MOST_TRIALS, factor_seen, fewest_trials, smallest_exceedance, trials_to_pass
 from validation.gates.sequential import Array, SequentialTest
@@ -35,7 +36,10 @@ USUALLY = 0.5
 
 @dataclass(frozen=True)
 class Step:
-    """A limit, and the trials within which what was measured keeps it: with the gates' power, and usually."""
+    """A limit, and the trials within which a calibrator as bad as what was measured allows keeps it.
+
+    trials: with the gates' power; usually: in half of the runs.
+    """
 
     limit: float
     trials: int | None
@@ -96,7 +100,9 @@ def _proposal(name: str, reference: str | None, values: Array, unit: float, test
 
 def _step(wanted: float, values: Array, test: SequentialTest) -> Step:
     limit = float(f"{wanted:.3g}")
-    over = (np.count_nonzero(values > limit) + 1) / (len(values) + 2)  # from so many trials not 0, and not 1
+    over = rate(
+        int(np.count_nonzero(values > limit)), len(values)
+    ).high  # what so few trials leave open counts against it
     if over >= test.allowed:
         return Step(limit, None, None)
     return Step(limit, trials_to_pass(test, over, POWER), trials_to_pass(test, over, USUALLY))

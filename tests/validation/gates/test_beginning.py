@@ -1,0 +1,32 @@
+"""The limits that a file of gates begins with, from comparisons whose truth is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.validation.comparison.example import table_of
+from validation.gates.beginning import proposals
+from validation.scoring.meaning import MEANINGS
+
+SCORE = MEANINGS["offset_error"]
+RNG = np.random.default_rng(11)
+
+
+@pytest.mark.parametrize("trials", [12, 20, 60])
+@pytest.mark.parametrize("spread", [0.2, 0.8])
+def test_few_trials_do_not_give_a_limit_that_the_same_calibrator_breaks(trials: int, spread: float) -> None:
+    """The true median is 1; a limit below it would fail a calibrator that did not change."""
+    below = 0
+    for _ in range(150):
+        values = RNG.lognormal(0.0, spread, trials)
+        (found,) = proposals(table_of({"a": values, "uncorrected": 100 * values}), SCORE)
+        below += found.step.limit < 1.0
+    assert below / 150 < 0.05
+
+
+def test_more_trials_give_a_stricter_limit() -> None:
+    few, many = RNG.lognormal(0.0, 0.3, 12), RNG.lognormal(0.0, 0.3, 500)
+    limits = [proposals(table_of({"a": v, "uncorrected": v}), SCORE)[0].step.limit / np.median(v) for v in (few, many)]
+    assert limits[1] < limits[0]
+    assert limits[1] < 1.3
