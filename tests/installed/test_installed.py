@@ -45,6 +45,10 @@ def centred(recording, reference):
 TYPED = """
 import magbench
 import numpy as np
+from magbench.testing import assert_accuracy
+
+def own(recording: magbench.Recording, reference: magbench.Reference) -> object:
+    return recording.mag_nT[0], np.eye(3)
 
 found = magbench.calibrate(np.zeros((10, 3)), 48_000)
 reveal_type(found)
@@ -57,6 +61,9 @@ reveal_type(magbench.diagnose("log.csv", "auv-dive").verdict)
 reveal_type(magbench.simulate("auv-dive"))
 reveal_type(magbench.run("auv-dive").ranking())
 reveal_type(magbench.load("auv-dive").seed)
+reveal_type(assert_accuracy(own, "tumble", score="heading_rms", limit=2.0).measured)
+reveal_type(assert_accuracy(magbench.Calibrator, "tumble", score="heading_rms", limit=2.0))
+assert_accuracy("ellipsoid", "tumble", score="heading_rms", limit="2.0")
 magbench.calibrate(5)
 magbench.calibrat
 """
@@ -71,6 +78,8 @@ magbench.validation.diagnosis
 tuple[magbench.sim.dataset.recording.Recording, magbench.sim.dataset.recording.Truth]
 tuple[list[str], str]
 int
+float
+magbench.validation.gates.course.Outcome
 """
 """What a type checker says to each reveal_type in TYPED, in parts."""
 
@@ -160,3 +169,4 @@ def test_a_type_checker_sees_the_types(python: Path, tmp_path: Path) -> None:
     assert all(part in line for line, parts in zip(told, wanted, strict=True) for part in parts.split(" ")), told
     assert "No overload variant" in done.stdout
     assert 'no attribute "calibrat"' in done.stdout
+    assert 'Argument "limit" to "assert_accuracy" has incompatible type "str"' in done.stdout

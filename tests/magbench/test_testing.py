@@ -99,11 +99,19 @@ def test_a_module_and_a_command_are_calibrators_too(form: str, scenario: str, tm
     assert found.measured == pytest.approx(MISS_NT, rel=1e-9)
 
 
-def test_an_object_is_held_to_the_registered_one_of_its_name(scenario: str) -> None:
+def test_a_calibrator_in_memory_is_scored_as_the_registered_one(scenario: str) -> None:
     own = get("ellipsoid")
     found = assert_accuracy(own, scenario, score="heading_rms", ratio=1.01, reference="ellipsoid")
     assert np.all(found.values == 1.0)
     assert assert_accuracy(type(own), scenario, score="failure", limit=0.5).verdict == "pass"
+
+
+def test_two_of_one_name_are_told_apart(scenario: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(always, "name", "ellipsoid", raising=False)
+    found = assert_accuracy(always, scenario, score="offset_error", ratio=1e6, reference="ellipsoid")
+    alone = assert_accuracy("ellipsoid", scenario, score="offset_error", limit=1e6)
+    np.testing.assert_allclose(found.scores, MISS_NT)
+    np.testing.assert_array_equal(found.others, alone.scores)
 
 
 def test_the_raw_measurement_is_a_reference_and_has_the_whole_hard_iron(scenario: str) -> None:
