@@ -77,6 +77,7 @@ def test_a_run_without_gates_says_nothing_of_them(pytester: pytest.Pytester) -> 
     done.stdout.no_fnmatch_line("*accuracy*")
 
 
+@pytest.mark.slow
 def test_workers_tell_too(project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     done = project.runpytest_subprocess("-p", "pytest_magbench", "-n", "1", "-k", "kept")
