@@ -91,18 +91,20 @@ def proposals(table: Table, score: Meaning) -> list[Proposal]:
 
 def _proposal(name: str, reference: str | None, values: Array, unit: float, test: SequentialTest) -> Proposal:
     """The lowest limit of the ladder that can be afforded, else the highest."""
-    steps = [_step(rung * unit, values, test) for rung in LADDER]
-    costs = [step.trials or math.inf for step in steps]
-    chosen = next((index for index, cost in enumerate(costs) if cost <= AFFORDABLE), len(steps) - 1)
-    stricter = steps[chosen - 1] if chosen and steps[chosen - 1].limit > np.median(values) else None
-    return Proposal(name, reference, values, test, steps[chosen], stricter)
+    stricter: Step | None = None
+    for rung in LADDER:
+        step = _step(rung * unit, values, test)
+        if step.trials is not None and step.trials <= AFFORDABLE:
+            break
+        if rung != LADDER[-1]:
+            stricter = step if step.limit > np.median(values) else None
+    return Proposal(name, reference, values, test, step, stricter)
 
 
 def _step(wanted: float, values: Array, test: SequentialTest) -> Step:
     limit = float(f"{wanted:.3g}")
-    over = rate(
-        int(np.count_nonzero(values > limit)), len(values)
-    ).high  # what so few trials leave open counts against it
+    # the upper end: what so few trials leave open counts against the limit
+    over = rate(int(np.count_nonzero(values > limit)), len(values)).high
     if over >= test.allowed:
         return Step(limit, None, None)
     return Step(limit, trials_to_pass(test, over, POWER), trials_to_pass(test, over, USUALLY))
