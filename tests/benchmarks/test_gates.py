@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+
 from benchmarks.gates import CLEAR_TRIALS, rows
 from validation.comparison.engine import Here
 
 
+@pytest.mark.slow
 def test_sound_calibrators_pass_and_sabotaged_ones_fail_every_time() -> None:
     found = rows(trials=60, runs=200, engine=Here())
     assert {row.what: row.verdict for row in found if row.verdict != "holds"} == {}

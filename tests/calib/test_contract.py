@@ -139,7 +139,7 @@ def test_too_few_samples(name, standard):
 
 
 @ALL
-@pytest.mark.parametrize("n", [3600, 36_000])
+@pytest.mark.parametrize("n", [3600, pytest.param(36_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("seed", [None, 7])
 def test_level_turns_say_nothing_of_the_vertical(name, seed, n, standard):
     result = fit(name, standard, standard.level_turns(n, seed))

@@ -51,11 +51,11 @@ def _wait_for_work(out: Path, process: subprocess.Popen[bytes]) -> None:
 @pytest.mark.parametrize(
     ("sent", "group"),
     [
-        (signal.SIGINT, False),
         (signal.SIGINT, True),
         (signal.SIGTERM, False),
-        (signal.SIGTERM, True),
-        (signal.SIGHUP, False),
+        pytest.param(signal.SIGINT, False, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, True, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, False, marks=pytest.mark.slow),
     ],
 )
 def test_interrupted_it_ends_at_once_with_one_line_and_resumes(

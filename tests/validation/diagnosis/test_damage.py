@@ -107,7 +107,15 @@ def _alphabetical(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(selection, "ranked", lambda *given: tuple(sorted(ranked(*given), key=lambda e: e.name)))
 
 
-@pytest.mark.parametrize("damage", [_swap, _no_deflation, _anything_is_clean, _alphabetical])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        _no_deflation,
+        _anything_is_clean,
+        pytest.param(_swap, marks=pytest.mark.slow),
+        pytest.param(_alphabetical, marks=pytest.mark.slow),
+    ],
+)
 def test_a_damaged_workflow_fails_the_small_bench(damage, flight, model, monkeypatch) -> None:  # type: ignore[no-untyped-def]
     damage(monkeypatch)
     assert _misses(flight, model) != []
