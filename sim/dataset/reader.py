@@ -24,13 +24,10 @@ def read_recording(path: Path, *, run: int = 0, maps: Sequence[str] = ()) -> Rec
     maps : `--map` texts, see `importer.read_columns`. What is checked and filled: `checks.sound`, `checks.plausible`.
     Raises InputError with file, column and row for everything that is not fit for use.
     """
-    return _recording(file_of(path, run), maps)
-
-
-def read_log(path: Path, *, run: int = 0, maps: Sequence[str] = ()) -> tuple[Recording, dict[str, Any]]:
-    """As `read_recording`, and the true parameters that a simulated run's file tells of beside: `parameters_of`."""
-    file = file_of(path, run)
-    return _recording(file, maps), _parameters(file)
+    raw = read_columns(file_of(path, run), maps)
+    recording = recording_of(plausible(raw.path, sound(raw)))
+    pa.default_memory_pool().release_unused()  # twice what a long log takes would stay with Arrow
+    return recording
 
 
 def read_run(path: Path, *, run: int = 0) -> tuple[Recording, Truth]:
@@ -46,15 +43,5 @@ def read_run(path: Path, *, run: int = 0) -> tuple[Recording, Truth]:
 
 def parameters_of(path: Path, *, run: int = 0) -> dict[str, Any]:
     """The true parameters that a simulated run's file tells of; empty for a measured log."""
-    return _parameters(file_of(path, run))
-
-
-def _recording(file: Path, maps: Sequence[str]) -> Recording:
-    raw = read_columns(file, maps)
-    recording = recording_of(plausible(raw.path, sound(raw)))
-    pa.default_memory_pool().release_unused()  # twice what a long log takes would stay with Arrow
-    return recording
-
-
-def _parameters(file: Path) -> dict[str, Any]:
+    file = file_of(path, run)
     return read_metadata(file).parameters.model_dump(exclude_unset=True) if is_parquet(file) else {}

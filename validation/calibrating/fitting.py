@@ -6,15 +6,14 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from calib import Calibration, Reference
 from scenarios.errors import InputError
-from sim.dataset import Recording
+from sim.dataset import Recording, read_recording
 from sim.dataset.checks import FIELD_RANGE_NT
-from sim.dataset.reader import read_log
+from sim.dataset.reader import parameters_of
 from sim.dataset.units import likely_unit
 from validation.calibrating.candidates import Candidate
 
@@ -84,8 +83,8 @@ def calibrate_file(
     The reference is what the caller states, else what a simulated run's file says of its field.
     Raises InputError for a file that cannot be used and where no reference is known.
     """
-    recording, parameters = read_log(path, run=run, maps=maps)
-    return fit_all(recording, reference_of(path, parameters, strength_nT, enu), chosen)
+    recording = read_recording(path, run=run, maps=maps)
+    return fit_all(recording, reference_of(path, run, strength_nT, enu), chosen)
 
 
 def not_applicable(results: Mapping[str, Calibration]) -> list[str]:
@@ -94,13 +93,12 @@ def not_applicable(results: Mapping[str, Calibration]) -> list[str]:
     return [f"{name} was not applicable: {status.reason}" for name, status in refused.items()]
 
 
-def reference_of(
-    path: Path, parameters: Mapping[str, Any], strength_nT: float | None, enu: Sequence[float] | None
-) -> Reference:
-    """The reference that the caller states, else the field among a simulated run's parameters; InputError for none."""
+def reference_of(path: Path, run: int, strength_nT: float | None, enu: Sequence[float] | None) -> Reference:
+    """The reference that the caller states, else the field that a simulated run's file names; InputError for none."""
     if strength_nT is not None or enu is not None:
         return stated_reference(str(path), strength_nT, enu)
-    return stated_reference(str(path), None, parameters.get("field_enu_nT"), f"{path}: field_enu_nT of its metadata")
+    known = parameters_of(path, run=run).get("field_enu_nT")
+    return stated_reference(str(path), None, known, f"{path}: field_enu_nT of its metadata")
 
 
 def stated_reference(

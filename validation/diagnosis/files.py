@@ -11,7 +11,6 @@ import numpy as np
 from calib import Reference
 from scenarios.errors import InputError
 from sim.dataset import Recording, read_recording
-from sim.dataset.reader import read_log
 from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.fitting import reference_of
 from validation.diagnosis.policy import STANDARD, Policy
@@ -39,9 +38,8 @@ def diagnose_file(
     """
     spec = load_model(model) if model else ModelSpec()
     unknown = enu is not None or strength_nT is not None or spec.field is None
-    log, parameters = read_log(measured, run=run, maps=maps)
-    reference = reference_of(measured, parameters, strength_nT, enu) if unknown else None
-    recording = with_actuators(log, actuators, measured)
+    reference = reference_of(measured, run, strength_nT, enu) if unknown else None
+    recording = with_actuators(read_recording(measured, run=run, maps=maps), actuators, measured)
     second = None
     if confirm is not None:
         second = with_actuators(read_recording(confirm, run=run, maps=maps), actuators, confirm)
