@@ -64,12 +64,13 @@ def reference_from(
     data: object, run: int, field_strength_nT: float | None, field_enu_nT: Sequence[float] | None
 ) -> Reference:
     """The stated reference, else the field that a simulated run's file names; InputError for none."""
+    from sim.dataset.manifest import file_of
     from validation.calibrating.fitting import reference_of, stated_reference
 
     strength = None if field_strength_nT is None else _number("field_strength_nT", field_strength_nT)
     vector = None if field_enu_nT is None else _numbers("field_enu_nT", field_enu_nT)
     if isinstance(data, str | PathLike):
-        return reference_of(path_of(data), run, strength, vector)
+        return reference_of(file_of(path_of(data), run), strength, vector)
     return stated_reference("reference", strength, vector)
 
 

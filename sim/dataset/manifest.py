@@ -61,8 +61,7 @@ def read_manifest(out: Path) -> Manifest:
 
 def run_path(out: Path, run: int, split: Split | None = None) -> Path:
     """File of a run in a dataset directory, with those of its part where the dataset is split."""
-    name = f"run-{run:05d}.parquet"
-    return out / name if split is None else out / DATA / split.part_of(run) / name
+    return out / _name(run) if split is None else out / DATA / split.part_of(run) / _name(run)
 
 
 def folders(out: Path) -> list[Path]:
@@ -74,12 +73,16 @@ def file_of(path: Path, run: int) -> Path:
     """The file that a user names: `path` itself, or a run of the dataset in that directory; InputError for no run."""
     if not path.is_dir():
         return path
-    manifest = read_manifest(path)
-    runs, file = manifest.runs, run_path(path, run, manifest.split)
+    there = [file for folder in folders(path) if (file := folder / _name(run)).exists()]
+    runs = read_manifest(path).runs
     if not 0 <= run < runs:
         raise InputError(
             f"has no run {run}", where=str(path), do=f"it has runs 0 to {runs - 1}" if runs else "it is empty"
         )
-    if not file.exists():
+    if not there:
         raise InputError(f"run {run} is not there yet", where=str(path), do="repeat the `simulate` command: it resumes")
-    return file
+    return there[0]
+
+
+def _name(run: int) -> str:
+    return f"run-{run:05d}.parquet"

@@ -41,7 +41,6 @@ def read_run(path: Path, *, run: int = 0) -> tuple[Recording, Truth]:
     return recording_of(sound(raw)), truth_of(whole_truth(raw), parameters_of(file))
 
 
-def parameters_of(path: Path, *, run: int = 0) -> dict[str, Any]:
+def parameters_of(file: Path) -> dict[str, Any]:
     """The true parameters that a simulated run's file tells of; empty for a measured log."""
-    file = file_of(path, run)
     return read_metadata(file).parameters.model_dump(exclude_unset=True) if is_parquet(file) else {}

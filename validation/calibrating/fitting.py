@@ -13,6 +13,7 @@ from calib import Calibration, Reference
 from scenarios.errors import InputError
 from sim.dataset import Recording, read_recording
 from sim.dataset.checks import FIELD_RANGE_NT
+from sim.dataset.manifest import file_of
 from sim.dataset.reader import parameters_of
 from sim.dataset.units import likely_unit
 from validation.calibrating.candidates import Candidate
@@ -83,8 +84,10 @@ def calibrate_file(
     The reference is what the caller states, else what a simulated run's file says of its field.
     Raises InputError for a file that cannot be used and where no reference is known.
     """
-    recording = read_recording(path, run=run, maps=maps)
-    return fit_all(recording, reference_of(path, run, strength_nT, enu), chosen)
+    file = file_of(path, run)
+    recording = read_recording(file, maps=maps)
+    reference = reference_of(file, strength_nT, enu)
+    return fit_all(recording, reference, chosen)
 
 
 def not_applicable(results: Mapping[str, Calibration]) -> list[str]:
@@ -93,12 +96,12 @@ def not_applicable(results: Mapping[str, Calibration]) -> list[str]:
     return [f"{name} was not applicable: {status.reason}" for name, status in refused.items()]
 
 
-def reference_of(path: Path, run: int, strength_nT: float | None, enu: Sequence[float] | None) -> Reference:
+def reference_of(file: Path, strength_nT: float | None, enu: Sequence[float] | None) -> Reference:
     """The reference that the caller states, else the field that a simulated run's file names; InputError for none."""
     if strength_nT is not None or enu is not None:
-        return stated_reference(str(path), strength_nT, enu)
-    known = parameters_of(path, run=run).get("field_enu_nT")
-    return stated_reference(str(path), None, known, f"{path}: field_enu_nT of its metadata")
+        return stated_reference(str(file), strength_nT, enu)
+    known = parameters_of(file).get("field_enu_nT")
+    return stated_reference(str(file), None, known, f"{file}: field_enu_nT of its metadata")
 
 
 def stated_reference(

@@ -11,6 +11,7 @@ import numpy as np
 from calib import Reference
 from scenarios.errors import InputError
 from sim.dataset import Recording, read_recording
+from sim.dataset.manifest import file_of
 from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.fitting import reference_of
 from validation.diagnosis.policy import STANDARD, Policy
@@ -38,8 +39,9 @@ def diagnose_file(
     """
     spec = load_model(model) if model else ModelSpec()
     unknown = enu is not None or strength_nT is not None or spec.field is None
-    reference = reference_of(measured, run, strength_nT, enu) if unknown else None
-    recording = with_actuators(read_recording(measured, run=run, maps=maps), actuators, measured)
+    file = file_of(measured, run)
+    reference = reference_of(file, strength_nT, enu) if unknown else None
+    recording = with_actuators(read_recording(file, maps=maps), actuators, file)
     second = None
     if confirm is not None:
         second = with_actuators(read_recording(confirm, run=run, maps=maps), actuators, confirm)
