@@ -179,6 +179,17 @@ KNOWN: dict[str, tuple[dict[str, Any], int]] = {
     "instants beyond the calendar": (damaged("retype", "time_s", "far instants"), 0),
     "words of 5,000 letters": (damaged("retype", "phase", "long text"), 2),
     "bytes overwritten": ({"broken": Bytes(400, b"\xff" * 6, False)}, 2),
+    "a specific force of no size": (damaged("scale", "accel_y_m_s2", value=1e290), 2),
+    "a short log, a component in steps": (
+        {
+            "damages": (
+                Damage("cut", "mag_z_nT", 79),
+                Damage("retype", "mag_z_nT", word="decimals"),
+                Damage("scale", "mag_z_nT", value=1000.0),
+            )
+        },
+        0,
+    ),
     "cut off": ({"broken": Bytes(300, b"", True)}, 2),
 }
 

@@ -102,11 +102,13 @@ def series_of(log: Log, sensor: int | None) -> Series:
     rows = np.flatnonzero((np.abs(time_s) < LATEST_S) & np.isfinite(field).all(axis=1))
     rows = rows[np.unique(time_s[rows], return_index=True)[1]]
     rows = rows[np.diff(time_s[rows], prepend=-np.inf) >= MIN_INTERVAL_S]
-    others = (log.vector(names) for names in (GYRO, ACCEL, ATTITUDE))
-    gyro, accel, attitude = (None if v is None or not np.isfinite(v).any() else _measured(v[rows]) for v in others)
+    gyro, accel, attitude = (_measured(log.vector(names), rows) for names in (GYRO, ACCEL, ATTITUDE))
     return Series(rows, time_s[rows], field[rows], gyro, accel, attitude)
 
 
-def _measured(values: Array) -> Array:
-    """What is infinite was not measured."""
-    return np.where(np.isinf(values), np.nan, values)
+def _measured(values: Array | None, rows: NDArray[np.integer]) -> Array | None:
+    """An instrument's vectors, NaN for what is infinite; None where it measured not one whole vector."""
+    if values is None:
+        return None
+    known = np.where(np.isinf(values[rows]), np.nan, values[rows])
+    return known if np.isfinite(known).all(axis=1).any() else None

@@ -63,7 +63,8 @@ def _lattice(look: Look) -> Finding:
     if any(lattice and lattice.floating for lattice in look.lattices):
         text = f"Steps grow with the value, {figures(steps)} nT at least: the log keeps a fixed number of digits."
         return Finding(SECTION, "step", steps, "nT", text, "note", look.sensor)
-    coarsest = float(np.nanmax(np.array(steps) / look.white_nT, initial=0.0))
+    noise = np.where(look.white_nT > 0, look.white_nT, np.nan)  # an axis that never changes tells nothing
+    coarsest = float(np.nanmax(np.array(steps) / noise, initial=0.0))
     text = f"Least significant bit {figures(steps, 5)} nT{_off_lattice(look)}{_against_noise(coarsest)}."
     return Finding(SECTION, "step", steps, "nT", text, "note" if coarsest > COARSE_STEP else "ok", look.sensor)
 
