@@ -9,30 +9,27 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Any
 
 import numpy as np
+import schema_keys
+import tracked
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
-from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Calibrator
 from scenarios.load import catalogue
-from scenarios.paths import PHASES, Ability
+from scenarios.paths import PHASES
 from scenarios.spec import FieldSpec, NavigationSpec, SamplingSpec, ThermalSpec
 from scenarios.varied import Vary
 from sim.dataset.units import UNITS
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.values import Parameter
-from sim.motion import Motion, drive
-from sim.scenario import Scenario, SensorSpec, load
+from sim.scenario import SensorSpec, load
 from sim.sensors import SENSORS, Figure, Sensor
-from sim.streams import stream
 from sim.vehicles import VEHICLES, able
 from validation.diagnosis.verdict import Verdict
 from validation.scoring.meaning import MEANINGS
-from validation.signals.conventions import euler_deg
 from validation.text import symbol
 
 DOCS = Path(__file__).parent
@@ -45,19 +42,6 @@ STAGES = ("field", "vehicle", "sensor", "electronics")
 SHOWN_HZ = 10.0
 """Sample rate at which the noise of a density is shown."""
 KEY_HEADS = ("key", "value", "default", "range", "meaning")
-TRACKED = (
-    *("auv-spiral", "auv-spiral-excited", "auv-comb"),
-    *("quad-spiral", "quad-comb", "quad-calibration"),
-    *("turntable-twelve-stops", "turntable-three-turns", "tumble"),
-)
-TYPES = {
-    "Effects": "tables",
-    "float": "number",
-    "int": "whole number",
-    "str": "text",
-    "date": "date",
-    "bool": "true or false",
-}
 
 
 def fill(page: str, *, measured: bool = True) -> str:
@@ -180,14 +164,14 @@ def scenarios() -> str:
 
 def keys(*models: type[BaseModel]) -> Callable[[], str]:
     """Table of the keys of one or more tables of a scenario file."""
-    return lambda: _table(KEY_HEADS, (row for m in models for row in _keys(m)))
+    return lambda: _table(KEY_HEADS, (row for m in models for row in schema_keys.rows(m)))
 
 
 def vehicles() -> str:
     """Every kind of vehicle with its keys."""
     parts = []
     for kind, cls in VEHICLES.items():
-        rows = list(_keys(cls.table))
+        rows = list(schema_keys.rows(cls.table))
         head = f'**`kind = "{kind}"`**. {_summary(cls.table)}'
         parts.append(head + ("\n\n" + _table(KEY_HEADS, rows) if rows else " No other keys.\n"))
     return "\n".join(parts)
@@ -208,7 +192,7 @@ def phases() -> str:
     for kind, model in PHASES.items():
         who = ", ".join(able(model))
         head = f'**`kind = "{kind}"`** ({who}). {_summary(model)}'
-        parts.append(head + "\n\n" + _table(KEY_HEADS, _keys(model)))
+        parts.append(head + "\n\n" + _table(KEY_HEADS, schema_keys.rows(model)))
     return "\n".join(parts)
 
 
@@ -240,101 +224,23 @@ def _pair(value: Any) -> str:
 
 def variations() -> str:
     """Every distribution of `[vary]`, and what bounds or mirrors it."""
-    return _table(("key", "value"), ((f"`{name}`", _meaning(info)) for name, info in Vary.model_fields.items()))
+    return _table(
+        ("key", "value"), ((f"`{name}`", schema_keys.meaning(info)) for name, info in Vary.model_fields.items())
+    )
 
 
 def _summary(model: type[BaseModel]) -> str:
     return " ".join((model.__doc__ or "").split("\n\n")[0].split())
 
 
-def _keys(model: type[BaseModel]) -> Iterable[tuple[str, ...]]:
-    for name, info in model.model_fields.items():
-        if name not in ("kind", "name", "summary", "field", "vehicle", "phases"):
-            yield (f"`{info.alias or name}`", _kind(info.annotation), _default(info), _range(info), _meaning(info))
+# measured
 
 
-def _kind(annotation: Any) -> str:
-    if get_origin(annotation) is Annotated:
-        return _kind(get_args(annotation)[0])
-    if get_origin(annotation) is Literal:
-        return ", ".join(f'"{word}"' for word in get_args(annotation))
-    parts = [part for part in get_args(annotation) if part is not type(None)]
-    if get_origin(annotation) is tuple:
-        return {"number": f"{len(parts)} numbers", "text": "list of names"}.get(_kind(parts[0]), "array of tables")
-    if get_origin(annotation) is dict:
-        return "tables"
-    if parts:
-        return _kind(parts[0])
-    return TYPES.get(annotation.__name__, "table")
-
-
-def _default(info: FieldInfo) -> str:
-    if info.is_required():
-        return "required"
-    value = info.default
-    if value is None or not isinstance(value, int | float | str | tuple) or isinstance(value, BaseModel):
-        return "–"
-    if isinstance(value, tuple):
-        return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in value if isinstance(v, float | str))
-    return f"{value:.7g}" if isinstance(value, float) else str(value)
-
-
-def _range(info: FieldInfo) -> str:
-    signs = {"ge": "≥", "gt": ">", "le": "≤", "lt": "<"}
-    found = [
-        f"{sign} {getattr(rule, key):g}" for rule in info.metadata for key, sign in signs.items() if hasattr(rule, key)
-    ]
-    return ", ".join(found) or "–"
-
-
-def _meaning(info: FieldInfo) -> str:
-    return info.description or ""
-
-
-# tracking
-
-
-def tracking(names: Iterable[str] = TRACKED) -> str:
+def tracking(names: Iterable[str] = tracked.SCENARIOS) -> str:
     """How far each vehicle is from its reference, after the run-in of each phase (`settle_s`)."""
-    rows = (row for name in names for row in _tracked(load(name)))
-    return _table(("scenario", "phase", "position, rms", "largest", "attitude, rms", "pitch", "roll"), rows)
-
-
-def _tracked(scenario: Scenario) -> Iterable[tuple[str, ...]]:
-    parts: dict[int, list[Motion]] = {}
-    for motion in drive(scenario, stream(scenario.seed, 0, "flow")):
-        parts.setdefault(motion.phase, []).append(motion)
-    for index, motions in parts.items():
-        settled = np.concatenate([m.phase_time_s for m in motions]) > scenario.phases[index].settle_s
-        phase, tilts = scenario.phases[index], Ability.SWAY not in VEHICLES[scenario.vehicle.kind].abilities
-        figures = np.concatenate([_errors(tilts, m) for m in motions])[settled]
-        yield (f"`{scenario.name}`", phase.kind, *_cells(phase.tracked, figures))
-
-
-def _errors(tilts: bool, motion: Motion) -> Any:
-    """Rows (n, 4): distance from the reference in m, angle from it in degrees, pitch and roll in degrees."""
-    apart_m = np.linalg.norm(motion.reference[:, :3] - motion.kinematics.pos_enu_m, axis=1)
-    wanted = Rotation.from_euler("ZYX", motion.reference[:, 9:12])
-    apart_deg = np.degrees((wanted.inv() * Rotation.from_matrix(motion.R_wb)).magnitude())
-    yaw_deg, pitch_deg, roll_deg = euler_deg(motion.kinematics.q).T
-    if not tilts:  # its tilt follows from its acceleration: only the heading is commanded
-        apart_deg = (yaw_deg - np.degrees(motion.reference[:, 9]) + 180.0) % 360.0 - 180.0
-    return np.column_stack([apart_m, apart_deg, pitch_deg, roll_deg])
-
-
-def _cells(tracked: bool, figures: Any) -> tuple[str, ...]:
-    rms = np.sqrt(np.mean(figures[:, :2] ** 2, axis=0))
-    distance = (_length(rms[0]), _length(figures[:, 0].max())) if tracked else ("–", "–")
-    low, high = np.round(figures[:, 2:], 1).min(axis=0) + 0.0, np.round(figures[:, 2:], 1).max(axis=0) + 0.0
-    turns = (f"{a:.1f} to {b:.1f}°" for a, b in zip(low, high, strict=True))
-    return (*distance, "< 0.001°" if rms[1] < 1e-3 else f"{rms[1]:.2g}°", *turns)
-
-
-def _length(metres: float) -> str:
-    return f"{1e3 * metres:.2g} mm" if metres < 0.0995 else f"{metres:.2g} m"
-
-
-# papers
+    return _table(
+        ("scenario", "phase", "position, rms", "largest", "attitude, rms", "pitch", "roll"), tracked.rows(names)
+    )
 
 
 def ellipsoid() -> str:

@@ -44,42 +44,40 @@ class Distribution(ABC):
 
 
 @dataclass(frozen=True)
-class Uniform(Distribution):
-    """Uniform between low and high."""
+class _Between(Distribution):
+    """A distribution between low and high."""
 
     low: Array
     high: Array
-    form = "uniform = [low, high]"
 
     def problem(self, value: Array) -> str:
         return _shapes(value, self.low, self.high) or _order(self.low, self.high, self.form)
-
-    def draw(self, value: Array, rng: np.random.Generator) -> Array:
-        return np.asarray(rng.uniform(self.low, self.high, value.shape))
 
     def ends(self, value: Array) -> tuple[Array, ...]:
         return tuple(np.broadcast_to(end, value.shape) for end in (self.low, self.high))
 
 
-@dataclass(frozen=True)
-class LogUniform(Distribution):
+class Uniform(_Between):
+    """Uniform between low and high."""
+
+    form = "uniform = [low, high]"
+
+    def draw(self, value: Array, rng: np.random.Generator) -> Array:
+        return np.asarray(rng.uniform(self.low, self.high, value.shape))
+
+
+class LogUniform(_Between):
     """Between low and high with a uniform logarithm: every factor of two is as likely."""
 
-    low: Array
-    high: Array
     form = "log_uniform = [low, high]"
 
     def problem(self, value: Array) -> str:
-        positive = "" if np.all(self.low > 0) else "low must be above zero"
-        return _shapes(value, self.low, self.high) or positive or _order(self.low, self.high, self.form)
+        return super().problem(value) or ("" if np.all(self.low > 0) else "low must be above zero")
 
     def draw(self, value: Array, rng: np.random.Generator) -> Array:
         share = rng.random(value.shape)
         drawn = _exp((1 - share) * _log(self.low) + share * _log(self.high))
         return np.clip(drawn, self.low, self.high)
-
-    def ends(self, value: Array) -> tuple[Array, ...]:
-        return tuple(np.broadcast_to(end, value.shape) for end in (self.low, self.high))
 
 
 @dataclass(frozen=True)

@@ -80,6 +80,14 @@ def check(place: Path, table: pa.Table, case: Case) -> int:
     _write(table, file, case.metadata if case.own else None)
     if case.broken is not None:
         file.write_bytes(case.broken.to(file.read_bytes()))
+    status = hold(out, *_arguments(place, file, case))
+    if case.command == "apply":
+        assert [path.name for path in out.iterdir()] == ([] if status else ["corrected.parquet"])
+    return status
+
+
+def _arguments(place: Path, file: Path, case: Case) -> list[str]:
+    out = place / "out"
     arguments = {
         "calibrate": ("calibrate", str(file), "--with", case.method, "-o", str(out / "c"), "--json", *case.options),
         "inspect": ("inspect", str(file), "--json"),
@@ -87,10 +95,7 @@ def check(place: Path, table: pa.Table, case: Case) -> int:
         "apply": ("apply", str(place / "calibration.json"), str(file), "-o", str(out / "corrected.parquet")),
     }[case.command]
     maps = [text for text in case.options if "=" in text and case.command != "calibrate"]
-    status = hold(out, *arguments, *(word for text in maps for word in ("--map", text)))
-    if case.command == "apply":
-        assert [path.name for path in out.iterdir()] == ([] if status else ["corrected.parquet"])
-    return status
+    return [*arguments, *(word for text in maps for word in ("--map", text))]
 
 
 def _write(table: pa.Table, file: Path, metadata: str | None) -> None:

@@ -64,21 +64,29 @@ def damaged_json(draw: st.DrawFn, base: Any) -> str:
 def _changed(draw: st.DrawFn, value: Any) -> Any:
     """The value with one place in it changed, found by walking down at random."""
     if isinstance(value, dict) and value and draw(st.integers(0, 9)) > 0:
-        key = draw(st.sampled_from(sorted(value)))
-        how = draw(st.integers(0, 9))
-        if how == 0:
-            return {k: v for k, v in value.items() if k != key}
-        if how == 1:
-            return {**value, draw(texts): draw(anything)}
-        if how == 2:
-            return {(draw(texts) if k == key else k): v for k, v in value.items()}
-        return {**value, key: _changed(draw, value[key])}
+        return _changed_table(draw, value)
     if isinstance(value, list) and value and draw(st.integers(0, 9)) > 0:
-        at = draw(st.integers(0, len(value) - 1))
-        how = draw(st.integers(0, 9))
-        if how == 0:
-            return value[:at] + value[at + 1 :]
-        if how == 1:
-            return [*value, draw(anything)]
-        return [*value[:at], _changed(draw, value[at]), *value[at + 1 :]]
+        return _changed_list(draw, value)
     return draw(anything)
+
+
+def _changed_table(draw: st.DrawFn, value: dict[str, Any]) -> dict[str, Any]:
+    key = draw(st.sampled_from(sorted(value)))
+    how = draw(st.integers(0, 9))
+    if how == 0:
+        return {k: v for k, v in value.items() if k != key}
+    if how == 1:
+        return {**value, draw(texts): draw(anything)}
+    if how == 2:
+        return {(draw(texts) if k == key else k): v for k, v in value.items()}
+    return {**value, key: _changed(draw, value[key])}
+
+
+def _changed_list(draw: st.DrawFn, value: list[Any]) -> list[Any]:
+    at = draw(st.integers(0, len(value) - 1))
+    how = draw(st.integers(0, 9))
+    if how == 0:
+        return value[:at] + value[at + 1 :]
+    if how == 1:
+        return [*value, draw(anything)]
+    return [*value[:at], _changed(draw, value[at]), *value[at + 1 :]]

@@ -44,12 +44,16 @@ def test_an_import_that_cannot_be_nested_is_refused(text: str) -> None:
 def test_no_module_looks_for_a_package_beside_magbench(path: Path) -> None:
     """Neither by an import nor by a name in a string, which the rewriting would not see."""
     tree = ast.parse(nested(path.read_text(encoding="utf-8")))
-    imports = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    imports += [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
-    assert not [name for name in imports if name.split(".")[0] in PARTS]
+    assert not [name for name in _imported(tree) if name.split(".")[0] in PARTS]
     texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
     dotted = [text for text in texts if text.split(".")[0] in PARTS and text.replace(".", "").isidentifier()]
     assert not [text for text in dotted if "." in text and importlib.util.find_spec(text)]
+
+
+def _imported(tree: ast.Module) -> list[str]:
+    imports = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    imports += [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    return imports
 
 
 def small_tree(root: Path) -> None:

@@ -23,12 +23,16 @@ def table_of(*points: Mapping[str, Sequence[float]], sweep: Sequence[float] = ()
         for run in range(n):
             for name, values in scores.items():
                 value = values[run]
-                bad = not np.isfinite(value)
-                status = "not_converged" if bad else "unobservable" if name in failing else "ok"
-                reason = "it broke down" if bad else "flat motion" if name in failing else ""
-                rows.append((point, run, 0, name, status, reason, None if bad else float(value)))
+                status, reason = _judged(value, name in failing)
+                rows.append((point, run, 0, name, status, reason, float(value) if np.isfinite(value) else None))
     names = ("point", "run", "seed", "calibrator", "status", "reason", SCORE)
     columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
     if sweep:
         columns["effects.white_noise.std_nT"] = [sweep[point] for point in columns["point"]]
     return Table(pa.table(columns), {})
+
+
+def _judged(value: float, failing: bool) -> tuple[str, str]:
+    if not np.isfinite(value):
+        return "not_converged", "it broke down"
+    return ("unobservable", "flat motion") if failing else ("ok", "")
