@@ -81,6 +81,8 @@ def test_no_function_is_long_or_tangled() -> None:
     paths = [*FILES, *(ROOT / "benchmarks").rglob("*.py"), *(ROOT / "docs").glob("*.py")]
     found = [function for path in paths for function in functions(path)]
     assert not [one for one in found if one.tokens > MOST_TOKENS or one.complexity > MOST_COMPLEXITY]
+    tested = [function for path in (ROOT / "tests").rglob("*.py") for function in functions(path)]
+    assert not [one for one in tested if one.complexity > MOST_COMPLEXITY]
 
 
 def test_an_effect_and_a_vehicle_are_named_only_at_home() -> None:

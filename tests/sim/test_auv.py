@@ -1,4 +1,4 @@
-"""AUV: statics and terminal velocities, tracking with and without current, the whole dive, integration error."""
+"""AUV: statics and terminal velocities, tracking with and without current, the whole dive."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
-from scenarios.paths import Phase, PhaseBase, Start
+from scenarios.paths import Phase, PhaseBase
 from scenarios.spec import FieldSpec, SamplingSpec
 from sim.engine import Course, advance, log_of, plant_of
 from sim.motion import drive
@@ -20,9 +20,7 @@ from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
 from sim.vehicles.auv import Auv, AuvSpec
 from sim.vehicles.auv_control import MATRIX, NU, RATE, WRENCH, follow
-from sim.vehicles.base import STEP_S
 from tests.sim.fossen import DENSITY, GRAVITY, UP, Array, Fossen
-from tests.sim.test_engine import hold
 
 SPIRAL = {"kind": "spiral", "radius_m": 20, "turn_rate_deg_s": 1, "vertical_speed_m_s": -0.05, "turns": 1}
 COMB = {"kind": "comb", "line_length_m": 100, "line_spacing_m": 20, "lines": 4, "speed_m_s": 1}
@@ -289,40 +287,3 @@ class TestWholeDive:
             data.qpos[3:7] = q
             mujoco.mj_forward(model, data)
             assert np.abs(data.sensor("magnetometer").data - R.T @ field).max() < 1e-9 * np.linalg.norm(field)
-
-
-class TestIntegration:
-    """The step of 20 ms against a hundredth of it, the control held for 20 ms in both."""
-
-    @staticmethod
-    def apart(table: dict[str, Any], seconds: float) -> tuple[float, float]:
-        """Largest distance, m, and largest angle, degrees, between the two runs."""
-        n, ways = round(seconds / STEP_S), []
-        reference = phase(table).reference(Start((0.0, 0.0, 0.0), 0.3), STEP_S * np.arange(n))
-        for parts in (1, 100):
-            vehicle, model, data = auv(heading_deg=np.degrees(0.3))
-            gains, memory, added = vehicle.gains(model, phase(table)), np.zeros(43), vehicle.added_mass(model)
-            model.opt.timestep = STEP_S / parts
-            plant = plant_of(model, data, vehicle.body, added)
-            held = Course(np.zeros((parts, 18)), np.zeros((parts, 3)), gains, memory, parts)
-            way, log = np.empty((n, 7)), log_of(model, 1)
-            for i in range(n):
-                follow(data.qpos, data.qvel, reference[i], gains, memory, data.ctrl)
-                advance(hold, plant, held, log)
-                way[i] = data.qpos
-            ways.append(way)
-        turns = [Rotation.from_quat(w[:, 3:], scalar_first=True) for w in ways]
-        angle = np.degrees((turns[0].inv() * turns[1]).magnitude().max())
-        return float(np.linalg.norm(ways[0][:, :3] - ways[1][:, :3], axis=1).max()), float(angle)
-
-    def test_half_a_minute_of_tilting_spiral(self) -> None:
-        metres, degrees = self.apart(SPIRAL | TILT, 30.0)
-        assert metres < 1e-6
-        assert degrees < 1e-5
-
-    @pytest.mark.slow
-    @pytest.mark.parametrize("table", [SPIRAL, SPIRAL | TILT, COMB], ids=["spiral", "tilting spiral", "comb"])
-    def test_whole_path(self, table: dict[str, Any]) -> None:
-        metres, degrees = self.apart(table, phase(table).duration_s)
-        assert metres < 1e-4
-        assert degrees < 1e-3
