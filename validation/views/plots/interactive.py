@@ -47,12 +47,14 @@ class Plot:
 
 def interactive(figure: Figure) -> Plot:
     """The figure's lines, points, bars, bands, marks and texts; NotInteractive where there is anything else."""
-    figure.draw_without_rendering()
+    axes = [axis for axis in figure.axes if axis.get_visible()]
+    for axis in axes:
+        _check(axis)
+    if engine := figure.get_layout_engine():
+        engine.execute(figure)
     plot = Plot(layout=_page(figure))
     names = dict(_named_colours(figure))
-    axes = [axis for axis in figure.axes if axis.get_visible()]
     for number, axis in enumerate(axes, start=1):
-        _check(axis)
         _add_axes(plot, axis, number, axes)
         plot.data += _traces(axis, number, names)
         plot.layout["shapes"] += _bands(axis, number)
