@@ -36,6 +36,8 @@ OTHERS = [ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGE
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 KEY = re.compile(r"\[([A-Z][A-Za-z]+[12]\d{3})(?:, ([A-Z][A-Za-z]+[12]\d{3}))?\]")
 QUICKEST = "zhou2012"
+LONG = ("own-calibrator.md", "verdicts.md", "report.md", "scores.md")
+"""Pages whose commands take ten seconds and more: the nightly run follows them."""
 """The paper that stands for all where a page reproduces one."""
 MODULE = re.compile(r"# (\w+\.py)\n")
 """The first line of a snippet that is a file of the reader's."""
@@ -81,7 +83,9 @@ def write(path: Path, header: str, rows: np.ndarray) -> None:
     np.savetxt(path, rows, delimiter=",", header=header, comments="")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, marks=[pytest.mark.slow] * (page.name in LONG), id=page.name) for page in PAGES]
+)
 def test_commands_and_snippets_run(page: Path, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shown: list[Path] = []
     monkeypatch.setattr(magbench.viewer, "view", lambda file, **_: shown.append(file))

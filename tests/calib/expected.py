@@ -46,6 +46,8 @@ EXPECTED = {
     "kalman": Expected((), True, 5.0, 2e-4, 0.25, 2e-5, unit_free=False),
     "tolles_lawson": Expected(corrects=False),
 }
+SECONDS_A_FIT = ("ide_gradiometer", "de_gradiometer", "ga_gradiometer")
+"""Searches over all parameters of an array: the night run alone repeats them much."""
 
 
 def expected(name: str) -> Expected:

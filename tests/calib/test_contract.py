@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,9 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Calibration, Reference, from_json, get, to_json
 from scenarios.errors import InputError
-from tests.calib.expected import expected
+from tests.calib.expected import SECONDS_A_FIT, expected
 
 ALL = pytest.mark.parametrize("name", list(CALIBRATORS))
+QUICK = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SECONDS_A_FIT)) for name in CALIBRATORS]
+)
+"""All, those that take seconds a fit in the nightly run."""
 TURN = Rotation.from_euler("ZYX", [0.7, -0.4, 1.9])
 
 
@@ -31,6 +36,13 @@ def fit(name, standard, recording, reference=None, seed=0):
     return get(name).fit(recording, reference or standard.REFERENCE, np.random.default_rng(seed))
 
 
+@cache
+def usual(name, standard):
+    """A recording that every method can use, and what the method made of it."""
+    recording = standard.recording("full", 1, soft=soft_iron(name, standard))
+    return recording, fit(name, standard, recording)
+
+
 def soft_iron(name, standard):
     """The soft iron that the method's own model can hold."""
     return 1.07 * np.eye(3) if expected(name).scale_alone else standard.SOFT
@@ -46,7 +58,7 @@ def no_silent_nan(result):
     return all(np.isfinite(v).all() for v in values if v is not None)
 
 
-@ALL
+@QUICK
 @pytest.mark.parametrize("motion", ["full", "pitch", "auv"])
 def test_noise_free_recording_is_recovered_or_declined(name, motion, standard):
     soft, limits = soft_iron(name, standard), expected(name)
@@ -61,9 +73,9 @@ def test_noise_free_recording_is_recovered_or_declined(name, motion, standard):
     np.testing.assert_allclose(found, truth, atol=limits.matrix)
 
 
-@ALL
+@QUICK
 def test_turning_the_sensor_turns_the_result(name, standard):
-    recording = standard.recording("full", 1, soft=soft_iron(name, standard))
+    recording, one = usual(name, standard)
     attitude = Rotation.from_quat(recording.att_q, scalar_first=True) * TURN.inv()
     turned = replace(
         recording,
@@ -71,7 +83,7 @@ def test_turning_the_sensor_turns_the_result(name, standard):
         gyro_rad_s=TURN.apply(recording.gyro_rad_s),
         att_q=attitude.as_quat(scalar_first=True),
     )
-    one, other = fit(name, standard, recording), fit(name, standard, turned)
+    other = fit(name, standard, turned)
     if "ok" not in (one.status.kind, other.status.kind) and not expected(name).recovers:
         return
     q = TURN.as_matrix()
@@ -80,12 +92,11 @@ def test_turning_the_sensor_turns_the_result(name, standard):
     np.testing.assert_allclose(comparable(name, other.matrix), before, atol=expected(name).turned_matrix)
 
 
-@ALL
+@QUICK
 def test_unit_does_not_matter(name, standard):
     if not expected(name).unit_free:
         return
-    recording = standard.recording("full", 2, soft=soft_iron(name, standard))
-    one = fit(name, standard, recording)
+    recording, one = usual(name, standard)
     in_uT = Reference.of_vector(tuple(np.array(standard.FIELD_ENU_NT) / 1000))
     other = fit(name, standard, replace(recording, mag_nT=recording.mag_nT / 1000), in_uT)
     assert other.status.kind == one.status.kind
@@ -93,32 +104,26 @@ def test_unit_does_not_matter(name, standard):
     np.testing.assert_allclose(other.matrix, one.matrix, atol=expected(name).turned_matrix)
 
 
-@ALL
+@QUICK
 def test_order_of_samples_does_not_matter(name, standard):
     if CALIBRATORS[name].sequential:
         return
-    recording = standard.recording("full", 3, soft=soft_iron(name, standard))
+    recording, one = usual(name, standard)
     order = np.random.default_rng(0).permutation(len(recording))
     shuffled = replace(
         recording, mag_nT=recording.mag_nT[order], gyro_rad_s=recording.gyro_rad_s[order], att_q=recording.att_q[order]
     )
-    one, other = fit(name, standard, recording), fit(name, standard, shuffled)
+    other = fit(name, standard, shuffled)
     np.testing.assert_allclose(other.offset_nT, one.offset_nT, atol=expected(name).turned_nT)
     np.testing.assert_allclose(other.matrix, one.matrix, atol=expected(name).turned_matrix)
 
 
 @ALL
-def test_same_seed_same_bytes(name, standard):
-    recording = standard.recording("pitch", 4)
-    one, other = (replace(fit(name, standard, recording), wall_s=0.0) for _ in range(2))
-    assert to_json(one) == to_json(other)
-
-
-@ALL
-def test_recording_is_never_modified(name, standard):
-    recording = standard.recording("full", 5)
+def test_same_seed_same_bytes_and_the_recording_is_never_modified(name, standard):
+    recording, one = usual(name, standard)
     before = {f.name: np.copy(v) for f in fields(recording) if isinstance(v := getattr(recording, f.name), np.ndarray)}
-    fit(name, standard, recording)
+    other = fit(name, standard, recording)
+    assert to_json(replace(other, wall_s=0.0)) == to_json(replace(one, wall_s=0.0))
     for key, value in before.items():
         np.testing.assert_array_equal(getattr(recording, key), value)
         assert getattr(recording, key).flags.writeable
@@ -126,7 +131,7 @@ def test_recording_is_never_modified(name, standard):
 
 @ALL
 def test_save_and_load(name, standard):
-    result = fit(name, standard, standard.recording("full", 6))
+    result = usual(name, standard)[1]
     assert to_json(from_json(to_json(result))) == to_json(result)
 
 
@@ -189,7 +194,7 @@ def test_what_is_missing_is_named(name, standard):
 
 @ALL
 def test_every_claimed_deviation_has_its_parameter(name, standard):
-    result = fit(name, standard, standard.recording("full", 0))
+    result = usual(name, standard)[1]
     assert set(result.covariance_names) <= set(result.parameters)
     if result.covariance is not None:
         assert result.covariance.shape == (len(result.covariance_names),) * 2

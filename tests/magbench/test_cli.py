@@ -58,7 +58,9 @@ def test_schema_knows_every_effect_and_phase(capsys: pytest.CaptureFixture[str])
     assert schema["additionalProperties"] is False
 
 
-@pytest.fixture(scope="module", params=["auv-dive", "quad-comb", "gradiometer-turntable"])
+@pytest.fixture(
+    scope="module", params=["auv-dive", pytest.param("quad-comb", marks=pytest.mark.slow), "gradiometer-turntable"]
+)
 def place(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp(request.param)
     options = [text for cut in cuts(request.param) for text in ("--set", cut)]

@@ -21,7 +21,7 @@ STILL = "turntable-twelve-stops"
 GOOD: dict[str, tuple[str, ...]] = {
     "apply": ("apply", "calibration.json", "log.csv", "-o", "corrected.csv"),
     "calibrate": ("calibrate", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
-    "compare": ("compare", STILL, "--trials", "2", "--with", "sphere,ellipsoid", "-o", "out"),
+    "compare": ("compare", STILL, "--trials", "1", "--with", "sphere", "-o", "out"),
     "diagnose": ("diagnose", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
     "gate": ("gate", "gates.toml", "-o", "out"),
     "inspect": ("inspect", "log.csv", "-o", "out"),

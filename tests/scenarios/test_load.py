@@ -144,7 +144,7 @@ def _places(node: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [place for key, value in items for place in ((*path, key), *_places(value, (*path, key)))]
 
 
-@pytest.mark.parametrize("name", ["auv-dive", "gradiometer-turntable"])
+@pytest.mark.parametrize("name", ["auv-dive", pytest.param("gradiometer-turntable", marks=pytest.mark.slow)])
 def test_junk_in_any_place_loads_or_is_told(name: str, tmp_path: Path) -> None:
     path, told, whole = tmp_path / "junk.toml", list[str](), as_dict(load(name))
     for count, place in enumerate(_places(whole)):

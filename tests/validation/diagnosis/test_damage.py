@@ -110,7 +110,7 @@ def _alphabetical(patch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "damage",
     [
-        _no_deflation,
+        pytest.param(_no_deflation, marks=pytest.mark.slow),
         _anything_is_clean,
         pytest.param(_swap, marks=pytest.mark.slow),
         pytest.param(_alphabetical, marks=pytest.mark.slow),

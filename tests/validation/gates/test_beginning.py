@@ -13,7 +13,7 @@ SCORE = MEANINGS["offset_error"]
 RNG = np.random.default_rng(11)
 
 
-@pytest.mark.parametrize(("trials", "spread"), [(12, 0.8), (60, 0.2)])
+@pytest.mark.parametrize(("trials", "spread"), [(12, 0.8), pytest.param(60, 0.2, marks=pytest.mark.slow)])
 def test_few_trials_do_not_give_a_limit_that_the_same_calibrator_breaks(trials: int, spread: float) -> None:
     """The true median is 1; a limit below it would fail a calibrator that did not change."""
     below = 0

@@ -24,7 +24,7 @@ def test_judged():
     assert (judged(True), judged(np.bool(False))) == ("holds", "does not hold")
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_results_come_in_the_order_of_their_items(jobs):
     told = []
     work = [(operator.neg, [3, 1, 3]), (abs, range(-2, 0))]

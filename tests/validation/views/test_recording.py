@@ -155,6 +155,7 @@ def test_switched_off_by_the_environment(outcome: Outcome, tmp_path: Path, monke
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_long_recordings_stay_workable(tmp_path: Path) -> None:
     """500 000 samples: full-resolution series in a few seconds, at most 45 bytes a sample and vector."""
     outcome = example.example_outcome(500_000, duration_s=10_000.0)

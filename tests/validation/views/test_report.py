@@ -115,12 +115,13 @@ def test_order_is_by_the_hold_out_and_failures_come_last(outcome: Outcome) -> No
     assert ranked[-2:] == ["psoga", "gyro_ml"]
 
 
+@pytest.mark.slow
 def test_long_recording_stays_small(tmp_path: Path) -> None:
     write_report(example.example_outcome(500_000, duration_s=4 * 3600.0), tmp_path / "long.html")
     assert len(without_scripts((tmp_path / "long.html").read_text(encoding="utf-8"))) < 5e6
 
 
-@pytest.mark.parametrize("gap", [slice(1000, 1400), slice(None)])
+@pytest.mark.parametrize("gap", [slice(1000, 1400), pytest.param(slice(None), marks=pytest.mark.slow)])
 def test_gaps_and_missing_columns_are_drawn(outcome: Outcome, tmp_path: Path, gap: slice) -> None:
     mag_nT = outcome.recording.mag_nT.copy()
     mag_nT[gap] = np.nan
