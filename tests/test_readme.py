@@ -36,9 +36,9 @@ OTHERS = [ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGE
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 KEY = re.compile(r"\[([A-Z][A-Za-z]+[12]\d{3})(?:, ([A-Z][A-Za-z]+[12]\d{3}))?\]")
 QUICKEST = "zhou2012"
+"""The paper that stands for all where a page reproduces one."""
 LONG = ("own-calibrator.md", "verdicts.md", "report.md", "scores.md")
 """Pages whose commands take ten seconds and more: the nightly run follows them."""
-"""The paper that stands for all where a page reproduces one."""
 MODULE = re.compile(r"# (\w+\.py)\n")
 """The first line of a snippet that is a file of the reader's."""
 NOT_OURS = ("polars", "duckdb", "datasets")
