@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -10,6 +15,7 @@ import pytest
 from magbench.cli import main
 from tests.validation.gates.conftest import gate_text
 from validation.comparison.engine import Here
+from validation.comparison.journal import JOURNAL
 
 CUT = "phases.0.duration_s=40"
 
@@ -68,6 +74,25 @@ def test_gates_begin_from_a_comparison_and_pass(capfd: pytest.CaptureFixture[str
     assert main([*compare, "-o", "compared"]) == 0
     assert main(["gate", "--init", "compared", "-o", "begun.toml"]) == 0
     assert main(["gate", "begun.toml", "-o", "out"]) == 0, capfd.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_killed_run_of_gates_goes_on_where_it_was() -> None:
+    file = written(gate_text("kept", set=[CUT], limit=1e4), gate_text("near", "twostep", set=[CUT], limit=30.0))
+    command = [sys.executable, "-m", "magbench", "gate", file, "--jobs", "1", "-o"]
+    main(["gate", file, "-o", "whole"])
+    killed = subprocess.Popen([*command, "out"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    journal = Path("out", JOURNAL)
+    while killed.poll() is None and not (journal.exists() and journal.read_bytes().count(b"\n") > 3):
+        time.sleep(0.002)
+    os.kill(killed.pid, signal.SIGKILL)
+    killed.wait()
+    assert journal.exists()
+    assert not Path("out/gates.json").exists()
+    subprocess.run([*command, "out"], capture_output=True, timeout=300)
+    for name in ("gates.json", "junit.xml", "summary.md"):
+        assert Path("out", name).read_bytes() == Path("whole", name).read_bytes()
+    assert not journal.exists()
 
 
 def test_wrong_use_is_refused(capfd: pytest.CaptureFixture[str]) -> None:

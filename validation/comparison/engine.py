@@ -59,18 +59,24 @@ class Processes:
 def run_trials(design: Design, runs: Sequence[int], engine: Engine, journal: Journal | None = None) -> Trials:
     """The trials of these runs at every point as they land, in any order: first the kept ones, then what is computed.
 
-    journal : where trials are kept; those that are there already are not computed again. All points of a run come
-    before the next run, so that a comparison that is stopped early is nearly balanced.
-    Raises InputError where a run cannot be simulated, and where the engine is gone.
+    journal : as in `computed`. All points of a run come before the next run, so that a comparison that is stopped
+    early is nearly balanced. Raises InputError where a run cannot be simulated, and where the engine is gone.
     """
-    there = set() if journal is None else set(journal.there)
+    wanted, points = set(runs), range(len(design.points))
     if journal is not None:
-        wanted = set(runs)
         yield from (trial for trial in journal if trial.run in wanted)
-    points = range(len(design.points))
-    tasks = (Task(design.sent, point, run) for run in runs for point in points if (point, run) not in there)
+    tasks = (Task(design.sent, point, run) for run in runs for point in points)
+    yield from computed(tasks, engine, lambda task: lost(design, task.point, task.run, ENDED), journal)
+
+
+def computed(
+    tasks: Iterable[Task], engine: Engine, lost: Callable[[Task], Trial], journal: Journal | None = None
+) -> Trials:
+    """The trials of tasks as they land, but for those that the journal has kept already; all others it keeps."""
+    there = set() if journal is None else set(journal.there)
+    todo = (task for task in tasks if (task.point, task.run) not in there)
     try:
-        with closing(engine.trials(tasks, lambda task: lost(design, task.point, task.run, ENDED))) as found:
+        with closing(engine.trials(todo, lost)) as found:
             for trial in found:
                 if journal is not None:
                     journal.add(trial)

@@ -1,4 +1,4 @@
-"""Trials kept as they land, a line each: what a killed comparison resumes from."""
+"""Trials kept as they land, a line each: what a killed comparison, or run of gates, resumes from."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ from sim.dataset.resume import differences
 from validation.comparison.trial import Row, Trial
 
 JOURNAL = "journal.jsonl"
+COMPARISON = "comparison"
 ELSEWHERE = "choose another output directory, or remove this one"
 
 
 @dataclass
 class Journal:
-    """The trials of one comparison in a directory; the first line of the file says which.
+    """The trials of one comparison, or run of gates, in a directory; the first line of the file says which.
 
     A line that a killed process left torn, or that was damaged since, is a trial to be computed again: as its figures
     follow from design, seed and run nothing is lost. The caller holds `locked_directory`.
@@ -31,13 +32,19 @@ class Journal:
     """(point, run) of every trial that is kept."""
 
     @classmethod
-    def open(cls, out: Path, identity: dict[str, Any]) -> Journal:
-        """Begin a comparison, or go on with the one that is there; InputError where that is another."""
+    def open(cls, out: Path, identity: dict[str, Any], of: str = COMPARISON, *, anew: bool = False) -> Journal:
+        """Begin, or go on with what is there.
+
+        of : what the trials are for, one word for the first line. anew : where other trials of that kind are there they
+        are dropped, not refused. Raises InputError for other trials, and for what is no journal of that kind.
+        """
         path = out / JOURNAL
-        if not path.exists():
-            write_text(path, canonical_json({"comparison": identity}) + "\n")
+        other = _other(path, of, json.loads(canonical_json(identity))) if path.exists() else ""
+        if other and not anew:
+            raise InputError(f"holds another {of}: {other}", where=str(out), do=ELSEWHERE)
+        if other or not path.exists():
+            write_text(path, canonical_json({of: identity}) + "\n")
         journal = cls(path)
-        _refuse_another(path, json.loads(canonical_json(identity)))
         with system_errors_about(path):
             _cut_torn_line(path)
         journal.there = {(trial.point, trial.run) for trial in journal}
@@ -48,6 +55,12 @@ class Journal:
         with system_errors_about(self.path, "free some space; the same command resumes"), self.path.open("ab") as file:
             file.write((json.dumps(_plain(trial), separators=(",", ":")) + "\n").encode())
         self.there.add((trial.point, trial.run))
+
+    def remove(self) -> None:
+        """Drop all that is kept, and the file."""
+        with system_errors_about(self.path):
+            self.path.unlink()
+        self.there.clear()
 
     def __iter__(self) -> Iterator[Trial]:
         """Every trial that is kept, once, in the order in which they landed."""
@@ -73,15 +86,14 @@ def _read(line: bytes) -> Trial | None:
         return None
 
 
-def _refuse_another(path: Path, identity: dict[str, Any]) -> None:
+def _other(path: Path, of: str, identity: dict[str, Any]) -> str:
+    """Where the journal that is there is of another identity, in words; InputError where it is of another kind."""
     with path.open("rb") as file:
         try:
-            there = json.loads(next(file))["comparison"]
+            there = json.loads(next(file))[of]
         except (ValueError, KeyError, TypeError, StopIteration):
-            raise InputError("is no journal of a comparison", where=str(path), do=ELSEWHERE) from None
-    found = differences("comparison", there, identity)
-    if found:
-        raise InputError(f"holds another comparison: {found}", where=str(path.parent), do=ELSEWHERE)
+            raise InputError(f"is no journal of a {of}", where=str(path), do=ELSEWHERE) from None
+    return differences(of, there, identity)
 
 
 def _cut_torn_line(path: Path) -> None:

@@ -10,7 +10,8 @@ import numpy as np
 import pyarrow as pa
 
 from validation.comparison.design import received
-from validation.comparison.engine import ENDED, Engine
+from validation.comparison.engine import ENDED, Engine, Trials, computed
+from validation.comparison.journal import Journal
 from validation.comparison.trial import Row, Task, Trial, lost
 from validation.gates.arranging import Group, value_of
 from validation.gates.baseline import rows_of
@@ -23,15 +24,18 @@ Rows = dict[str, Row]
 
 
 def decide_gates(
-    groups: Sequence[Group], engine: Engine, progress: Progress = lambda done, total: None
+    groups: Sequence[Group],
+    engine: Engine,
+    progress: Progress = lambda done, total: None,
+    journal: Journal | None = None,
 ) -> list[Outcome]:
     """Run the trials of every group until its gates are decided or out of trials; outcomes in the order of groups.
 
     Each gate looks at the runs 0, 1, 2 ... of its group, whichever lands first, so that verdict and number of trials
-    are the same for every engine.
+    are the same for every engine, and after an interruption: what the journal has kept is not computed again.
     """
     total = sum(group.most for group in groups)
-    with closing(_in_order(groups, engine)) as trials:
+    with closing(_in_order(groups, engine, journal)) as trials:
         for group, run, rows in trials:
             for entry in group.entries:
                 if not entry.course.finished:
@@ -75,13 +79,22 @@ class _Landing:
             self.next += 1
 
 
-def _in_order(groups: Sequence[Group], engine: Engine) -> Generator[tuple[Group, int, Rows], None, None]:
+def _in_order(
+    groups: Sequence[Group], engine: Engine, journal: Journal | None = None
+) -> Generator[tuple[Group, int, Rows], None, None]:
     """Group, run and rows of every trial, those of a group in the order of runs."""
     landing = [_Landing() for _ in groups]
-    with closing(engine.trials(_tasks(groups), _lost)) as trials:
+    with closing(_landed(groups, engine, journal)) as trials:
         for trial in trials:
             for run, rows in landing[trial.point].ready(trial):
                 yield groups[trial.point], run, rows
+
+
+def _landed(groups: Sequence[Group], engine: Engine, journal: Journal | None) -> Trials:
+    """Trials as they land: first those that are kept."""
+    if journal is not None:
+        yield from journal
+    yield from computed(_tasks(groups), engine, _lost, journal)
 
 
 def _tasks(groups: Sequence[Group]) -> Iterator[Task]:

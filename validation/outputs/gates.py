@@ -9,12 +9,13 @@ from xml.etree import ElementTree
 
 from scenarios.errors import InputError
 from scenarios.toml import to_toml
-from sim.dataset.files import locked_directory, write_text
+from sim.dataset.files import locked_directory, remove_leftovers, write_text
 from validation.comparison.engine import Engine
 from validation.gates.arranging import Group
 from validation.gates.baseline import write_baseline
 from validation.gates.beginning import Compared, gates_toml, proposals
 from validation.gates.course import Outcome
+from validation.gates.kept import journal_of
 from validation.gates.running import Progress, decide_gates, recorded
 from validation.gates.spec import load_gates
 from validation.gates.summary import whole
@@ -36,12 +37,16 @@ def run_gates(
     *,
     strict: bool = False,
 ) -> list[Outcome]:
-    """Run trials until every gate is decided and write FILES into `out`; InputError where the system refuses.
+    """Run trials until every gate is decided and write FILES into `out`.
 
-    strict : in junit.xml an undecided gate is a failure; otherwise it is skipped.
+    strict : in junit.xml an undecided gate is a failure; otherwise it is skipped. Trials are kept until the files
+    stand: a run that is killed goes on where it was, and one that has ended begins anew.
+    Raises InputError where `out` holds a comparison, and where the system refuses.
     """
     with locked_directory(out):
-        outcomes = decide_gates(groups, engine, progress)
+        remove_leftovers(out)
+        journal = journal_of(groups, out)
+        outcomes = decide_gates(groups, engine, progress, journal)
         texts = (
             junit(outcomes, title, strict=strict),
             json.dumps(whole(outcomes), indent=1, allow_nan=False) + "\n",
@@ -50,6 +55,7 @@ def run_gates(
         )
         for name, text in zip(FILES, texts, strict=True):
             write_text(out / name, text)
+        journal.remove()
     return outcomes
 
 

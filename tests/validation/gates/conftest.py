@@ -26,12 +26,16 @@ def row(calibrator: str, score: float | None, status: str = "ok", reason: str = 
 
 @dataclass
 class Scripted:
-    """An engine whose trials come from a function of (group, run), a window at a time in another order."""
+    """An engine whose trials come from a function of (group, run), a window at a time in another order.
+
+    killed_after : trials after which its process ends as one that is killed.
+    """
 
     told: Callable[[int, int], Iterable[Row]]
     window: int = 1
     seed: int = 0
     computed: int = 0
+    killed_after: int | None = None
 
     def trials(self, tasks: Iterable[Task], lost: object) -> Generator[Trial, None, None]:
         rng, source = np.random.default_rng(self.seed), iter(tasks)
@@ -40,6 +44,8 @@ class Scripted:
             hand += islice(source, self.window - len(hand))
             if not hand:
                 return
+            if self.computed == self.killed_after:
+                raise KeyboardInterrupt
             task = hand.pop(int(rng.integers(len(hand))))
             self.computed += 1
             yield Trial(task.point, task.run, tuple(self.told(task.point, task.run)))
