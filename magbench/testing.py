@@ -76,6 +76,8 @@ def assert_accuracy(
     Raises AssertionError; unittest.SkipTest, which pytest knows too; InputError for wrong use.
     """
     __tracebackhide__ = True
+    from validation.gates.alone import decide_alone
+
     skip = _skips(inconclusive)
     limits = {"limit": limit, "ratio": ratio, "baseline": baseline and str(baseline), "margin": margin}
     planning = {"max_trials": max_trials, "smallest_defect": smallest_defect, "power": power, "spread": spread}
@@ -83,7 +85,7 @@ def assert_accuracy(
     with in_keywords():
         spec = scenario_from(scenario, overrides)
         gate = {"score": score, "quantile": quantile} | limits | planning
-        outcome = _decided(calibrator, reference, spec, gate, options)
+        outcome = decide_alone(calibrator, reference, spec, gate, options)
     _tell(outcome)
     if outcome.verdict != "pass":
         _raise(outcome, skip)
@@ -94,23 +96,6 @@ def _skips(inconclusive: str) -> bool:
     if inconclusive not in ("fail", "skip"):
         raise InputError(f"{inconclusive!r} is not known", where="inconclusive", do='give "fail" or "skip"')
     return inconclusive == "skip"
-
-
-def _decided(
-    calibrator: Calibrating,
-    reference: Calibrating | None,
-    scenario: Scenario,
-    gate: dict[str, Any],
-    options: dict[str, Any],
-) -> Outcome:
-    from validation.gates.alone import decide_alone
-
-    return decide_alone(calibrator, reference, scenario, _stated(gate), _stated(options))
-
-
-def _stated(keys: dict[str, Any]) -> dict[str, Any]:
-    """The keys that were given; the others get the defaults of a file of gates."""
-    return {key: value for key, value in keys.items() if value is not None}
 
 
 def _tell(outcome: Outcome) -> None:

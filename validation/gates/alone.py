@@ -63,8 +63,8 @@ def decide_alone(
 ) -> Outcome:
     """Run trials one after the other until a gate on this scenario is decided, or out of trials.
 
-    keys : the other keys of a [[gate]]; options : those at the top of a file of gates. Raises InputError for whatever
-    of these is not allowed or not there.
+    keys : the other keys of a [[gate]]; options : those at the top of a file of gates; None: as in a file that does not
+    say. Raises InputError for whatever of these is not allowed or not there.
     """
     with _named("calibrator"):
         first = Measured.of(calibrator)
@@ -108,10 +108,14 @@ def _apart(reference: Measured, calibrator: Measured) -> Measured:
 def _checked(gate: Mapping[str, Any], options: Mapping[str, Any]) -> GateFile:
     name = f"{gate['calibrator']} on {gate['scenario']}"[:LONGEST_NAME]
     try:
-        return GateFile.model_validate({"gate": ({"name": name, **gate},), **options})
+        return GateFile.model_validate({"gate": ({"name": name, **_stated(gate)},), **_stated(options)})
     except ValidationError as error:
         path, what, do = first_problem(error, GateFile)
         raise problem_at("", path[2:] if path[0] == "gate" else path, what, do) from None
+
+
+def _stated(keys: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in keys.items() if value is not None}
 
 
 @contextmanager
