@@ -12,6 +12,7 @@ from scenarios.names import closest, find, offered_calibrators, scenario_names
 
 if TYPE_CHECKING:
     from validation.calibrating.candidates import Candidate
+    from validation.comparison.engine import Engine
 
 ROOT = Path(scenarios.__file__).parent.parent
 ALL_PAPERS = "all"
@@ -70,6 +71,14 @@ def chosen(
 
     names = split(with_) if with_ else () if exec_ else otherwise
     return candidates(names, exec_ or (), time_limit_s)
+
+
+def engine(scheduler: str | None, jobs: int) -> Engine:
+    """Who computes trials: the cluster of --scheduler, else so many processes."""
+    from validation.comparison.cluster import Cluster
+    from validation.comparison.engine import Processes
+
+    return Cluster(scheduler) if scheduler else Processes(jobs)
 
 
 def known_paper(key: str) -> str:

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from magbench.arguments import complete_calibrators, complete_scenario, known_calibrators, known_scenario, present
+from validation.calibrating.children import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S
 
 ScenarioName = Annotated[
     str,
@@ -58,7 +59,12 @@ Exec = Annotated[
 ]
 TimeLimit = Annotated[
     float,
-    typer.Option("--time-limit-s", min=0.1, max=86_400, help="For one fit of a calibrator that is not magbench's."),
+    typer.Option(
+        "--time-limit-s",
+        min=LEAST_TIME_LIMIT_S,
+        max=MOST_TIME_LIMIT_S,
+        help="For one fit of a calibrator that is not magbench's.",
+    ),
 ]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/SCENARIO]")]
 Seed = Annotated[

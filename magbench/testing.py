@@ -52,6 +52,7 @@ def assert_accuracy(
     power: float | None = None,
     spread: float | None = None,
     seed: int | None = None,
+    time_limit_s: float | None = None,
     inconclusive: Literal["fail", "skip"] = "fail",
 ) -> Outcome:
     """Simulate trials until it is decided whether the median of a score keeps a limit; raise AssertionError if not.
@@ -67,8 +68,8 @@ def assert_accuracy(
     score : a name of docs/scores.md of which less is better.
     limit : in the score's unit. Or ratio : a multiple of the score that `reference` has in the same trial. Or
         baseline : a file of `magbench gate --write-baseline`; the limit is margin times its score of the same trial.
-    quantile, max_trials, smallest_defect, power, spread, false_fail_rate, seed : as in a file of gates (docs/gates.md),
-        with its defaults; false_fail_rate is of this assertion alone.
+    quantile, max_trials, smallest_defect, power, spread, false_fail_rate, seed, time_limit_s : as in a file of gates
+        (docs/gates.md), with its defaults; false_fail_rate is of this assertion alone.
     inconclusive : whether an assertion that is still undecided after max_trials fails, or skips the test.
 
     Returns the gate's outcome: verdict, measured, values (n,), smallest_seen and more. An object in memory, and a
@@ -81,7 +82,7 @@ def assert_accuracy(
     skip = _skips(inconclusive)
     limits = {"limit": limit, "ratio": ratio, "baseline": baseline and str(baseline), "margin": margin}
     planning = {"max_trials": max_trials, "smallest_defect": smallest_defect, "power": power, "spread": spread}
-    options = {"false_fail_rate": false_fail_rate, "seed": seed}
+    options = {"false_fail_rate": false_fail_rate, "seed": seed, "time_limit_s": time_limit_s}
     with in_keywords():
         spec = scenario_from(scenario, overrides)
         gate = {"score": score, "quantile": quantile} | limits | planning

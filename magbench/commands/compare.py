@@ -13,7 +13,6 @@ from validation.calibrating.children import TIME_LIMIT_S
 if TYPE_CHECKING:
     from scenarios.sweep import Sweep
     from sim.scenario import Scenario
-    from validation.comparison.engine import Engine
 
 Trials = Annotated[int, typer.Option(min=1, max=10_000_000, help="Number of trials at every point of the sweep.")]
 Sweeps = Annotated[
@@ -59,7 +58,7 @@ def compare(
 
     Example: magbench compare quad-calibration --trials 100 --with ellipsoid,sphere --sweep noise_std_nT=5,50 -o out/c
     """
-    from magbench.arguments import chosen
+    from magbench.arguments import chosen, engine
     from magbench.console import emit, progress, say
     from magbench.tables import show_comparison
     from sim.scenario import load
@@ -72,7 +71,7 @@ def compare(
     place = out or Path("out") / f"{spec.name}-comparison"
     design = Design.of(spec, chosen(with_, exec_, time_limit_s, spec.calibrators), _sweeps(sweep, spec), seed)
     with progress(f"comparing on {spec.name}") as report:
-        found = run(design, trials, place, _engine(scheduler, jobs), report, asked)
+        found = run(design, trials, place, engine(scheduler, jobs), report, asked)
     if json:
         emit(summary(found, design.seed) | {"out": str(place)})
     else:
@@ -84,10 +83,3 @@ def _sweeps(texts: list[str] | None, scenario: Scenario) -> list[Sweep]:
     from scenarios.sweep import parse_sweep
 
     return [parse_sweep(text, scenario) for text in texts or ()]
-
-
-def _engine(scheduler: str | None, jobs: int) -> Engine:
-    from validation.comparison.cluster import Cluster
-    from validation.comparison.engine import Processes
-
-    return Cluster(scheduler) if scheduler else Processes(jobs)

@@ -12,6 +12,7 @@ import typer
 
 from magbench.arguments import present
 from magbench.options import CORES, Jobs, Json, Scheduler, Seed
+from validation.calibrating.children import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from validation.comparison.engine import Engine
@@ -24,6 +25,15 @@ Gates = Annotated[
 Out = Annotated[
     Path | None,
     typer.Option("--out", "-o", help="Directory for the results, with --init the file.  [default: out/GATES]"),
+]
+TimeLimit = Annotated[
+    float | None,
+    typer.Option(
+        "--time-limit-s",
+        min=LEAST_TIME_LIMIT_S,
+        max=MOST_TIME_LIMIT_S,
+        help=f"For one fit of a calibrator that is not magbench's.  [default: the file's, or {TIME_LIMIT_S:g}]",
+    ),
 ]
 Strict = Annotated[bool, typer.Option("--strict", help="A gate that is left undecided fails too.")]
 Baseline = Annotated[
@@ -41,6 +51,7 @@ Init = Annotated[
 def gate(
     gates: Gates = None,
     out: Out = None,
+    time_limit_s: TimeLimit = None,
     seed: Seed = None,
     jobs: Jobs = CORES,
     scheduler: Scheduler = None,
@@ -55,10 +66,9 @@ def gate(
 
     Example: magbench gate gates.toml -o out/gates --jobs 2
     """
+    from magbench.arguments import engine
     from magbench.console import progress
     from scenarios.errors import InputError
-    from validation.comparison.cluster import Cluster
-    from validation.comparison.engine import Processes
     from validation.gates.arranging import arranged
     from validation.gates.spec import load_gates
     from validation.outputs.gates import run_gates
@@ -67,13 +77,13 @@ def gate(
         return _begin(init, out or Path("gates.toml"), json)
     if gates is None:
         raise InputError("no file of gates is named", where="GATES.toml", do="name one, or begin one with --init")
-    file, engine = load_gates(gates), Cluster(scheduler) if scheduler else Processes(jobs)
-    groups = arranged(file, gates, seed, baselines=write_baseline is None)
+    file, who = load_gates(gates), engine(scheduler, jobs)
+    groups = arranged(file, gates, seed, time_limit_s, baselines=write_baseline is None)
     if write_baseline is not None:
-        return _record(groups, engine, write_baseline, json)
+        return _record(groups, who, write_baseline, json)
     place = out or Path("out") / gates.stem
     with progress(f"gates of {gates.name}") as report:
-        outcomes = run_gates(groups, engine, place, gates.name, file.false_fail_rate, report, strict=strict)
+        outcomes = run_gates(groups, who, place, gates.name, file.false_fail_rate, report, strict=strict)
     _show(outcomes, place, gates, json)
     failing = {"fail", "inconclusive"} if strict else {"fail"}
     if failing & {one.verdict for one in outcomes}:

@@ -76,6 +76,19 @@ def test_gates_begin_from_a_comparison_and_pass(capfd: pytest.CaptureFixture[str
     assert main(["gate", "begun.toml", "-o", "out"]) == 0, capfd.readouterr().err
 
 
+def test_a_program_that_hangs_costs_its_gate_the_time_limit_a_trial(capfd: pytest.CaptureFixture[str]) -> None:
+    Path("hang.sh").write_text("echo waiting\nsleep 600\n")
+    hanging = gate_text("hangs", "mine", set=[CUT], limit=1e4, exec="sh hang.sh {recording.csv} {result}")
+    file = written("false_fail_rate = 0.4", hanging, gate_text("kept", set=[CUT], limit=1e4))
+    began_s = time.monotonic()
+    assert main(["gate", file, "-o", "out", "--time-limit-s", "0.1", "--json"]) == 1
+    assert time.monotonic() - began_s < 60.0
+    hung, kept = json.loads(capfd.readouterr().out)["gates"]
+    assert (hung["verdict"], kept["verdict"]) == ("fail", "pass")
+    assert hung["without_estimate"] == hung["trials"]
+    assert "stopped at the time limit; it said: waiting" in hung["reason"]
+
+
 @pytest.mark.slow
 def test_a_killed_run_of_gates_goes_on_where_it_was() -> None:
     file = written(gate_text("kept", set=[CUT], limit=1e4), gate_text("near", "twostep", set=[CUT], limit=30.0))

@@ -91,14 +91,14 @@ def candidates(
     return tuple(found)
 
 
-def candidate(found: object) -> Candidate:
+def candidate(found: object, time_limit_s: float = TIME_LIMIT_S) -> Candidate:
     """One calibrator of whatever form: a text for --with, a command with its placeholders, or an object in memory.
 
     Raises InputError as `candidates`, and for an object that is no calibrator.
     """
     if isinstance(found, str):
         named, commands = ((), (found,)) if PLACEHOLDER.search(found) else ((found,), ())
-        (one,) = candidates(named, commands)
+        (one,) = candidates(named, commands, time_limit_s)
         return one
     called = getattr(found, "name", None) or getattr(found, "__name__", None) or type(found).__name__
     method = outside(found, str(called))

@@ -13,6 +13,8 @@ from types import MappingProxyType
 
 TIME_LIMIT_S = 60.0
 """How long a fit may take before it counts as failed, unless the user says otherwise."""
+LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S = 0.1, 86_400.0
+"""What users may say."""
 MARK = "MAGBENCH_CHILD"
 """Environment variable by which all that a child started is found again."""
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")

@@ -15,6 +15,7 @@ from scenarios.errors import InputError
 from scenarios.problems import first_problem, problem_at
 from sim.scenario import Scenario
 from validation.calibrating.candidates import Candidate, candidate
+from validation.calibrating.children import TIME_LIMIT_S
 from validation.comparison.design import Design, Point
 from validation.comparison.trial import run_trial
 from validation.gates.arranging import Entry, row_in
@@ -39,11 +40,11 @@ class Measured:
     at_sensor: str = ""
 
     @classmethod
-    def of(cls, found: object) -> Self:
+    def of(cls, found: object, time_limit_s: float = TIME_LIMIT_S) -> Self:
         """By `uncorrected`, or by what `candidate` takes; a text may end with the sensor."""
         sensed = OF_SENSOR.fullmatch(found) if isinstance(found, str) else None
         which, at_sensor = sensed.groups() if sensed else (found, "")
-        one = None if which == UNCORRECTED else candidate(which)
+        one = None if which == UNCORRECTED else candidate(which, time_limit_s)
         if one and one.name == UNCORRECTED:
             raise InputError(f"{UNCORRECTED!r} is the raw measurement's name", do="call the calibrator otherwise")
         return cls(one, at_sensor)
@@ -66,10 +67,11 @@ def decide_alone(
     keys : the other keys of a [[gate]]; options : those at the top of a file of gates; None: as in a file that does not
     say. Raises InputError for whatever of these is not allowed or not there.
     """
+    time_limit_s = options.get("time_limit_s") or TIME_LIMIT_S
     with _named("calibrator"):
-        first = Measured.of(calibrator)
+        first = Measured.of(calibrator, time_limit_s)
     with _named("reference"):
-        second = None if reference is None else _apart(Measured.of(reference), first)
+        second = None if reference is None else _apart(Measured.of(reference, time_limit_s), first)
     names = {"calibrator": first.row, "reference": second.row if second else None, "scenario": scenario.name}
     file = _checked({**keys, **names}, options)
     found = tuple(one.candidate for one in (first, second) if one and one.candidate)

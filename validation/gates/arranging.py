@@ -75,24 +75,48 @@ def value_of(row: Row, gate: Gate) -> float:
     return row.scores.get(gate.meaning.column, math.inf)
 
 
-def arranged(file: GateFile, path: Path, seed: int | None = None, *, baselines: bool = True) -> tuple[Group, ...]:
+def arranged(
+    file: GateFile,
+    path: Path,
+    seed: int | None = None,
+    time_limit_s: float | None = None,
+    *,
+    baselines: bool = True,
+) -> tuple[Group, ...]:
     """The groups of a file's gates, in its order; `path` is the file, beside which scenarios and baselines are.
 
-    baselines : whether they are read. Raises InputError for whatever a gate names and is not there.
+    seed, time_limit_s : default the file's. baselines : whether they are read. Raises InputError for whatever a gate
+    names and is not there, and for two commands of one name.
     """
+    stated = {"seed": seed, "time_limit_s": time_limit_s}
+    file = file.model_copy(update={key: value for key, value in stated.items() if value is not None})
     shared: dict[tuple[str, tuple[str, ...]], list[int]] = {}
     for index, gate in enumerate(file.gate):
         shared.setdefault((gate.scenario, gate.set_), []).append(index)
-    commands = {gate.calibrator: gate.exec_ for gate in file.gate if gate.exec_}
-    builder = _Builder(file, path, file.seed if seed is None else seed, commands, baselines)
+    builder = _Builder(file, path, _commands(file, path), baselines)
     return tuple(builder.group(number, indices) for number, indices in enumerate(shared.values()))
+
+
+def _commands(file: GateFile, path: Path) -> dict[str, str]:
+    """The commands of a file's programs, by name; they hold for every gate that says the name."""
+    found: dict[str, str] = {}
+    for index, gate in enumerate(file.gate):
+        name = _name(gate.calibrator)
+        if gate.exec_ and found.setdefault(name, gate.exec_) != gate.exec_:
+            where = f"{path}: gate.{index}.exec"
+            raise InputError(f"{name!r} is another command in a gate before", where=where, do="choose another name")
+    return found
+
+
+def _name(text: str) -> str:
+    """Of a calibrator without the sensor."""
+    return text.partition("@")[0]
 
 
 @dataclass(frozen=True)
 class _Builder:
     file: GateFile
     path: Path
-    seed: int | None
     commands: Mapping[str, str]
     baselines: bool
 
@@ -104,7 +128,7 @@ class _Builder:
         for index in indices:
             self._add_candidates(found, index)
         self._check_told_apart(found, indices[0])
-        seed = scenario.seed if self.seed is None else self.seed
+        seed = scenario.seed if self.file.seed is None else self.file.seed
         design = Design((Point({}, scenario),) * (number + 1), tuple(found.values()), seed)
         rows = {text: one.name for text, one in found.items()} | {UNCORRECTED: UNCORRECTED}
         return Group(number, design, tuple(self._entry(index, design, rows) for index in indices))
@@ -116,11 +140,12 @@ class _Builder:
     def _add_candidates(self, found: dict[str, Candidate], index: int) -> None:
         gate = self.file.gate[index]
         for key, text in (("calibrator", gate.calibrator), ("reference", gate.reference)):
-            name = (text or UNCORRECTED).split("@")[0]
+            name = _name(text or UNCORRECTED)
             if name not in found and name != UNCORRECTED:
                 with self._at(index, key):
                     command = self.commands.get(name)
-                    (found[name],) = candidates((), (f"{name}={command}",)) if command else candidates((name,))
+                    named, programs = ((), (f"{name}={command}",)) if command else ((name,), ())
+                    (found[name],) = candidates(named, programs, self.file.time_limit_s)
 
     def _check_told_apart(self, found: Mapping[str, Candidate], index: int) -> None:
         names = [one.name for one in found.values()]

@@ -12,6 +12,7 @@ from scenarios.load import load as load_file
 from scenarios.problems import misfit
 from scenarios.spec import DIALECT
 from scenarios.table import Table
+from validation.calibrating.children import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
 from validation.gates.power import MOST_TRIALS, USUAL_SPREAD
 from validation.scoring.meaning import Meaning, meaning_of
 
@@ -104,6 +105,12 @@ class GateFile(Table):
 
     false_fail_rate: float = Field(FALSE_FAIL_RATE, gt=0, lt=0.5, description="of all gates together")
     seed: int | None = Field(None, ge=0, description="of all trials; default: each scenario's own")
+    time_limit_s: float = Field(
+        TIME_LIMIT_S,
+        ge=LEAST_TIME_LIMIT_S,
+        le=MOST_TIME_LIMIT_S,
+        description="for one fit of a calibrator that is not magbench's",
+    )
     gate: tuple[Gate, ...] = Field(description="each a table [[gate]]")
 
     @model_validator(mode="after")

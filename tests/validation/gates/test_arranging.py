@@ -51,6 +51,26 @@ def test_the_sensor_of_an_array_is_named(groups_of: Groups) -> None:
     assert [one.name for one in group.design.candidates] == ["ellipsoid"]
 
 
+HANG = "sh hang.sh {recording.csv} {result}"
+
+
+def test_a_program_has_the_time_limit_of_the_file_or_of_the_command(groups_of: Groups) -> None:
+    gate = gate_text("a", "mine", exec=HANG, limit=2.0)
+    for options, limit_s in (({}, 3.5), ({"time_limit_s": 0.5}, 0.5)):
+        (group,) = groups_of("time_limit_s = 3.5", gate, **options)
+        assert vars(group.design.candidates[0].method)["time_limit_s"] == limit_s
+
+
+def test_a_name_stands_for_one_program_in_all_gates_and_sensors(groups_of: Groups) -> None:
+    scenario = "gradiometer-turntable"
+    one = gate_text("a", "mine@2", scenario, exec=HANG, limit=2.0)
+    (group,) = groups_of(one, gate_text("b", "mine@3", scenario, limit=2.0))
+    assert [entry.calibrator for entry in group.entries] == ["mine@2", "mine@3"]
+    assert [one.name for one in group.design.candidates] == ["mine"]
+    with pytest.raises(InputError, match=r"gate\.1\.exec: 'mine' is another command in a gate before"):
+        groups_of(one, gate_text("b", "mine", exec=HANG.replace("sh ", "sh -x "), limit=2.0))
+
+
 @pytest.fixture
 def baseline(tmp_path: Path, groups_of: Groups) -> Path:
     """Scores of ellipsoid on tumble in 60 trials."""
