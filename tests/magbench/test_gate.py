@@ -69,11 +69,48 @@ def test_a_baseline_is_written_and_kept(capfd: pytest.CaptureFixture[str]) -> No
     assert "holds nothing of seed 987" in capfd.readouterr().err
 
 
-def test_gates_begin_from_a_comparison_and_pass(capfd: pytest.CaptureFixture[str]) -> None:
-    compare = ["compare", "tumble", "--set", CUT, "--trials", "30", "--with", "ellipsoid,twostep"]
-    assert main([*compare, "-o", "compared"]) == 0
-    assert main(["gate", "--init", "compared", "-o", "begun.toml"]) == 0
-    assert main(["gate", "begun.toml", "-o", "out"]) == 0, capfd.readouterr().err
+MINE = """
+import numpy as np
+
+def mine(recording, reference):
+    mag = recording.mag_nT / reference.strength_nT
+    found = np.linalg.lstsq(np.c_[2 * mag, np.ones(len(mag))], (mag**2).sum(1), rcond=None)[0]
+    return reference.strength_nT * found[:3], np.eye(3)
+"""
+THEIRS = '{"offset_nT": [%s, 0, 0], "matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}'
+
+
+def test_calibrators_of_ones_own_are_compared_held_broken_and_caught(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A numpy function by module:object, and a program in a directory of its own, from --init to the failure."""
+    for painter in ("gates.gates_html", "comparison._record", "comparison.page"):
+        monkeypatch.setattr(f"validation.outputs.{painter}", lambda *found: "")
+    Path("my").mkdir()
+    Path("my/own.py").write_text(MINE)
+    Path("my/copy.sh").write_text('cp "$1" "$3"')
+    Path("my/known.json").write_text(THEIRS % 100)
+    program = "theirs=sh my/copy.sh my/known.json {recording.csv} {result}"
+    words = ["--with", "ellipsoid,my.own:mine", "--exec", program, "--time-limit-s", "20", "--trials", "20"]
+    assert main(["compare", "tumble", "--set", CUT, *words, "-o", "compared"]) == 0
+    assert main(["gate", "--init", "compared", "-o", "begun.toml"]) == 0, capfd.readouterr().err
+    text = Path("begun.toml").read_text()
+    assert 'calibrator = "my.own:mine"' in text
+    assert 'exec = "sh ./my/copy.sh ./my/known.json {recording.csv} {result}"' in text
+    assert "time_limit_s = 20.0" in text
+    assert verdicts(capfd) == {"ellipsoid": "pass", "mine": "pass", "theirs": "pass"}
+    Path("my/own.py").write_text(MINE.replace("* found[:3]", "* 10 * found[:3]"))
+    Path("my/known.json").write_text(THEIRS % 1e6)
+    assert verdicts(capfd) == {"ellipsoid": "pass", "mine": "fail", "theirs": "fail"}
+
+
+def verdicts(capfd: pytest.CaptureFixture[str]) -> dict[str, str]:
+    """Of the file that was begun, by the calibrator's name, and whether the exit status is that of the worst."""
+    capfd.readouterr()
+    status = main(["gate", "begun.toml", "-o", "out", "--json"])
+    found = json.loads(capfd.readouterr().out)
+    assert status == (found["verdict"] == "fail")
+    return {one["name"].split()[0]: one["verdict"] for one in found["gates"]}
 
 
 def test_a_program_that_hangs_costs_its_gate_the_time_limit_a_trial(capfd: pytest.CaptureFixture[str]) -> None:

@@ -124,9 +124,14 @@ def _named(text: str, time_limit_s: float) -> Candidate:
         names = known_names()
         do = closest(text, names, most=len(names)) + "; one of your own: module:object"
         raise InputError(f"no calibrator is called {text!r}", where="--with", do=do)
-    name = text if text in offered else given[1] or given[2].split(":")[1].split(".")[-1]
+    name = text if text in offered else given[1] or own_name(given[2])
     facts = host(given[2]).facts()
     return _candidate(name, Imported(name, given[2], time_limit_s, facts.sha256), facts)
+
+
+def own_name(spec: str) -> str:
+    """What module:object is called where nothing else is said."""
+    return spec.partition(":")[2].rpartition(".")[2]
 
 
 def _candidate(name: str, method: Method, facts: object) -> Candidate:

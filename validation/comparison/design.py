@@ -15,10 +15,11 @@ from scenarios.toml import as_dict
 from sim.dataset.resume import versions
 from sim.scenario import Scenario
 from sim.simulate import plan
+from validation.calibrating.asked import Asked
 from validation.calibrating.candidates import Candidate
 from validation.scoring.judging import UNCORRECTED
 
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -78,11 +79,14 @@ class Design:
         return tuple(f"{name}@{sensor}" for name in names for sensor in range(1, sensors + 1))
 
     def identity(self) -> dict[str, Any]:
-        """What decides every figure of every trial, as plain values: a kept trial holds for the same identity alone."""
+        """What decides every figure of every trial, as plain values: a kept trial holds for the same identity alone.
+
+        `asked` is how a calibrator is named again, in a file of gates; None of one in memory.
+        """
         return {
             "format": FORMAT,
             "seed": self.seed,
-            "calibrators": {one.name: repr(one) for one in self.candidates},
+            "calibrators": {one.name: {"is": repr(one), "asked": _asked(one)} for one in self.candidates},
             "points": [{"values": dict(one.values), "scenario": as_dict(one.scenario)} for one in self.points],
             "packages": dict(self.packages),
         }
@@ -91,6 +95,11 @@ class Design:
     def sent(self) -> bytes:
         """The design as it goes to a worker, which `received` unpacks once."""
         return pickle.dumps(self)
+
+
+def _asked(one: Candidate) -> dict[str, Any] | None:
+    asked = Asked.of(one)
+    return asked.plain() if asked else None
 
 
 def _check_names(names: Sequence[str]) -> None:

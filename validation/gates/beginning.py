@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import tomlkit
 
-from calib import CALIBRATORS
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
 from scenarios.names import scenario_names
 from sim.scenario import Scenario, load
-from validation.comparison.journal import JOURNAL
+from validation.calibrating.asked import Asked
+from validation.calibrating.children import TIME_LIMIT_S
+from validation.comparison.design import FORMAT
+from validation.comparison.journal import COMPARISON, JOURNAL
 from validation.comparison.statistics import rate
 from validation.comparison.table import Table
 from validation.gates.power import MOST_TRIALS, factor_seen, fewest_trials, smallest_exceedance, trials_to_pass
@@ -32,6 +34,7 @@ AFFORDABLE = 150
 """Trials that a limit may take to pass; a stricter one that takes more is named with its price."""
 USUALLY = 0.5
 """The other probability, beside the gates' power, with which a number of trials is told."""
+ANEW = "compare anew"
 
 
 @dataclass(frozen=True)
@@ -112,64 +115,87 @@ def _step(wanted: float, values: Array, test: SequentialTest) -> Step:
 
 @dataclass(frozen=True)
 class Compared:
-    """What a comparison's directory holds: its table, its first point's scenario, its seed."""
+    """What a comparison's directory holds: its table, its first point's scenario, its seed, who took part.
+
+    asked : by the calibrator's name; None for one that no words name.
+    """
 
     table: Table
     scenario: Scenario
     seed: int
+    asked: Mapping[str, Asked | None]
 
     @classmethod
     def read(cls, out: Path) -> Compared:
-        """InputError for a directory that no comparison wrote, and for one of several points."""
+        """InputError for a directory that no comparison wrote, or another version's, and for one of several points."""
         table = Table.read(out)
         if len(table.points) > 1:
             what = f"compares at {len(table.points)} points of a sweep"
             raise InputError(what, where=str(out), do="give a comparison without --sweep: a gate holds one scenario")
         text = read_text(out / JOURNAL, "give a directory that `magbench compare` wrote").partition("\n")[0]
-        identity = parsed_json(text, str(out / JOURNAL), "compare anew")["comparison"]
+        first = parsed_json(text, str(out / JOURNAL), ANEW)
+        identity = first.get(COMPARISON, {}) if isinstance(first, dict) else {}
+        if identity.get("format") != FORMAT:
+            raise InputError("is of another version's comparison", where=str(out / JOURNAL), do=ANEW)
         scenario = Scenario.model_validate_json(json.dumps(identity["points"][0]["scenario"]))
-        return cls(table, scenario, identity["seed"])
+        asked = {name: one["asked"] and Asked.read(one["asked"]) for name, one in identity["calibrators"].items()}
+        return cls(table, scenario, identity["seed"], asked)
 
     @property
     def of_the_catalogue(self) -> bool:
         """Whether the scenario is the catalogue's of its name, unchanged."""
         return self.scenario.name in scenario_names() and load(self.scenario.name) == self.scenario
 
+    @property
+    def time_limit_s(self) -> float:
+        """What a fit of a calibrator that is not magbench's could take."""
+        limits = [one.time_limit_s for one in self.asked.values() if one and one.time_limit_s]
+        return max(limits, default=TIME_LIMIT_S)
+
+    def asked_for(self, row: str) -> Asked:
+        """By which words a gate names the calibrator of a row; of an array with the sensor."""
+        name, at, sensor = row.partition("@")
+        found = self.asked[name] or Asked(name)
+        return replace(found, calibrator=found.calibrator + at + sensor)
+
 
 def gates_toml(compared: Compared, found: Sequence[Proposal], score: Meaning) -> str:
     """The file, with what each limit costs as comments."""
-    name = compared.scenario.name if compared.of_the_catalogue else f"{compared.scenario.name}.toml"
     document = tomlkit.document()
     trials = counted(len(compared.table.runs()), "trial")
     document.add(tomlkit.comment(f"Begun from a comparison of {trials}; `magbench gate` says what a limit measures."))
     document["false_fail_rate"] = FALSE_FAIL_RATE
     if compared.seed != compared.scenario.seed:
         document["seed"] = compared.seed
+    if compared.time_limit_s != TIME_LIMIT_S:
+        document["time_limit_s"] = compared.time_limit_s
     tables = tomlkit.aot()
     for one in found:
-        tables.append(_table(one, name, score))
+        tables.append(_table(one, compared, score))
     document["gate"] = tables
     return str(tomlkit.dumps(document))
 
 
-def _table(one: Proposal, scenario: str, score: Meaning) -> tomlkit.items.Table:
-    table = tomlkit.table()
-    for line in _comments(one, score):
+def _table(one: Proposal, compared: Compared, score: Meaning) -> tomlkit.items.Table:
+    table, asked = tomlkit.table(), compared.asked_for(one.calibrator)
+    for line in _comments(one, compared, score):
         table.add(tomlkit.comment(line))
     table["name"] = f"{one.calibrator} {score.name}"
-    table["scenario"] = scenario
-    table["calibrator"] = one.calibrator
+    table["scenario"] = compared.scenario.name + ("" if compared.of_the_catalogue else ".toml")
+    table["calibrator"] = asked.calibrator
+    if asked.words:
+        table["exec"] = asked.exec
     table["score"] = score.column
     if one.reference is None:
         table["limit"] = one.step.limit
     else:
         table["ratio"] = one.step.limit
-        table["reference"] = one.reference
+        table["reference"] = compared.asked_for(one.reference).calibrator
     table["max_trials"] = one.max_trials
     return table
 
 
-def _comments(one: Proposal, score: Meaning) -> list[str]:
+def _comments(one: Proposal, compared: Compared, score: Meaning) -> list[str]:
     """What was measured, what the limit costs, what it catches, and what a stricter one would cost."""
     of = score.unit if one.reference is None else f"x {one.reference}"
     median = float(np.median(one.values))
@@ -178,8 +204,8 @@ def _comments(one: Proposal, score: Meaning) -> list[str]:
         lines.append(f"Catches {figure(one.caught * median)} {of}, {figure(one.caught)} times what was measured.")
     if one.stricter is not None:
         lines.append(f"Costly: a limit of {figure(one.stricter.limit)}. {_cost(one.stricter)}.")
-    if one.calibrator.split("@")[0] not in CALIBRATORS:
-        lines.append('To do: calibrator = "module:object", or exec = "./command {recording} {result}".')
+    if compared.asked[one.calibrator.partition("@")[0]] is None:
+        lines.append('To do: it was an object in memory; put it into a module: calibrator = "module:object".')
     return lines
 
 

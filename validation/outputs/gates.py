@@ -8,6 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from scenarios.errors import InputError
+from scenarios.files import parsed_json, read_text
 from scenarios.toml import to_toml
 from sim.dataset.files import locked_directory, remove_leftovers, write_text
 from validation.comparison.engine import Engine
@@ -19,6 +20,7 @@ from validation.gates.kept import journal_of
 from validation.gates.running import Progress, decide_gates, recorded
 from validation.gates.spec import load_gates
 from validation.gates.summary import whole
+from validation.outputs.comparison import ANSWER
 from validation.scoring.meaning import meaning_of
 from validation.scoring.outcome import RANKED_BY
 from validation.views.pages.gates import gates_html, gates_markdown
@@ -71,17 +73,24 @@ def record_baseline(
 def begin_gates(comparison: Path, file: Path) -> list[str]:
     """Write a file of gates to begin with from a comparison's directory; returns the names of its gates.
 
-    A scenario that the catalogue does not have is written beside it. Raises InputError for a file that is there
-    already, for a directory that no comparison wrote, and where the system refuses.
+    They hold the score that the comparison was decided by. A scenario that the catalogue does not have is written
+    beside it. Raises InputError for a file that is there already, for a directory that no comparison wrote, and where
+    the system refuses.
     """
     if file.exists():
         raise InputError("is there already", where=str(file), do="name another file with -o, or remove it")
-    compared, score = Compared.read(comparison), meaning_of(RANKED_BY)
+    compared, score = Compared.read(comparison), meaning_of(_ranked_by(comparison / ANSWER))
     found = proposals(compared.table, score)
     if not compared.of_the_catalogue:
         write_text(file.parent / f"{compared.scenario.name}.toml", to_toml(compared.scenario))
     write_text(file, gates_toml(compared, found, score))
     return [gate.name for gate in load_gates(file).gate]
+
+
+def _ranked_by(answer: Path) -> str:
+    """The score that a comparison was asked to rank by."""
+    found = parsed_json(read_text(answer, "repeat the comparison, which resumes"), str(answer), "compare anew")
+    return str(found.get("ranked_by", RANKED_BY)) if isinstance(found, dict) else RANKED_BY
 
 
 def junit(outcomes: list[Outcome], title: str, *, strict: bool) -> str:

@@ -15,12 +15,13 @@ from sim.scenario import load
 from tests.validation.gates.conftest import Scripted, gate_text, groups_in, row
 from validation.calibrating.candidates import candidates
 from validation.comparison.design import Design
-from validation.comparison.journal import Journal
+from validation.comparison.journal import JOURNAL, Journal
 from validation.comparison.table import Table
 from validation.comparison.trial import Row, Trial
 from validation.gates.course import Outcome
 from validation.gates.running import decide_gates
 from validation.gates.spec import load_gates
+from validation.outputs.comparison import ANSWER
 from validation.outputs.gates import FILES, begin_gates, github_lines, junit, run_gates
 from validation.scoring.meaning import meaning_of
 from validation.scoring.outcome import RANKED_BY
@@ -120,6 +121,7 @@ def comparison(tmp_path: Path) -> Path:
     """A comparison of 300 trials as it stands on disk."""
     place = tmp_path / "comparison"
     place.mkdir()
+    (place / ANSWER).write_text(json.dumps({"ranked_by": RANKED_BY}))
     names = ("ellipsoid", "twostep", "ml_newton", "sphere", "kalman")
     design = Design.of(load("tumble", ["sampling.rate_hz=5"]), candidates(names), seed=3)
     Journal.open(place, design.identity())
@@ -151,6 +153,19 @@ def test_gates_begun_from_a_comparison_pass_on_it(comparison: Path, tmp_path: Pa
     text = (tmp_path / "begun.toml").read_text().replace(RANKED_BY, "offset_error")
     outcomes = decide_gates(groups_in(tmp_path / "begun.toml", text), Scripted(told))
     assert {one.verdict for one in outcomes} == {"pass"}
+
+
+def test_the_score_that_decided_the_comparison_is_held(comparison: Path, tmp_path: Path) -> None:
+    (comparison / ANSWER).write_text('{"ranked_by": "heading_rms"}')
+    with pytest.raises(InputError, match="no calibrator gives an estimate"):  # the table has no such column
+        begin_gates(comparison, tmp_path / "begun.toml")
+
+
+def test_a_comparison_of_another_version_is_refused(comparison: Path, tmp_path: Path) -> None:
+    journal = comparison / JOURNAL
+    journal.write_text(journal.read_text().replace('"format":2', '"format":1'))
+    with pytest.raises(InputError, match="another version"):
+        begin_gates(comparison, tmp_path / "begun.toml")
 
 
 def test_a_file_that_is_there_is_left_alone(comparison: Path, tmp_path: Path) -> None:
