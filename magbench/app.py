@@ -12,6 +12,7 @@ import typer
 import magbench
 from magbench.commands import (
     apply,
+    bound,
     calibrate,
     compare,
     diagnose,
@@ -45,6 +46,7 @@ app.command("calibrate")(calibrate.calibrate)
 app.command("apply")(apply.apply)
 app.command("inspect")(inspect.inspect)
 app.command("diagnose")(diagnose.diagnose)
+app.command("bound")(bound.bound)
 app.command("reproduce")(reproduce.reproduce)
 app.command("show")(show.show)
 app.command("list")(listing.listing)

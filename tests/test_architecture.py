@@ -17,7 +17,7 @@ from tests.measure import functions
 
 FLOORS = (
     {"signals", "scoring", "calibrating"},
-    {"inspection", "diagnosis", "comparison"},
+    {"inspection", "diagnosis", "bound", "comparison"},
     {"gates"},
     {"views"},
     {"outputs", "reproduce"},

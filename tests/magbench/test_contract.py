@@ -20,6 +20,7 @@ STILL = "turntable-twelve-stops"
 
 GOOD: dict[str, tuple[str, ...]] = {
     "apply": ("apply", "calibration.json", "log.csv", "-o", "corrected.csv"),
+    "bound": ("bound", "log.csv", "--field-strength-nT", "34000"),
     "calibrate": ("calibrate", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
     "compare": ("compare", STILL, "--trials", "1", "--with", "sphere", "-o", "out"),
     "diagnose": ("diagnose", "log.csv", "--field-strength-nT", "34000", "-o", "out"),
@@ -36,6 +37,7 @@ GOOD: dict[str, tuple[str, ...]] = {
 
 BAD: dict[str, tuple[str, ...]] = {
     "apply": ("apply", "nowhere.json", "log.csv", "-o", "corrected.csv"),
+    "bound": ("bound", "nowhere"),
     "calibrate": ("calibrate", "nowhere.csv"),
     "compare": ("compare", STILL, "--sweep", "planet=1,2", "-o", "out"),
     "diagnose": ("diagnose", "nowhere.csv"),

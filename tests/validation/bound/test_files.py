@@ -1,0 +1,57 @@
+"""The experiment behind a scenario and a log: field, sensor and noise as they were."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenarios.errors import InputError
+from sim.dataset import write_recording
+from sim.scenario import load
+from tests.calib import conftest as standard
+from tests.validation.bound.experiments import of_motion
+from validation.bound.bound import Bound
+from validation.bound.files import recording_experiment, scenario_experiment
+from validation.bound.information import KNOWLEDGE
+from validation.bound.weak import observable, weak_directions
+
+STRENGTH_NT = standard.REFERENCE.strength_nT
+
+
+@pytest.mark.parametrize("attitude", [True, False])
+def test_of_a_log(tmp_path: Path, attitude: bool) -> None:
+    """Noise, matrix and bound as the truth gives them, to what six minutes tell."""
+    recording = standard.recording("full", 0)
+    write_recording(recording if attitude else replace(recording, att_q=None), tmp_path / "log.parquet")
+    enu = standard.FIELD_ENU_NT if attitude else None
+    known = recording_experiment(tmp_path / "log.parquet", strength_nT=STRENGTH_NT, enu=enu)
+    assert known.noise_std_nT == pytest.approx(standard.NOISE_STD_NT, rel=0.05)
+    np.testing.assert_allclose(known.matrix, standard.SOFT, atol=1e-3)
+    for knowledge in KNOWLEDGE:
+        expected = Bound.of(of_motion("full"), knowledge).offset_rms_nT
+        assert Bound.of(known, knowledge).offset_rms_nT == pytest.approx(expected, rel=0.1)
+
+
+def test_of_a_scenario() -> None:
+    known = scenario_experiment(load("standard-full"))
+    assert known.noise_std_nT == pytest.approx(10.0, rel=0.03)
+    np.testing.assert_allclose(known.matrix, standard.SOFT, atol=1e-9)
+    assert scenario_experiment(load("standard-full"), 3.0).noise_std_nT == 3.0
+
+
+def test_a_level_turn_is_a_bound_and_no_error(tmp_path: Path) -> None:
+    write_recording(standard.level_turns(1200, 0), tmp_path / "log.parquet")
+    known = recording_experiment(tmp_path / "log.parquet", strength_nT=STRENGTH_NT)
+    bound = Bound.of(known, "norm")
+    assert not observable(known, bound)
+    assert any("offset_z" in weak.what for weak in weak_directions(known, bound))
+
+
+def test_without_turns_there_is_no_gyro(tmp_path: Path) -> None:
+    write_recording(replace(standard.recording("full", 0), att_q=None, gyro_rad_s=None), tmp_path / "log.parquet")
+    known = recording_experiment(tmp_path / "log.parquet", strength_nT=STRENGTH_NT)
+    with pytest.raises(InputError, match="no gyro"):
+        Bound.of(known, "norm+gyro")

@@ -1,0 +1,43 @@
+"""What a calibration is made from: the field along the motion, the sensor's matrix, and the noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+GYRO_STD_RAD_S = 1e-3
+"""White noise of a sample of the body rate, each axis: that of the standard case, and of an everyday MEMS gyro."""
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A sensor m = S h + b + v along a motion: h (n, 3) in nT, the undisturbed field in the body frame, S (3, 3).
+
+    turns   : (n - 1, 3, 3), takes the field from a sample to the next, h_next = turn h; None if not measured
+    step_s  : (n - 1,), time between samples, s
+    noise_std_nT, gyro_std_rad_s : standard deviation of white noise on each axis of a sample
+    """
+
+    field_nT: Array
+    matrix: Array
+    noise_std_nT: float
+    turns: Array | None
+    step_s: Array
+    gyro_std_rad_s: float = GYRO_STD_RAD_S
+
+    @property
+    def strength_nT(self) -> float:
+        """Rms strength of the field."""
+        return float(np.sqrt(np.mean(np.sum(self.field_nT**2, axis=1))))
+
+    @property
+    def directions(self) -> Array:
+        """The field's direction (n, 3) in the body frame."""
+        return np.asarray(self.field_nT / np.linalg.norm(self.field_nT, axis=1)[:, None])
+
+    def turned(self, R: Array) -> Experiment:
+        """The same motion flown with the body turned by R (3, 3) all the time."""
+        return replace(self, field_nT=self.field_nT @ R.T, turns=None if self.turns is None else R @ self.turns @ R.T)

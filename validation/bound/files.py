@@ -1,0 +1,111 @@
+"""The experiment behind a scenario or a measured recording, and its bound."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from calib import Reference, get
+from calib.numerics.noise import white_noise_std
+from calib.numerics.rates import world_to_body
+from calib.result import Calibration
+from scenarios.errors import InputError
+from sim.dataset import Recording, read_recording
+from sim.dataset.manifest import file_of
+from sim.run import run_in_memory
+from sim.scenario import Scenario
+from sim.simulate import plan
+from validation.bound.experiment import Experiment
+from validation.calibrating.fitting import reference_of
+from validation.scoring.holdout import Surroundings, hold_out
+from validation.signals.intervals import gaps_after
+
+Array = NDArray[np.float64]
+VECTOR = "vector_least_squares"
+"""The method that takes the directions from the attitude."""
+
+
+def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None) -> Experiment:
+    """Of a simulated run: the true field and motion, the first sensor's matrix, and its white noise if none is given.
+
+    Raises InputError where the vehicle cannot do the motion, and where there is no noise.
+    """
+    run = plan(scenario)
+    recording, truth = run_in_memory(run)
+    sensor = hold_out(run.effects[0], Surroundings.of(recording, run.field_enu_nT))
+    residual_nT = recording.mag_nT - truth.field_nT @ sensor.matrix.T - sensor.offset_nT
+    noise = _white(residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
+    return _along(truth.field_nT, sensor.matrix, noise, recording.time_s, _turns_of(truth.q), scenario.name)
+
+
+def recording_experiment(
+    path: Path,
+    *,
+    noise_std_nT: float | None = None,
+    run: int = 0,
+    maps: Sequence[str] = (),
+    strength_nT: float | None = None,
+    enu: Sequence[float] | None = None,
+) -> Experiment:
+    """Of a measured recording: field and matrix as a calibration finds them, by its attitude where it has one.
+
+    Where no calibration succeeds, what was measured is taken for the field. The strength tells one component of the
+    noise, |h| - F over |S^-T u|. Turns are the attitude's, else the gyro's.
+    Raises InputError for files, columns and references that cannot be used.
+    """
+    file = file_of(path, run)
+    recording = read_recording(file, maps=maps)
+    reference = reference_of(file, strength_nT, enu)
+    fit = _fitted(recording, reference)
+    measured_nT = recording.mag_nT if fit is None else fit.apply(recording)
+    matrix = np.asarray(np.eye(3) if fit is None else np.linalg.inv(fit.matrix))
+    if fit is not None and fit.name == VECTOR:
+        assert recording.att_q is not None
+        field_nT = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
+        residual_nT = (measured_nT - field_nT) @ matrix.T
+    else:
+        size_nT = np.linalg.norm(measured_nT, axis=1)[:, None]
+        field_nT = np.asarray(reference.strength_nT * measured_nT / size_nT)
+        gain = np.linalg.norm((measured_nT / size_nT) @ np.linalg.inv(matrix), axis=1)[:, None]
+        residual_nT = (size_nT - reference.strength_nT) / gain
+    noise = _white(residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
+    return _along(field_nT, matrix, noise, recording.time_s, _turns(recording), str(file))
+
+
+def _fitted(recording: Recording, reference: Reference) -> Calibration | None:
+    """The calibration that knows most of those that succeed; None where none does."""
+    for name in (VECTOR, "ellipsoid", "sphere"):
+        fit = get(name).fit(recording, reference)
+        if fit.status.kind == "ok":
+            return fit
+    return None
+
+
+def _white(residual_nT: Array, time_s: Array) -> float:
+    """Rms over the axes of the white noise in what no static sensor explains."""
+    return float(np.sqrt(np.mean(white_noise_std(residual_nT, gaps_after(time_s)) ** 2)))
+
+
+def _turns(recording: Recording) -> Array | None:
+    if recording.att_q is not None:
+        return _turns_of(recording.att_q)
+    if recording.gyro_rad_s is None:
+        return None
+    step = (recording.gyro_rad_s[:-1] + recording.gyro_rad_s[1:]) / 2 * np.diff(recording.time_s)[:, None]
+    return np.asarray(Rotation.from_rotvec(-step).as_matrix())
+
+
+def _turns_of(q: Array) -> Array:
+    attitude = Rotation.from_quat(q, scalar_first=True)
+    return np.asarray((attitude[1:].inv() * attitude[:-1]).as_matrix())
+
+
+def _along(field_nT: Array, matrix: Array, noise: float, time_s: Array, turns: Array | None, where: str) -> Experiment:
+    if not noise > 0:
+        what = "there is no white noise, without which every accuracy is possible"
+        raise InputError(what, where=where, do="give --noise-std-nT")
+    return Experiment(field_nT, matrix, noise, turns, np.diff(time_s))

@@ -1,0 +1,118 @@
+"""Fisher information of a calibration by what is known of the field: its strength, the gyro beside it, or all of it.
+
+Parameters are in nT: the offset b, and the entries of S times the field's strength.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.numerics.chain import chained
+from scenarios.errors import InputError
+from validation.bound.experiment import Experiment
+
+Array = NDArray[np.float64]
+AXES = "xyz"
+OFFSET = tuple(f"offset_{axis}" for axis in AXES)
+SYMMETRIC = tuple((i, j) for i in range(3) for j in range(i, 3))
+FULL = tuple((i, j) for i in range(3) for j in range(3))
+BIAS = 3
+"""Components of the gyro's bias."""
+
+
+@dataclass(frozen=True, eq=False)
+class Information:
+    """Fisher information (k, k), 1/nT^2, of offset and matrix; `places` (i, j) of the matrix's entries."""
+
+    matrix: Array
+    places: tuple[tuple[int, int], ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters: offset_x, ..., S_xx, ..."""
+        return (*OFFSET, *(f"S_{AXES[i]}{AXES[j]}" for i, j in self.places))
+
+
+def vector(known: Experiment) -> Information:
+    """Field vector and attitude known, twelve parameters: sum_i J_i^T J_i / sigma^2."""
+    J = _jacobian(known, FULL)
+    return Information(np.einsum("nij,nik->jk", J, J, optimize=True) / known.noise_std_nT**2, FULL)
+
+
+def norm(known: Experiment) -> Information:
+    """Only the strength known, nine parameters, S symmetric: the direction of every sample is a nuisance.
+
+    A direction moves S h in the plane S T, T tangent to the sphere: what is left of a sample is its component along
+    the normal of that plane, S^-T h.
+    """
+    J = _jacobian(known, SYMMETRIC)
+    normal = known.field_nT @ np.linalg.inv(known.matrix)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    rows = np.einsum("ni,nij->nj", normal, J)
+    return Information(rows.T @ rows / known.noise_std_nT**2, SYMMETRIC)
+
+
+def norm_and_gyro(known: Experiment) -> Information:
+    """The strength known, and directions carried from sample to sample by a gyro of unknown bias and white noise.
+
+    u_(i+1) = turn_i u_i + (bias + w_i) step x u,  two coordinates of u a sample in the plane across it.
+    Raises InputError for a recording without turns.
+    """
+    if known.turns is None:
+        what = "no gyro and no attitude carry the field from sample to sample"
+        raise InputError(what, where="--knowledge norm+gyro", do="map a gyro, or ask with --knowledge norm")
+    J = _jacobian(known, SYMMETRIC)
+    n, count = len(J), J.shape[2]
+    across = _tangents(known.directions)
+    seen = known.matrix @ across * known.strength_nT / known.noise_std_nT
+    wide = np.concatenate([J / known.noise_std_nT, np.zeros((n, 3, BIAS))], axis=2)
+    turns = np.einsum("nai,nab,nbj->nij", across[1:], known.turns, across[:-1], optimize=True)
+    drift = np.zeros((n - 1, 2, count + BIAS))
+    drift[:, :, count:] = known.step_s[:, None, None] * np.einsum(
+        "nai,nab->nib", across[1:], _cross_matrices(known.directions[1:]), optimize=True
+    )
+    information = chained(seen, wide, turns, drift, known.gyro_std_rad_s * known.step_s)
+    return Information(_without_last(information, BIAS), SYMMETRIC)
+
+
+KNOWLEDGE: dict[str, Callable[[Experiment], Information]] = {
+    "norm": norm,
+    "norm+gyro": norm_and_gyro,
+    "vector": vector,
+}
+"""What is known of the field, by the word that a user gives."""
+
+
+def _jacobian(known: Experiment, places: tuple[tuple[int, int], ...]) -> Array:
+    """d m / d p (n, 3, 3 + entries), p in nT; an entry off the diagonal of a symmetric S stands on both sides."""
+    h = known.field_nT / known.strength_nT
+    J = np.zeros((len(h), 3, 3 + len(places)))
+    J[:, :, :3] = np.eye(3)
+    for k, (i, j) in enumerate(places):
+        J[:, i, 3 + k] += h[:, j]
+        if places is SYMMETRIC and i != j:
+            J[:, j, 3 + k] += h[:, i]
+    return J
+
+
+def _tangents(u: Array) -> Array:
+    """Two unit vectors across each direction (n, 3), in the columns of (n, 3, 2)."""
+    least = np.eye(3)[np.argmin(np.abs(u), axis=1)]
+    first = np.cross(u, least)
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    return np.stack([first, np.cross(u, first)], axis=2)
+
+
+def _cross_matrices(u: Array) -> Array:
+    """[u x] (n, 3, 3) of vectors (n, 3)."""
+    return np.cross(u[:, None, :], np.eye(3)).transpose(0, 2, 1)
+
+
+def _without_last(information: Array, count: int) -> Array:
+    """The information on the first parameters when the last `count` are not known: their Schur complement."""
+    A, B, D = information[:-count, :-count], information[:-count, -count:], information[-count:, -count:]
+    return np.asarray(A - B @ np.linalg.pinv(D, hermitian=True) @ B.T)

@@ -1,0 +1,94 @@
+"""What a motion cannot tell, in the parameters' terms: the direction, why, and what would tell it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from calib.observability import MAX_STD_FRACTION, axis_text
+from validation.bound.bound import Bound
+from validation.bound.experiment import Experiment
+from validation.text import figure
+
+Array = NDArray[np.float64]
+MAIN_PART = 0.25
+"""A parameter is part of a direction from this share of the largest component on."""
+TILTS = {
+    "rolled by {} degrees for half of the time": "x",
+    "pitched by {} degrees for half of the time": "y",
+    "rolled by {0} degrees for a third of the time, then pitched by {0}": "xy",
+}
+ANGLES_DEG = (5.0, 10.0, 20.0, 30.0, 45.0)
+"""Tilts that are tried as a remedy, from the least on."""
+
+
+@dataclass(frozen=True)
+class Weak:
+    """A direction of the parameters that the motion leaves weak: what it is, why, and the remedy with its gain."""
+
+    what: str
+    why: str
+    remedy: str
+
+
+def weak_directions(known: Experiment, bound: Bound) -> tuple[Weak, ...]:
+    """Directions whose standard deviation is over MAX_STD_FRACTION of the field, the weakest first."""
+    values, vectors = np.linalg.eigh(bound.information.matrix)
+    found = [vector for value, vector in zip(values, vectors.T, strict=True) if not _told(value, known)]
+    if not found:
+        return ()
+    remedy = _remedy(known, bound)
+    return tuple(Weak(_parameters(vector, bound), _why(vector, known), remedy) for vector in found)
+
+
+def observable(known: Experiment, bound: Bound) -> bool:
+    """Whether every direction is told to MAX_STD_FRACTION of the field."""
+    return _told(float(np.linalg.eigvalsh(bound.information.matrix)[0]), known)
+
+
+def _told(information: float, known: Experiment) -> bool:
+    return information * (MAX_STD_FRACTION * known.strength_nT) ** 2 >= 1.0
+
+
+def _parameters(vector: Array, bound: Bound) -> str:
+    """The parameters that trade against each other, the largest first."""
+    size = np.abs(vector)
+    main = [k for k in np.argsort(-size) if size[k] >= MAIN_PART * size.max()]
+    return " against ".join(bound.information.names[k] for k in main)
+
+
+def _why(vector: Array, known: Experiment) -> str:
+    """How little the field moves along the offset's part of a direction."""
+    axis = vector[:3] if np.linalg.norm(vector[:3]) > MAIN_PART else _thinnest(known)
+    angle_deg = np.degrees(np.arccos(np.clip(known.directions @ (axis / np.linalg.norm(axis)), -1.0, 1.0)))
+    low, high = np.sort(np.where(axis[np.argmax(np.abs(axis))] > 0, 1, -1) * (angle_deg - 90.0) + 90.0)[[0, -1]]
+    return f"the field stays between {figure(low, 3)} and {figure(high, 3)} degrees from {axis_text(axis)}"
+
+
+def _thinnest(known: Experiment) -> Array:
+    return np.asarray(np.linalg.eigh(np.cov(known.directions.T))[1][:, 0])
+
+
+def _remedy(known: Experiment, bound: Bound) -> str:
+    """The least tilt that makes everything observable, of those of one angle the one that gains most."""
+    for angle_deg in ANGLES_DEG:
+        tried = {how.format(f"{angle_deg:g}"): _tilted(known, bound, axes, angle_deg) for how, axes in TILTS.items()}
+        how = min(tried, key=lambda how: tried[how].offset_rms_nT)
+        if observable(known, tried[how]):
+            return f"the same with the body {how}: {_size(bound)} becomes {_size(tried[how])}"
+    more = "which is not enough: fly longer, or tell the method more of the field"
+    return f"the same with the body {how}: {_size(bound)} becomes {_size(tried[how])}, {more}"
+
+
+def _tilted(known: Experiment, bound: Bound, axes: str, angle_deg: float) -> Bound:
+    """The bound when the time is spent in equal parts level and tilted about each of the axes."""
+    turns = (Rotation.from_euler(axis, angle_deg, degrees=True).as_matrix() for axis in axes)
+    return bound.shared_with([Bound.of(known.turned(R), bound.knowledge) for R in turns])
+
+
+def _size(bound: Bound) -> str:
+    size = bound.offset_rms_nT
+    return f"the offset's {figure(size, 3)} nT" if np.isfinite(size) else "an offset that cannot be told"
