@@ -8,6 +8,7 @@ import typer
 
 from magbench.arguments import field_vector
 from magbench.options import FieldStrength, FieldVector, Json, Maps, Overrides, Run
+from scenarios.names import find
 
 Knowledge = Literal["norm", "norm+gyro", "vector"]
 
@@ -34,15 +35,14 @@ def bound(
 
     Example: magbench bound auv-spiral --knowledge norm+gyro
     """
+    path, enu = find(source), field_vector(field_enu_nT)
     from magbench.console import emit, say, show_table
-    from scenarios.names import find
     from sim.scenario import load
     from validation.bound.answer import headline, rows, summary
     from validation.bound.bound import Bound
     from validation.bound.files import recording_experiment, scenario_experiment
     from validation.bound.weak import weak_directions
 
-    path, enu = find(source), field_vector(field_enu_nT)
     if path.suffix == ".toml":
         known = scenario_experiment(load(path, set_ or ()), noise_std_nT)
     else:
