@@ -22,7 +22,7 @@ DERIVATIVE_ROUNDS = 3
 
 @dataclass(frozen=True)
 class Status:
-    """How a fit ended; a reason, and what to do about it, for everything but "ok"."""
+    """How a fit ended; a reason, and what to do about it, for everything but "ok", where it may be a caveat."""
 
     kind: Kind
     reason: str = ""

@@ -18,6 +18,9 @@ from sim.dataset import Recording
 
 Array = NDArray[np.float64]
 NAMES = (*OFFSET_NAMES, "scale")
+CAVEAT_FRACTION = 0.001
+"""An "ok" names the soft iron that it cannot rule out where that may move the centre by more than this fraction of the
+field: a tenth of what makes it unobservable, and 0.1 degrees of heading."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +40,8 @@ class SphereCalibrator(Calibrator):
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         scaled = Standardised.of(recording.mag_nT)
         fit = SphereFit.of(scaled.x)
-        covariance, bias = fit.mean_square_error()
-        status = _soft_iron_status(bias * scaled.scale_nT, reference.strength_nT) or Status("ok")
+        covariance, bias, unknown = fit.mean_square_error()
+        status = _soft_iron_status(bias * scaled.scale_nT, unknown * scaled.scale_nT, reference.strength_nT)
         size, gain = scaled.scale_nT, scaled.scale_nT / reference.strength_nT
         offset_nT, scale = scaled.middle_nT + size * fit.centre, gain * fit.radius
         jacobian = np.diag([size, size, size, 0.0])
@@ -89,27 +92,38 @@ class SphereFit:
         """Noise of a component of x."""
         return float(np.sqrt(self.misfit @ self.misfit / (len(self.x) - 4))) / (2 * self.radius)
 
-    def mean_square_error(self) -> tuple[Array, float]:
-        """Mean square error (4, 4) of the solution, and the length of the centre's bias by the soft iron left out.
+    def mean_square_error(self) -> tuple[Array, float, float]:
+        """Mean square error (4, 4) of the solution, the length of the centre's bias by the soft iron left out, and the
+        standard deviation of the centre, in its worst direction, by what noise leaves unknown of that soft iron.
 
         sigma^2 R^-1 R^-T + k beta beta^T,  beta = theta - (A^-1 c', d'),  (c', d') = theta - R^-1 Q^T Z gamma,
         A = I - Gamma,  k = max(0, 1 - 5 sigma^2 / |Z' gamma|^2): what noise alone would explain is no bias
+        cov(gamma) = sigma^2 (Z'^T Z')^-1,  d(A^-1 c') / d gamma_i = A^-1 (Gamma_i A^-1 c' - (R^-1 Q^T Z)_i)
         """
         softness = _soft_iron_terms(self.x)
         alias = self.q.T @ softness
-        gamma, variance, share = _soft_iron(softness - self.q @ alias, self.misfit)
+        clear = softness - self.q @ alias
+        gamma, variance, share = _soft_iron(clear, self.misfit)
         inverse = np.linalg.inv(self.r)
         full = self.solution - inverse @ alias @ gamma
-        soft = shape_matrix(np.array([gamma[0], gamma[1], -gamma[0] - gamma[1], *gamma[2:]]))
-        full[:3] = np.linalg.solve(np.eye(3) - soft, full[:3])
+        shape = np.eye(3) - _soft_matrix(gamma)
+        full[:3] = np.linalg.solve(shape, full[:3])
         bias = np.sqrt(share) * (self.solution - full)
-        return variance * inverse @ inverse.T + np.outer(bias, bias), float(np.linalg.norm(bias[:3]))
+        turned = np.column_stack([_soft_matrix(unit) @ full[:3] for unit in np.eye(5)])
+        slope = np.linalg.solve(shape, turned - (inverse @ alias)[:3])
+        unknown = np.sqrt(variance) * np.linalg.norm(slope @ np.linalg.pinv(clear), 2)
+        return variance * inverse @ inverse.T + np.outer(bias, bias), float(np.linalg.norm(bias[:3])), float(unknown)
 
 
 def _soft_iron_terms(x: Array) -> Array:
     """Z (n, 5): the trace-free quadratic terms of points (n, 3)."""
     quadratic = design(x)[:, :6]
     return np.column_stack((quadratic[:, 0] - quadratic[:, 2], quadratic[:, 1] - quadratic[:, 2], quadratic[:, 3:]))
+
+
+def _soft_matrix(gamma: Array) -> Array:
+    """Gamma (3, 3), trace-free, of its five terms."""
+    return shape_matrix(np.array([gamma[0], gamma[1], -gamma[0] - gamma[1], *gamma[2:]]))
 
 
 def _soft_iron(clear: Array, misfit: Array) -> tuple[Array, float, float]:
@@ -121,12 +135,15 @@ def _soft_iron(clear: Array, misfit: Array) -> tuple[Array, float, float]:
     return np.asarray(gamma, dtype=np.float64), variance, share
 
 
-def _soft_iron_status(bias_nT: float, strength_nT: float) -> Status | None:
-    """Unobservable when soft iron would move the centre by more than the covariance of a usable fit may."""
-    if bias_nT <= MAX_STD_FRACTION * strength_nT:
-        return None
-    return Status(
-        "unobservable",
-        "the measurements are not on a sphere: this method cannot rule out soft iron, which would move its centre by "
-        f"about {bias_nT:.3g} nT on this motion; use ellipsoid, or cover all attitudes evenly",
-    )
+def _soft_iron_status(bias_nT: float, unknown_nT: float, strength_nT: float) -> Status:
+    """Unobservable when soft iron would move the centre by more than the covariance of a usable fit may.
+
+    Ok with a caveat where it may move it by more than CAVEAT_FRACTION: by a bias that shows, or unseen.
+    """
+    moved = f"which would move its centre by about {max(bias_nT, unknown_nT):.3g} nT on this motion"
+    if bias_nT > MAX_STD_FRACTION * strength_nT:
+        what = f"the measurements are not on a sphere: this method cannot rule out soft iron, {moved}"
+        return Status("unobservable", f"{what}; use ellipsoid, or cover all attitudes evenly")
+    if max(bias_nT, unknown_nT) > CAVEAT_FRACTION * strength_nT:
+        return Status("ok", f"this method cannot rule out soft iron, {moved}; compare it with ellipsoid")
+    return Status("ok")

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from calib import get
+from calib import Reference, get
+from calib.methods.sphere import SphereCalibrator
 from calib.methods.vector_least_squares import VectorLeastSquares
+from sim.dataset import Recording
 
 SEEDS = range(100)
 
@@ -94,6 +97,23 @@ def test_sphere_says_how_wrong_soft_iron_makes_it(runs, standard):
             assert "cannot rule out soft iron" in result.status.reason
             error_nT = np.linalg.norm(result.offset_nT - standard.HARD_NT)
             assert np.sqrt(np.trace(result.offset_covariance_nT2)) == pytest.approx(error_nT, rel=0.2)
+
+
+@pytest.mark.parametrize(("stretch", "caveat"), [(0.0, False), (0.01, True)])
+def test_a_sphere_that_is_ok_names_the_soft_iron_that_it_cannot_rule_out(stretch, caveat, standard):
+    """Within 6 degrees of level: soft iron of 1 % moves the centre by as much as the caveat says."""
+    rng = np.random.default_rng(0)
+    heading, height = rng.uniform(0, 2 * np.pi, 2000), rng.uniform(-0.1, 0.1, 2000)
+    level = np.sqrt(1 - height**2)
+    unit = np.column_stack([level * np.cos(heading), level * np.sin(heading), height])
+    soft = np.eye(3) + stretch * np.array([[1.0, 0.5, 0.0], [0.5, -1.0, 0.3], [0.0, 0.3, 0.0]])
+    mag_nT = 48_000 * unit @ soft + standard.HARD_NT + rng.normal(0, 5, (2000, 3))
+    fit = SphereCalibrator().fit(Recording(np.arange(2000.0), mag_nT), Reference(48_000))
+    assert fit.status.kind == "ok"
+    assert ("cannot rule out soft iron" in fit.status.reason) == caveat
+    if caveat:
+        told_nT = float(re.search(r"about ([\d.]+) nT", fit.status.reason)[1])
+        assert told_nT == pytest.approx(np.linalg.norm(fit.offset_nT - standard.HARD_NT), rel=0.1)
 
 
 def test_eddy_currents_are_found_and_removed(standard):
