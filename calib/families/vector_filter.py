@@ -13,7 +13,7 @@ from calib.base import Calibrator
 from calib.models.vector import NAMES, VectorData, calibration
 from calib.numerics.kalman import STEADY, Engine, NoiseRule, filtered
 from calib.reference import Reference
-from calib.result import Calibration, Status
+from calib.result import OFFSET_NAMES, Calibration, Status
 from calib.settings import NotNegative, Positive, check
 from sim.dataset import Recording
 
@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 MAX_PRIOR_SHARE = 0.01
 """Converged: the prior weighs less than this in every direction of the state."""
 MAX_HISTORY = 200
+MICROTESLA_NT = 1000.0
+"""The unit of T_p in which [Li2017]'s prior leaves it free (eq. 10)."""
 
 
 @dataclass(frozen=True)
@@ -162,9 +164,16 @@ def _status(steps: Track, settings: KalmanSettings) -> Status:
     return Status(
         "not_converged",
         f"the covariance has not come down: the start value still weighs {values[-1]:.2g} "
-        f"(limit {MAX_PRIOR_SHARE:g}), most in {worst}; record longer, turn about more axes, lower "
-        "state_variance, or use kalman_rescaled where T_p is what stays behind",
+        f"(limit {MAX_PRIOR_SHARE:g}), most in {worst}; {_advice(worst, settings)}",
     )
+
+
+def _advice(worst: str, settings: KalmanSettings) -> str:
+    """What brings the covariance down: for an offset whose prior is too small another unit, else data or less drift."""
+    if worst in OFFSET_NAMES and settings.offset_unit_nT < MICROTESLA_NT:
+        return "use kalman_rescaled, in which T_p may move further"
+    steady = "" if settings.state_variance == 0 else ", lower state_variance (0 for iron that stays)"
+    return f"record longer, turn about more axes{steady}, or use vector_least_squares, which needs no start value"
 
 
 def _history(steps: Track, settings: KalmanSettings) -> tuple[float, ...]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from calib.families.vector_filter import KalmanSettings, VectorFilter
+from calib.families.vector_filter import MICROTESLA_NT, KalmanSettings, VectorFilter
 from calib.numerics.kalman import STEADY, NoiseRule
 
-MICROTESLA = KalmanSettings(offset_unit_nT=1000.0)
+MICROTESLA = KalmanSettings(offset_unit_nT=MICROTESLA_NT)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from calib.numerics.fuzzy import GRID, RULES, MamdaniRatio
 EDDY_S = np.array([[0.1, 0.32, 0.22], [0.13, 0.16, 0.61], [0.16, 0.17, 0.02]])
 CONSTANT = replace(MICROTESLA, state_variance=0.0, noise_variance_nT2=100.0)
 """Constant iron, and the true noise of the standard case."""
+FORGETFUL = replace(MICROTESLA, state_variance=1.0)
 MILD = KalmanSettings(1000.0, prior_variance=1e-2, state_variance=1e-10, noise_variance_nT2=100.0)
 """A prior that leaves digits: where P H H^T / R is 1e14, as in [Li2017], rounding alone moves T_p by 1e-8 of it."""
 
@@ -92,6 +93,7 @@ def test_the_papers_original_scaling_says_that_it_has_not_converged(standard):
     fit = KalmanCalibrator().fit(standard.recording("full", 1), standard.REFERENCE)
     assert fit.status.kind == "not_converged"
     assert "offset_" in fit.status.reason
+    assert "use kalman_rescaled" in fit.status.reason
     assert np.abs(fit.offset_nT).max() < 0.01 * np.abs(standard.HARD_NT).max()
 
 
@@ -103,6 +105,26 @@ def test_the_papers_settings_on_the_standard_motions(calibrator, standard):
         error = fit.offset_nT - standard.HARD_NT
         assert np.abs(error).max() < limit
         assert (np.abs(error) < 4 * np.sqrt(np.diag(fit.offset_covariance_nT2))).all()
+
+
+@pytest.mark.parametrize(
+    ("calibrator", "advice"),
+    [
+        (
+            KalmanRescaledCalibrator(FORGETFUL),
+            "lower state_variance (0 for iron that stays), or use vector_least_squares",
+        ),
+        (KalmanFuzzyCalibrator(FORGETFUL), "lower state_variance"),
+        (
+            KalmanRescaledCalibrator(replace(CONSTANT, prior_variance=1e-7)),
+            "turn about more axes, or use vector_least_squares",
+        ),
+    ],
+)
+def test_a_filter_that_has_not_converged_does_not_advise_itself(calibrator, advice, standard):
+    status = calibrator.fit(standard.recording("full", 3), standard.REFERENCE).status
+    assert (status.kind, advice in status.reason) == ("not_converged", True), status.reason
+    assert "use kalman" not in status.reason
 
 
 def test_history_falls_to_the_final_share(standard):
