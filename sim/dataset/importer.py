@@ -76,12 +76,23 @@ def _check_names(path: Path, names: Sequence[str], schema: pa.Schema) -> None:
     if sensors and any(name in names for name in mag_names()):
         what = "holds both mag_x_nT … and mag1_x_nT …: one magnetometer or an array?"
         raise InputError(what, where=str(path), do="keep one of the two, or rename the other")
+    _check_numbers(path, sensors)
     field = [name for sensor in sensors or (None,) for name in mag_names(sensor)]
     missing = next((name for name in ("time_s", *field) if name not in names), None)
     if missing is not None:
         example = "t,unit=ms" if missing == "time_s" else missing.replace("mag_", "b").replace("_nT", ",unit=uT")
         what = f"there is no column {missing}; the file has {_listed(schema)}"
         raise InputError(what, where=str(path), do=f"name it with --map {missing}={example}")
+
+
+def _check_numbers(path: Path, sensors: Sequence[int]) -> None:
+    """An array's sensors count from 1 without a gap, as results do; InputError otherwise."""
+    missing = next((k for k, sensor in enumerate(sensors, start=1) if k != sensor), None)
+    if missing is not None:
+        listed, name = ", ".join(map(str, sensors)), mag_names(missing)[0]
+        what = f"holds the sensors {listed} of an array, without {missing}: results count them from 1"
+        do = f"number them 1 to {len(sensors)}, as by --map {name}={mag_names(sensors[missing - 1])[0]}"
+        raise InputError(what, where=str(path), do=do)
 
 
 def _listed(schema: pa.Schema) -> str:

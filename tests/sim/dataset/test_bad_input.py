@@ -179,6 +179,14 @@ CASES: dict[str, tuple[Make, list[str], tuple[str, ...]]] = {
         [],
         ("no column mag1_z_nT",),
     ),
+    "array with a gap": (
+        parquet(
+            **{f"mag_{a}_nT": None for a in "xyz"},
+            **{f"mag{k}_{a}_nT": good()[f"mag_{a}_nT"] for k in (1, 3) for a in "xyz"},
+        ),
+        [],
+        ("the sensors 1, 3 of an array, without 2", "--map mag2_x_nT=mag3_x_nT"),
+    ),
     "sensor and array": (parquet(mag1_x_nT=np.ones(N)), [], ("both mag_x_nT", "keep one")),
     "gyro incomplete": (parquet(gyro_x_rad_s=np.ones(N)), [], ("gyro_y_rad_s beside gyro_x_rad_s", "rename")),
     "NaN in mag": (changed("mag_y_nT", 7, np.nan), [], ("mag_y_nT", "1 of 40", "row 7", "missing", "remove")),
