@@ -112,14 +112,26 @@ class KeepCurrent:
             self.nest()
 
     def nest(self) -> None:
-        """Make the copy anew, unless the checkout itself comes first, as in its own tests."""
+        """Make the copy anew, unless the checkout itself comes first, as in its own tests.
+
+        A copy that was removed is off the path, since the interpreter leaves out what is not there at its start.
+        Raises ModuleNotFoundError where the repository has gone too.
+        """
         import os
 
         copy = os.path.join(self.root, EDITABLE)
-        if next((place for place in sys.path if os.path.isdir(os.path.join(place, WHOLE))), None) == copy:
-            from pathlib import Path
+        if copy not in sys.path:
+            sys.path.append(copy)
+        if next(place for place in sys.path if place == copy or os.path.isdir(os.path.join(place, WHOLE))) != copy:
+            return
+        if not os.path.isdir(os.path.join(self.root, WHOLE)):
+            what = f"{self.root} has gone, where {WHOLE} is installed from: install it anew from where it is now"
+            raise ModuleNotFoundError(f"{what} (pip install -e .)", name=WHOLE)
+        import importlib
+        from pathlib import Path
 
-            nest(Path(self.root), Path(copy))
+        nest(Path(self.root), Path(copy))
+        importlib.invalidate_caches()  # the path may be known as a directory that is not there
 
 
 def keep_current(root: str) -> None:

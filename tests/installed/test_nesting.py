@@ -6,11 +6,12 @@ import ast
 import importlib.util
 import os
 import re
+import sys
 from pathlib import Path
 
 import pytest
 
-from nesting import PARTS, nest, nested
+from nesting import EDITABLE, PARTS, KeepCurrent, nest, nested
 from tests.conftest import ROOT
 
 MODULES = [path for package in (*PARTS, "magbench") for path in sorted((ROOT / package).rglob("*.py"))]
@@ -82,6 +83,35 @@ def test_a_copy_follows_its_source_and_goes_with_it(tmp_path: Path) -> None:
     (tmp_path / "sim" / "field.py").unlink()
     nest(tmp_path, out)
     assert not copy.exists()
+
+
+@pytest.fixture
+def alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A path without this checkout."""
+    monkeypatch.setattr(sys, "path", [place for place in sys.path if not (Path(place) / "magbench").is_dir()])
+
+
+@pytest.mark.usefixtures("alone")
+def test_an_editable_installation_makes_a_copy_that_was_removed(tmp_path: Path) -> None:
+    small_tree(tmp_path)
+    copy = tmp_path / EDITABLE
+    KeepCurrent(str(tmp_path)).nest()
+    assert (copy / "magbench" / "sim" / "field.py").read_text() == "from magbench.calib import x\n"
+    assert sys.path[-1] == str(copy), "the interpreter leaves out a path that is not there at its start"
+
+
+@pytest.mark.usefixtures("alone")
+def test_an_editable_installation_whose_repository_has_gone_says_so(tmp_path: Path) -> None:
+    with pytest.raises(ModuleNotFoundError, match=r"gone.*has gone, where magbench is installed from: install it anew"):
+        KeepCurrent(str(tmp_path / "gone")).nest()
+    assert not (tmp_path / "gone").exists()
+
+
+def test_a_checkout_on_the_path_comes_before_the_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small_tree(tmp_path)
+    monkeypatch.setattr(sys, "path", [str(tmp_path)])
+    KeepCurrent(str(tmp_path)).nest()
+    assert not (tmp_path / EDITABLE).exists()
 
 
 def test_a_module_that_is_no_python_is_left_for_its_import_to_tell(tmp_path: Path) -> None:
