@@ -193,28 +193,22 @@ def diagnose(
         and white noise, fitted. confirm : a second recording, in which the finding must hold too. actuators : channels
         to treat like motor currents. time_s : (n,) of `data`, where that is an array. policy : the numbers that decide.
     """
+    from functools import partial
     from pathlib import Path
 
     from magbench.results import DiagnosisResult
-    from sim.scenario import ModelSpec, load_model
-    from validation.diagnosis.files import diagnose_recording, with_actuators
+    from validation.diagnosis.files import diagnose_against, with_actuators
     from validation.diagnosis.policy import STANDARD
 
-    spec = load_model(model) if model else ModelSpec()
-    stated = field_strength_nT is not None or field_enu_nT is not None
-    reference = None
-    if stated or spec.field is None:
-        reference = reference_from(data, run, field_strength_nT, field_enu_nT)
-
-    def driven(one: Data, times: ArrayLike | None = None) -> Recording:
+    def read(one: Data, times: ArrayLike | None) -> Recording:
         return with_actuators(recording_from(one, time_s=times, maps=maps, run=run), actuators, Path("recording"))
 
-    found = diagnose_recording(
-        driven(data, time_s),
-        spec,
-        reference,
-        confirm=None if confirm is None else driven(confirm),
-        fitted_base=model is None,
+    found = diagnose_against(
+        model,
+        partial(read, data, time_s),
+        partial(reference_from, data, run, field_strength_nT, field_enu_nT),
+        stated=field_strength_nT is not None or field_enu_nT is not None,
+        confirm=None if confirm is None else partial(read, confirm, None),
         policy=policy or STANDARD,
     )
     return DiagnosisResult.of(found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -37,17 +38,40 @@ def diagnose_file(
 
     Raises InputError for files, columns, models and references that cannot be used.
     """
-    spec = load_model(model) if model else ModelSpec()
-    unknown = enu is not None or strength_nT is not None or spec.field is None
     file = file_of(measured, run)
-    reference = reference_of(file, strength_nT, enu) if unknown else None
-    recording = with_actuators(read_recording(file, maps=maps), actuators, file)
-    second = None
-    if confirm is not None:
-        second = with_actuators(read_recording(confirm, run=run, maps=maps), actuators, confirm)
-    return diagnose_recording(
-        recording, spec, reference, confirm=second, fitted_base=model is None, policy=policy, say=say
+
+    def read(path: Path) -> Recording:
+        return with_actuators(read_recording(path, run=run, maps=maps), actuators, path)
+
+    return diagnose_against(
+        model,
+        partial(read, file),
+        partial(reference_of, file, strength_nT, enu),
+        stated=enu is not None or strength_nT is not None,
+        confirm=None if confirm is None else partial(read, confirm),
+        policy=policy,
+        say=say,
     )
+
+
+def diagnose_against(
+    model: str | Path | None,
+    read: Callable[[], Recording],
+    reference: Callable[[], Reference],
+    *,
+    stated: bool,
+    confirm: Callable[[], Recording] | None = None,
+    policy: Policy = STANDARD,
+    say: Callable[[str], object] = lambda what: None,
+) -> Diagnosis:
+    """Diagnose what is read against a model file or scenario; without one against fitted iron and white noise.
+
+    reference : asked where it is `stated`, and where the model names no field. confirm : a second recording.
+    """
+    spec = load_model(model) if model else ModelSpec()
+    known = reference() if stated or spec.field is None else None
+    recording, second = read(), None if confirm is None else confirm()
+    return diagnose_recording(recording, spec, known, confirm=second, fitted_base=model is None, policy=policy, say=say)
 
 
 def diagnose_recording(
