@@ -33,7 +33,9 @@ from validation.views.pages.comparison import Comparison, page, title_of
 from validation.views.recording import write_recording
 
 Progress = Callable[[float, int], object]
-"""Told (trials done, trials in all)."""
+"""Told (pieces done, pieces in all): trials and recordings, from none on."""
+SHOWN = ("best", "median", "worst")
+"""The trials of the best calibrator that are recorded."""
 ANSWER, REPORT, RECORDINGS = "comparison.json", "report.html", "recordings"
 
 
@@ -82,7 +84,7 @@ def compare(
         found = _answered(design, table, asked)
         write_text(out / ANSWER, json.dumps(summary(found, design.seed), indent=1, allow_nan=False) + "\n")
         write_text(out / REPORT, page(found))
-        _record(design, found, out / RECORDINGS)
+        _record(design, found, out / RECORDINGS, partial(_recorded, progress, _pieces(design, trials)))
     return found
 
 
@@ -98,15 +100,20 @@ def _computed(
 ) -> Table:
     """The trials that the question needs, at most so many; looked at after fixed numbers of them."""
     done, first = 0, 0
+    progress(done, _pieces(design, most))
     for number in [most] if asked.until is None else looks(most):
         for _ in run_trials(design, range(first, number), engine, journal):
             done += 1
-            progress(done, most * len(design.points))
+            progress(done, _pieces(design, most))
         table = Table.of(design, (trial for trial in journal if trial.run < number))
         if asked.until is not None and asked.until.reached(_columns(table, asked.until)):
             break
         first = number
     return table
+
+
+def _pieces(design: Design, most: int) -> int:
+    return most * len(design.points) + len(SHOWN)
 
 
 def _columns(table: Table, until: Until) -> list[Any]:
@@ -178,7 +185,7 @@ def _shown_runs(table: Table, first: Answer) -> dict[str, int]:
     runs = table.runs()
     if not order:
         return {}
-    return {name: int(runs[order[k]]) for name, k in (("best", 0), ("median", len(order) // 2), ("worst", -1))}
+    return {name: int(runs[order[k]]) for name, k in zip(SHOWN, (0, len(order) // 2, -1), strict=True)}
 
 
 def _looked_at(table: Table, first: Answer) -> str:
@@ -189,11 +196,25 @@ def _looked_at(table: Table, first: Answer) -> str:
     return f"Of {first.best.calibrator}'s trials at the first point {which}: open them with magbench show."
 
 
-def _record(design: Design, found: Comparison, out: Path) -> None:
-    """Write recordings of the best calibrator's best, median and worst trial at the first point."""
+def _record(design: Design, found: Comparison, out: Path, progress: Callable[[int], object]) -> None:
+    """Write recordings of the best calibrator's best, median and worst trial at the first point; a run fits once.
+
+    progress: told how many are there, from none on.
+    """
     out.mkdir(exist_ok=True)
-    for name, run in _shown_runs(found.table, found.answers[0]).items():
-        write_recording(_outcome(design, run), out / f"{name}.rrd")
+    shown = _shown_runs(found.table, found.answers[0])
+    done = 0
+    for run in dict.fromkeys(shown.values()):
+        progress(done)
+        outcome = _outcome(design, run)
+        for name in (name for name in shown if shown[name] == run):
+            write_recording(outcome, out / f"{name}.rrd")
+            done += 1
+    progress(len(SHOWN))
+
+
+def _recorded(progress: Progress, total: int, done: int) -> None:
+    progress(total - len(SHOWN) + done, total)
 
 
 def _outcome(design: Design, run: int) -> Outcome:

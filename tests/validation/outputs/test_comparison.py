@@ -14,6 +14,7 @@ from validation.calibrating.candidates import candidates
 from validation.comparison.design import Design
 from validation.comparison.engine import Here
 from validation.comparison.table import Table
+from validation.outputs import comparison
 from validation.outputs.comparison import compare, question, summary
 
 SHORT = ["phases.0.duration_s=120"]
@@ -49,6 +50,15 @@ def test_three_trials_are_recorded_to_look_at(out: Path):
     assert {path.name for path in (out / "recordings").iterdir()} == {"best.rrd", "median.rrd", "worst.rrd"}
 
 
+def test_a_trial_that_is_shown_twice_is_fitted_once(design: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    judged: list[object] = []
+    judge = comparison.judge
+    monkeypatch.setattr(comparison, "judge", lambda *given, **more: (judged.append(1), judge(*given, **more))[1])
+    compare(design, 1, tmp_path, Here())
+    assert len(judged) == 1
+    assert len(list((tmp_path / "recordings").iterdir())) == 3
+
+
 def test_a_larger_number_extends_and_a_smaller_one_reads_less(out: Path, design: Design):
     before = Table.read(out).values("offset_error", "ellipsoid")
     assert summary(compare(design, 4, out, Here()), 3)["trials"] == 4
@@ -58,11 +68,13 @@ def test_a_larger_number_extends_and_a_smaller_one_reads_less(out: Path, design:
 
 
 def test_it_ends_when_the_medians_are_known(design: Design, tmp_path: Path):
-    seen: list[int] = []
+    seen: list[tuple[float, int]] = []
     asked = question(until="median holdout_sphere_component_rms +-60%")
-    found = compare(design, 200, tmp_path, Here(), lambda done, total: seen.append(total), asked)
+    found = compare(design, 200, tmp_path, Here(), lambda *told: seen.append(told), asked)
     assert 20 <= found.answers[0].trials < 200
-    assert set(seen) == {200}
+    trials = found.answers[0].trials
+    assert {total for _, total in seen} == {203}, "two hundred trials, three recordings"
+    assert [done for done, _ in seen] == [*range(trials + 1), *range(200, 204)]
 
 
 def test_questions_that_cannot_be_answered_are_refused(design: Design, tmp_path: Path):
