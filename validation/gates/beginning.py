@@ -78,6 +78,7 @@ class Proposal:
 def proposals(table: Table, score: Meaning) -> list[Proposal]:
     """A gate for every calibrator that gives an estimate in most trials, the best first; the others refer to it.
 
+    One that is worse than the best by more than the ladder has gets a limit of its own.
     Raises InputError where there is none.
     """
     named = [name for name in table.calibrators if name.split("@")[0] != UNCORRECTED]
@@ -88,8 +89,12 @@ def proposals(table: Table, score: Meaning) -> list[Proposal]:
         raise InputError("no calibrator gives an estimate in most trials", do="compare others")
     test = SequentialTest(1.0 - QUANTILE, FALSE_FAIL_RATE / len(usable), 1.0 - POWER)
     best = scores[usable[0]]
-    alone = _proposal(usable[0], None, best, medians[usable[0]], test)
-    return [alone, *(_proposal(name, usable[0], scores[name] / best, 1.0, test) for name in usable[1:])]
+    found = [_proposal(usable[0], None, best, medians[usable[0]], test)]
+    for name in usable[1:]:
+        one = _proposal(name, usable[0], scores[name] / best, 1.0, test)
+        too_far = one.step.trials is None
+        found.append(_proposal(name, None, scores[name], medians[name], test) if too_far else one)
+    return found
 
 
 def _proposal(name: str, reference: str | None, values: Array, unit: float, test: SequentialTest) -> Proposal:

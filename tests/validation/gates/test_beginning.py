@@ -29,3 +29,11 @@ def test_more_trials_give_a_stricter_limit() -> None:
     limits = [proposals(table_of({"a": v, "uncorrected": v}), SCORE)[0].step.limit / np.median(v) for v in (few, many)]
     assert limits[1] < limits[0]
     assert limits[1] < 1.3
+
+
+def test_one_that_is_worse_than_the_ladder_is_high_gets_a_limit_of_its_own() -> None:
+    good, bad = RNG.lognormal(0.0, 0.3, 60), RNG.lognormal(8.0, 0.01, 60)
+    _, found = proposals(table_of({"a": good, "b": bad, "uncorrected": bad}), SCORE)
+    assert found.reference is None
+    assert found.step.trials is not None
+    assert np.median(bad) < found.step.limit < 2 * np.median(bad)
