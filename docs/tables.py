@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import peers as public
 import schema_keys
 import tracked
 from pydantic import BaseModel
@@ -39,16 +40,20 @@ COUNTS = {"effects": len(EFFECTS), "(?:calibrators|methods)": len(CALIBRATORS)}
 MARKS = re.compile(r"(<!-- table: ([\w-]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 WORD = re.compile(r"-?\w+(?:\.\w+)*")
 STAGES = ("field", "vehicle", "sensor", "electronics")
+PEERS = "peers"
 SHOWN_HZ = 10.0
 """Sample rate at which the noise of a density is shown."""
 KEY_HEADS = ("key", "value", "default", "range", "meaning")
 
 
 def fill(page: str, *, measured: bool = True) -> str:
-    """The text of a page with its tables made anew; measured=False leaves tables of measurements as they are."""
+    """The text of a page with its tables made anew; measured=False leaves tables of measurements as they are.
+
+    The public packages' is left too where no environment of theirs is named.
+    """
 
     def made(found: re.Match[str]) -> str:
-        keep = found[2] in MEASURED and not measured
+        keep = found[2] in MEASURED and (not measured or (found[2] == PEERS and not public.asked()))
         return found[1] + (found[3] if keep else TABLES[found[2]]()) + found[4]
 
     return MARKS.sub(made, page)
@@ -251,6 +256,11 @@ def ellipsoid() -> str:
     return _table(heads, reproduced.ellipsoid())
 
 
+def peers() -> str:
+    """The public packages beside our calibrators."""
+    return _table(public.heads(), public.compared())
+
+
 # verdicts
 
 
@@ -289,10 +299,11 @@ TABLES: dict[str, Callable[[], str]] = {
     "sheets": sheets,
     "tracking": tracking,
     "zhang2018-ellipsoid": ellipsoid,
+    PEERS: peers,
     **{f"verdict-{name}": verdict(name) for name in Verdict},
 }
 """Every table by the name that a page asks for."""
-MEASURED = ("tracking", "zhang2018-ellipsoid", *(name for name in TABLES if name.startswith("verdict-")))
+MEASURED = ("tracking", "zhang2018-ellipsoid", PEERS, *(name for name in TABLES if name.startswith("verdict-")))
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
+import peers
 import pytest
 import reproduced
 import shown
@@ -188,6 +189,27 @@ def test_tables_are_what_the_code_says(page: Path) -> None:
     """Not the other way round: what was added to the code waits for `make docs`."""
     text = page.read_text(encoding="utf-8")
     assert not tables.stale(text, tables.fill(text, measured=False)), "run `make docs`"
+
+
+def test_every_method_of_the_peers_is_in_their_command_and_in_the_table() -> None:
+    texts = {path.stem.removeprefix("with_"): path for path in (ROOT / "examples" / "peers").glob("with_*.py")}
+    methods = {
+        f"{package}-{name}" for package, path in texts.items() for name in re.findall(r'"(\w+)": \w', path.read_text())
+    }
+    told = re.findall(r"([\w-]+)=peers/bin/python", " ".join(peers.command()))
+    assert set(told) == methods
+    page = peers.PAGE.read_text(encoding="utf-8")
+    assert not [name for name in methods if f"| `{name}` |" not in page]
+
+
+def test_a_table_of_the_peers_is_made_where_their_python_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    page = "<!-- table: peers -->\n| kept |\n<!-- end -->\n"
+    monkeypatch.setattr(peers, "compared", lambda: [("`ellipsoid`", "30", "0.1", "20", "0.05", "0 of 20")])
+    monkeypatch.delenv(peers.VARIABLE, raising=False)
+    assert tables.fill(page) == page
+    monkeypatch.setenv(peers.VARIABLE, "python")
+    assert "| `ellipsoid` | 30 |" in tables.fill(page)
+    assert tables.fill(page, measured=False) == page
 
 
 def test_the_vehicles_track_as_the_page_says() -> None:
