@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from functools import lru_cache
 
 import numpy as np
 
@@ -31,11 +32,15 @@ def earth_field_enu_nT(field: FieldSpec) -> Array:
     if not FIRST_DATE <= field.date <= LAST_DATE:
         covered = f"{FIRST_DATE} to {LAST_DATE}"
         raise InputError(f"IGRF-14 covers {covered}, found {field.date}", where="field.date", do="or give field.enu_nT")
+    return np.array(_modelled(field.latitude_deg, field.longitude_deg, field.altitude_m, field.date))
+
+
+@lru_cache(maxsize=64)
+def _modelled(latitude_deg: float, longitude_deg: float, altitude_m: float, date: datetime.date) -> tuple[float, ...]:
+    """IGRF-14; kept, since every run of a scenario asks for the same place, at a cost of 30 ms."""
     # Imported here: it loads pandas, which scenarios with a given vector need not wait for.
     import ppigrf
 
-    midnight = datetime.datetime.combine(field.date, datetime.time())
-    latitude_deg = np.clip(field.latitude_deg, -MOST_LATITUDE_DEG, MOST_LATITUDE_DEG)
-    place = (field.longitude_deg, latitude_deg, field.altitude_m / 1000.0)
-    parts = ppigrf.igrf(*map(extended, place), midnight)
-    return np.array([float(part.item()) for part in parts])
+    midnight = datetime.datetime.combine(date, datetime.time())
+    place = (longitude_deg, np.clip(latitude_deg, -MOST_LATITUDE_DEG, MOST_LATITUDE_DEG), altitude_m / 1000.0)
+    return tuple(float(part.item()) for part in ppigrf.igrf(*map(extended, place), midnight))
