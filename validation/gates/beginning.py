@@ -91,9 +91,11 @@ def proposals(table: Table, score: Meaning) -> list[Proposal]:
     best = scores[usable[0]]
     found = [_proposal(usable[0], None, best, medians[usable[0]], test)]
     for name in usable[1:]:
-        one = _proposal(name, usable[0], scores[name] / best, 1.0, test)
-        too_far = one.step.trials is None
-        found.append(_proposal(name, None, scores[name], medians[name], test) if too_far else one)
+        ratios = scores[name] / best
+        if np.median(ratios) > LADDER[-1]:
+            found.append(_proposal(name, None, scores[name], medians[name], test))
+        else:
+            found.append(_proposal(name, usable[0], ratios, 1.0, test))
     return found
 
 
