@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.models.ellipsoid import EllipsoidFit, Standardised, norm_coordinates, symmetric
+from calib.numerics.kalman import Engine
+from calib.numerics.unscented import filtered
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
@@ -36,7 +38,8 @@ class UkfCalibrator(Calibrator):
     filter grows sure too early and diverges. One update takes `block` samples spread over the whole recording. Four
     runs follow each other, the first with 30 times the noise. The claimed covariance is the filter's times the mean
     squared normalised innovation; "ok" needs a last run that moved by less than a standard deviation. v has the
-    standard deviation `noise_fraction`. [Zhang2018] ref. 1 for the filter, [VanDerMerwe2004] for the sigma points.
+    standard deviation `noise_fraction`. `engine`: the compiled filter, or filterpy's. [Zhang2018] ref. 1 for the
+    filter, [VanDerMerwe2004] for the sigma points.
     """
 
     name: ClassVar[str] = "ukf"
@@ -46,6 +49,7 @@ class UkfCalibrator(Calibrator):
     noise_fraction: Positive = 3e-4
     prior_std: Positive = 0.3
     block: Count = 20
+    engine: Engine = "compiled"
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         if len(recording) < self.block:
@@ -58,7 +62,9 @@ class UkfCalibrator(Calibrator):
         state, covariance, history = np.zeros(9), np.eye(9) * self.prior_std**2 / FORGET, []
         for factor in TEMPERING:
             before = state
-            state, covariance, nis = filtered(blocks, state, covariance * FORGET, factor * self.noise_fraction)
+            state, covariance, nis = filtered(
+                blocks, state, covariance * FORGET, factor * self.noise_fraction, self.engine
+            )
             move = state - before
             history.append(float(np.sqrt(move @ np.linalg.solve(covariance * max(nis, LEAST_NIS), move))))
         noise = self.noise_fraction * float(np.sqrt(nis))
@@ -83,30 +89,6 @@ def ellipsoid_fit(state: Array, covariance: Array, noise_std: float, history: tu
     return EllipsoidFit.of_norm(
         norm_coordinates(correction(state), state[:3]), covariance[np.ix_(order, order)], noise_std, history
     )
-
-
-def half_square(state: Array, m: Array) -> Array:
-    """|(I + D) m - d|^2 / 2 (n,) of a state (9,) and measurements (n, 3), all in units of F."""
-    h = m @ correction(state) - state[:3]
-    return np.asarray((h * h).sum(axis=1) / 2)
-
-
-def filtered(blocks: Array, start: Array, prior: Array, noise: float) -> tuple[Array, Array, float]:
-    """One run of filterpy's filter: state (9,), covariance (9, 9), mean squared innovation over its expectation."""
-    # Imported here: filterpy takes more than a second that other methods need not wait for.
-    from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
-
-    size = blocks.shape[1]
-    points = MerweScaledSigmaPoints(9, alpha=1.0, beta=2.0, kappa=0.0)
-    filter_ = UnscentedKalmanFilter(9, size, 1.0, hx=half_square, fx=lambda x, dt: x, points=points)
-    filter_.x, filter_.P, filter_.Q, filter_.R = start.copy(), prior, np.zeros((9, 9)), np.eye(size) * noise**2
-    total = 0.0
-    for block in blocks:
-        filter_.predict()
-        filter_.update(np.full(size, 0.5), m=block)
-        filter_.P = (filter_.P + filter_.P.T) / 2
-        total += float(filter_.y @ filter_.SI @ filter_.y)
-    return np.asarray(filter_.x), np.asarray(filter_.P), total / (size * len(blocks))
 
 
 def _status(moved: float, matrix: Array) -> Status:

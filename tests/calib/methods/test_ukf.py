@@ -7,7 +7,8 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from calib import get
-from calib.methods.ukf import UkfCalibrator, correction, ellipsoid_fit, half_square, spread
+from calib.methods.ukf import UkfCalibrator, correction, ellipsoid_fit, spread
+from calib.numerics.unscented import half_square
 
 
 def test_block_is_spread_over_the_whole_recording():
