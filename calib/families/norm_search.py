@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, final
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 from pydantic import Field
 
@@ -36,6 +35,14 @@ from sim.dataset import Recording
 Array = NDArray[np.float64]
 ROUNDING_VARIANCE = 1e-18
 """Smallest variance of a residual of unit size: rounding, 1e-9 of the field."""
+FIRST_DAMPING, LESS, MORE, MOST_STEPS = 1e-3, 0.2, 8.0, 500
+"""Levenberg-Marquardt: the damping at first, its factor after a step that gains and after one that does not."""
+ROUNDING_COST = 1e-13
+"""Share of f that its sum rounds away."""
+STILL = 1e-14
+"""A step of this share of the particle is none."""
+SMALLEST_SCALE = 1e-12
+"""Of a parameter that the measurements do not depend on, beside a direction's one."""
 SETTLED = 0.1
 """A search has settled when a Gauss-Newton step from its end is shorter than this many standard deviations."""
 TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -58,6 +65,31 @@ def costs(particles: Array, points: Array) -> Array:
             total += r * r
         out[k] = total
     return out
+
+
+@fast_kernel
+def normal_equations(particle: Array, points: Array) -> tuple[Array, Array]:
+    """J^T r (9,) and J^T J (9, 9) of the residuals r = |R (z - u)| - 1 and J = dr / d particle, points (3, n).
+
+    With d = z - u and e = R d / |R d| a row of J is e_i d_j for R_ij, and -R^T e for u.
+    """
+    a, b, c, d, e, f, u, v, w = particle
+    row, slope, square = np.empty(9), np.zeros(9), np.zeros((9, 9))
+    for i in range(points.shape[1]):
+        p, q, s = points[0, i] - u, points[1, i] - v, points[2, i] - w
+        x, y, z = a * p + b * q + c * s, d * q + e * s, f * s
+        size = np.sqrt(x * x + y * y + z * z)
+        x, y, z = x / size, y / size, z / size
+        row[0], row[1], row[2], row[3], row[4], row[5] = x * p, x * q, x * s, y * q, y * s, z * s
+        row[6], row[7], row[8] = -a * x, -b * x - d * y, -c * x - e * y - f * z
+        for j in range(9):
+            slope[j] += row[j] * (size - 1.0)
+            for k in range(j, 9):
+                square[j, k] += row[j] * row[k]
+    for j in range(9):
+        for k in range(j):
+            square[j, k] = square[k, j]
+    return slope, square
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,11 +145,28 @@ class NormSpace:
         return np.concatenate(([e[i] * d[j] for i, j in TRIANGLE], -(R.T @ e))).T
 
     def polished(self, particle: Array) -> Array:
-        """The minimum of f next to a particle: Levenberg-Marquardt."""
-        found = scipy.optimize.least_squares(
-            self.residuals, particle, self.jacobian, method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=500
-        )
-        return np.asarray(found.x)
+        """The minimum of f next to a particle: Levenberg-Marquardt, until a step no longer changes it.
+
+        (J^T J + damping diag J^T J) step = -J^T r
+        """
+        best, damping = particle, FIRST_DAMPING
+        cost = self._cost(best)
+        slope, square = normal_equations(best, self.points)
+        for _ in range(MOST_STEPS):
+            scale = np.maximum(np.diag(square), SMALLEST_SCALE)
+            step = np.linalg.solve(square + damping * np.diag(scale), -slope)
+            if np.linalg.norm(step) <= STILL * np.linalg.norm(best):
+                break
+            trial = self._cost(best + step)
+            gains = trial <= cost * (1.0 + ROUNDING_COST)
+            damping *= LESS if gains else MORE
+            if gains:
+                best, cost = best + step, trial
+                slope, square = normal_equations(best, self.points)
+        return best
+
+    def _cost(self, particle: Array) -> float:
+        return float(self.costs(particle[None, :])[0])
 
     def inside(self, particle: Array) -> bool:
         """Whether a particle keeps to the bounds."""

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from calib import Reference
-from calib.families.norm_search import NormSpace, triangular
+from calib.families.norm_search import NormSpace, normal_equations, triangular
 from calib.methods.ga import Ga
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
@@ -55,6 +56,22 @@ def test_jacobian_is_the_derivative_of_the_residuals(standard):
     for k, step in enumerate(1e-6 * np.eye(9)):
         slope = (problem.residuals(particle + step) - problem.residuals(particle - step)) / 2e-6
         np.testing.assert_allclose(problem.jacobian(particle)[:, k], slope, atol=1e-8)
+
+
+def test_normal_equations_are_the_jacobians(standard):
+    problem = problem_of(standard.recording("pitch", 0))
+    particle = particle_of(problem, standard.SOFT, standard.HARD_NT) + 0.01
+    J = problem.jacobian(particle)
+    slope, square = normal_equations(particle, problem.points)
+    np.testing.assert_allclose(slope, J.T @ problem.residuals(particle), rtol=1e-9)
+    np.testing.assert_allclose(square, J.T @ J, rtol=1e-9, atol=1e-9)
+
+
+def test_the_polish_ends_where_scipys_does(standard):
+    problem = problem_of(standard.recording("full", 3))
+    start = particle_of(problem, standard.SOFT, standard.HARD_NT) + 0.02
+    found = least_squares(problem.residuals, start, problem.jacobian, method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    np.testing.assert_allclose(problem.polished(start), found.x, atol=1e-9)
 
 
 def test_a_matrix_near_zero_is_out_of_the_bounds(standard):
