@@ -141,12 +141,16 @@ def _differences(key: str, old: Any, new: Any) -> Iterator[str]:
         for name in sorted(set(old) | set(new)):
             yield from _differences(f"{key}.{name}", old.get(name), new.get(name))
     elif old != new:
-        yield f"{key} is {_short(old)} there and {_short(new)} here"
+        there, here = _shortened(*("missing" if value is None else canonical_json(value) for value in (old, new)))
+        yield f"{key} is {there} there and {here} here"
 
 
-def _short(value: Any) -> str:
-    text = "missing" if value is None else canonical_json(value)
-    return text if len(text) <= 40 else text[:37] + "…"
+def _shortened(one: str, other: str) -> list[str]:
+    """Two texts, each cut to 40 characters that show where they begin to differ."""
+    same = next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), 0)
+    start = max(same - 8, 0) if max(len(one), len(other)) > 40 else 0
+    cut = (text[start:] for text in (one, other))
+    return [("…" if start else "") + (text if len(text) <= 39 else text[:38] + "…") for text in cut]
 
 
 def versions() -> dict[str, str]:

@@ -190,3 +190,8 @@ def test_output_that_is_a_file_is_refused(tmp_path: Path, scenario: dict[str, An
     (tmp_path / "out").write_text("a file")
     with pytest.raises(InputError, match=r"out: file exists \(choose another output directory\)"):
         open_dataset_for_writing(tmp_path / "out", scenario, 7, 1, TABLE)
+
+
+def test_long_values_are_shown_where_they_begin_to_differ():
+    found = resume.differences("command", "v" * 60 + " --old", "v" * 60 + " --new")
+    assert found == 'command is …vvvvv --old" there and …vvvvv --new" here'
