@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from benchmarks.dataset import every_effect
 from sim.dataset import read_run
@@ -10,6 +11,7 @@ from sim.effects.earth import AttitudeMisalignment
 from sim.generate import generate
 
 
+@pytest.mark.slow
 def test_every_effect_of_the_benchmark_acts(tmp_path):
     generate(every_effect(0.02), tmp_path / "out")
     _, truth = read_run(tmp_path / "out")

@@ -32,6 +32,7 @@ def test_a_long_run_tells_its_progress(tmp_path: Path) -> None:
     assert len([part for part in told if 0 < part < 1]) >= 4
 
 
+@pytest.mark.slow
 def test_a_dive_that_ends_early_jumps_ahead_and_never_back(tmp_path: Path) -> None:
     told: list[float] = []
     run_scenario(short("auv-dive"), tmp_path, progress=lambda done, total: told.append(done / total))

@@ -80,7 +80,7 @@ def flicker(n: int, rng: np.random.Generator) -> np.ndarray:
     return np.asarray(np.fft.irfft(spectrum, whole, axis=0)[:n])
 
 
-@pytest.mark.parametrize("name", ["vector_least_squares", "vector_lm"])
+@pytest.mark.parametrize("name", ["vector_least_squares", pytest.param("vector_lm", marks=pytest.mark.slow)])
 def test_the_mean_of_flicker_noise_is_in_the_claim(name: str, standard) -> None:  # type: ignore[no-untyped-def]
     distances = []
     for seed in range(30):

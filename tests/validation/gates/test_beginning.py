@@ -17,11 +17,11 @@ RNG = np.random.default_rng(11)
 def test_few_trials_do_not_give_a_limit_that_the_same_calibrator_breaks(trials: int, spread: float) -> None:
     """The true median is 1; a limit below it would fail a calibrator that did not change."""
     below = 0
-    for _ in range(50):
+    for _ in range(20):
         values = RNG.lognormal(0.0, spread, trials)
         (found,) = proposals(table_of({"a": values, "uncorrected": 100 * values}), SCORE)
         below += found.step.limit < 1.0
-    assert below <= 3  # of 50, where one in forty is below
+    assert below <= 2  # of 20, where one in forty is below
 
 
 def test_more_trials_give_a_stricter_limit() -> None:

@@ -75,6 +75,7 @@ def test_same_noise_on_all_sensors_hardly_reaches_the_tensor():
     assert shared[1:].max() < 0.05 * floor
 
 
+@pytest.mark.slow
 def test_small_population_is_stuck_where_a_large_one_is_not():
     small = search(SearchTask(IdeGradiometer(polish=False, population=10), 0))
     large = search(SearchTask(IdeGradiometer(polish=False), 0))

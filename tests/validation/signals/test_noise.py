@@ -17,14 +17,14 @@ def test_too_few_samples_give_no_blocks(samples: int) -> None:
 
 
 def test_white_noise_has_no_excess() -> None:
-    """False alarms of `excess > chance()`, over 200 recordings, 3 lengths and 3 axes: below 1 % of the recordings."""
+    """False alarms of `excess > chance()`, over 80 recordings, 3 lengths and 3 axes: one recording at most."""
     alarms = 0
-    for seed in range(200):
+    for seed in range(80):
         rng = np.random.default_rng(seed)
         samples = int(rng.integers(500, 20_000))
         found = block_means(np.arange(samples) / RATE_HZ, rng.normal(0, 5, (samples, 3)))
         alarms += any((blocks.excess > blocks.chance()).any() for blocks in found)
-    assert alarms <= 2
+    assert alarms <= 1
 
 
 def test_slow_noise_has_the_excess_of_its_own_variance() -> None:

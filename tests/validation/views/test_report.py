@@ -130,6 +130,7 @@ def test_gaps_and_missing_columns_are_drawn(outcome: Outcome, tmp_path: Path, ga
     assert "motion" in (tmp_path / "r.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_without_calibrators_or_effects(outcome: Outcome, tmp_path: Path) -> None:
     truth = dataclasses.replace(outcome.truth, effects={}, parameters={})
     bare = dataclasses.replace(outcome, truth=truth, calibrations={}, scores={}, corrected={})
