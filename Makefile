@@ -22,7 +22,7 @@ demo: $(READY)  ## run the main job: an AUV dive, from simulation to report
 	@echo "look at out/auv-dive/report.html, or: $(BIN)/magbench show out/auv-dive"
 
 test: $(READY)  ## the test run (a few minutes)
-	$(BIN)/pytest -n $(JOBS) -m 'not slow'
+	$(BIN)/pytest -n $(JOBS) --dist worksteal -m 'not slow'
 
 nightly: $(READY)  ## all tests, the slow ones too
 	$(BIN)/pytest -n $(JOBS)

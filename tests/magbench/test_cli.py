@@ -59,7 +59,11 @@ def test_schema_knows_every_effect_and_phase(capsys: pytest.CaptureFixture[str])
 
 
 @pytest.fixture(
-    scope="module", params=["auv-dive", pytest.param("quad-comb", marks=pytest.mark.slow), "gradiometer-turntable"]
+    scope="module",
+    params=[
+        "auv-dive",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("quad-comb", "gradiometer-turntable")),
+    ],
 )
 def place(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp(request.param)

@@ -23,7 +23,7 @@ def command(out: Path, runs: int) -> list[str]:
     return [sys.executable, "-m", "magbench", "simulate", "tumble", "-o", str(out), "--runs", str(runs), *options]
 
 
-@pytest.mark.parametrize(("runs", "kills"), [(12, 2), pytest.param(40, 10, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("runs", "kills"), [(6, 1), pytest.param(40, 10, marks=pytest.mark.slow)])
 def test_killed_and_restarted_ends_as_if_undisturbed(runs: int, kills: int, tmp_path: Path) -> None:
     generate(short("tumble"), tmp_path / "calm", runs=runs)
     rng = np.random.default_rng()

@@ -111,7 +111,7 @@ def _alphabetical(patch: pytest.MonkeyPatch) -> None:
     "damage",
     [
         pytest.param(_no_deflation, marks=pytest.mark.slow),
-        _anything_is_clean,
+        pytest.param(_anything_is_clean, marks=pytest.mark.slow),
         pytest.param(_swap, marks=pytest.mark.slow),
         pytest.param(_alphabetical, marks=pytest.mark.slow),
     ],
