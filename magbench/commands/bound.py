@@ -50,8 +50,9 @@ def bound(
             path, noise_std_nT=noise_std_nT, run=run, maps=map_ or (), strength_nT=field_strength_nT, enu=enu
         )
     found = Bound.of(known, knowledge)
+    weak = weak_directions(known, found)
     if json:
-        emit(summary(known, found))
+        emit(summary(known, found, weak))
     else:
         show_table("", ["axis", "offset, nT", "S x", "S y", "S z"], rows(found))
-    say(headline(known, found, weak_directions(known, found)))
+    say(headline(known, found, weak))

@@ -9,15 +9,14 @@ from scenarios.plain import json_ready
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.information import AXES
-from validation.bound.weak import Weak, observable, weak_directions
+from validation.bound.weak import Weak, observable
 from validation.text import figure
 
 Row = tuple[str, ...]
 
 
-def summary(known: Experiment, bound: Bound) -> dict[str, Any]:
+def summary(known: Experiment, bound: Bound, weak: tuple[Weak, ...]) -> dict[str, Any]:
     """What `--json` prints; null where a motion says nothing."""
-    weak = weak_directions(known, bound)
     told = {
         "knowledge": bound.knowledge,
         "noise_std_nT": known.noise_std_nT,
