@@ -81,6 +81,9 @@ BAD_COMMANDS = {
     "nothing of that kind to list": ("list", "planets"),
     "no such log": ("calibrate", "nowhere.csv"),
     "no recording": ("show", "nowhere"),
+    "a run of a scenario": ("bound", "standard-full", "--run", "0"),
+    "the field of a scenario": ("bound", "standard-full", "--field-strength-nT", "50000"),
+    "a strength unknown and known": ("bound", "standard-full", "--knowledge", "vector", "--strength-unknown"),
 }
 
 
@@ -232,6 +235,11 @@ def test_output_that_another_process_writes_to(
         line = refused(capsys, command, what, *field, "-o", str(tmp_path / "out"))
     assert "another magbench is writing here" in line
     assert not (tmp_path / "out").exists()
+
+
+def test_a_log_has_no_values_to_set(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log(tmp_path / "log.csv")
+    assert "--set" in refused(capsys, "bound", str(tmp_path / "log.csv"), "--set", "seed=1")
 
 
 def test_an_export_is_checked_before_anything_is_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from math import isfinite
 from typing import Any
 
 from scenarios.plain import json_ready
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.information import AXES
+from validation.bound.uses import Use
 from validation.bound.weak import Weak, observable
-from validation.text import figure
+from validation.text import figure, quantity
 
 Row = tuple[str, ...]
+NOT_TOLD = "not told"
+"""Of a figure of which the motion says nothing."""
 
 
-def summary(known: Experiment, bound: Bound, weak: tuple[Weak, ...]) -> dict[str, Any]:
+def summary(known: Experiment, bound: Bound, used: tuple[Use, ...], weak: tuple[Weak, ...]) -> dict[str, Any]:
     """What `--json` prints; null where a motion says nothing."""
     told = {
         "knowledge": bound.knowledge,
@@ -24,6 +28,7 @@ def summary(known: Experiment, bound: Bound, weak: tuple[Weak, ...]) -> dict[str
         "offset_std_nT": bound.offset_std_nT,
         "offset_rms_nT": bound.offset_rms_nT,
         "matrix_std": bound.matrix_std,
+        "scores": {one.meaning.column: one.value for one in used},
         "observable": observable(known, bound),
         "unobservable": [asdict(one) for one in weak],
     }
@@ -48,3 +53,15 @@ def rows(bound: Bound) -> list[Row]:
     """A row an axis: the standard deviations of the offset's component and of the matrix's row."""
     found = zip(AXES, bound.offset_std_nT, bound.matrix_std, strict=True)
     return [(axis, figure(offset), *(f"{value:.3g}" for value in matrix)) for axis, offset, matrix in found]
+
+
+def use_rows(used: tuple[Use, ...]) -> list[Row]:
+    """A row a score: its name, the least of it, and what it is."""
+    return [
+        (
+            one.meaning.short,
+            quantity(one.value, one.meaning.unit) if isfinite(one.value) else NOT_TOLD,
+            one.meaning.explained,
+        )
+        for one in used
+    ]

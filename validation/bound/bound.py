@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.errors import InputError
 from validation.bound.experiment import Experiment
 from validation.bound.information import KNOWLEDGE, Information
 
@@ -16,31 +18,55 @@ SINGULAR = 1e-11
 """Eigenvalue of the information, in units of its largest with every parameter in units of its own, that is rounding:
 the motion says nothing in that direction."""
 INVOLVED = 1e-4
-"""Share of such a direction from which a parameter is part of it."""
+"""Share of such a direction from which a parameter, or a figure made of several, is part of it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """Covariance (k, k), nT^2, of offset and S times the strength; infinite where the motion says nothing."""
+    """What the information on offset and S times the strength, both in nT, allows of any figure made of them.
+
+    scale : (k, k), how errors of the parameters are felt, p -> scale p; None: as they are. Where the strength is not
+    known S is taken with its trace fixed, S (1 - tr dS / tr S) + dS, since S / a and a F measure the same.
+    """
 
     knowledge: str
     strength_nT: float
     information: Information
-    covariance: Array
+    scale: Array | None = None
 
     @classmethod
-    def of(cls, known: Experiment, knowledge: str) -> Bound:
-        """The Cramer-Rao bound of an experiment with what is known of the field."""
-        return cls._with(knowledge, known.strength_nT, KNOWLEDGE[knowledge](known))
+    def of(cls, known: Experiment, knowledge: str, *, strength_known: bool = True) -> Bound:
+        """The Cramer-Rao bound of an experiment with what is known of the field.
+
+        Raises InputError where the field's vector is known and its strength is not.
+        """
+        information = KNOWLEDGE[knowledge](known)
+        if strength_known:
+            return cls(knowledge, known.strength_nT, information)
+        if information.tells_rotation:
+            what = "who knows the field's vector knows its strength"
+            raise InputError(what, where="--strength-unknown", do="ask with --knowledge norm or norm+gyro")
+        return cls(knowledge, known.strength_nT, information, _fixed_trace(known.matrix, information))
 
     def shared_with(self, others: Sequence[Bound]) -> Bound:
         """The bound when equal parts of the time are spent on this experiment and others: the mean information."""
         mean = np.mean([one.information.matrix for one in (self, *others)], axis=0)
-        return self._with(self.knowledge, self.strength_nT, replace(self.information, matrix=mean))
+        return replace(self, information=replace(self.information, matrix=mean))
 
-    @classmethod
-    def _with(cls, knowledge: str, strength_nT: float, information: Information) -> Bound:
-        return cls(knowledge, strength_nT, information, _inverse(information.matrix))
+    def variance(self, figures: Array) -> Array:
+        """Variance (n,) of figures G p, G (n, k) per nT; infinite where the motion says nothing of them."""
+        told, untold = self._split
+        felt = figures if self.scale is None else figures @ self.scale
+        share = felt / self._size
+        lost = np.sum((share @ untold) ** 2, axis=1) > INVOLVED * np.sum(share**2, axis=1)
+        return np.where(lost, np.inf, np.einsum("ni,ij,nj->n", felt, told, felt, optimize=True))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance (k, k), nT^2; the variance of a parameter of which the motion says nothing is infinite."""
+        told, each = self._split[0], np.eye(len(self.information.matrix))
+        covariance = told if self.scale is None else self.scale @ told @ self.scale.T
+        return np.asarray(covariance - np.diag(np.diag(covariance)) + np.diag(self.variance(each)))
 
     @property
     def offset_std_nT(self) -> Array:
@@ -60,14 +86,24 @@ class Bound:
             std[i, j] = value / self.strength_nT
         return np.where(np.isnan(std), std.T, std)
 
+    @cached_property
+    def _split(self) -> tuple[Array, Array]:
+        """Covariance (k, k) of what is told, and the directions (k, m), of parameters scaled to one, of what is not."""
+        units = np.outer(self._size, self._size)
+        values, vectors = np.linalg.eigh(self.information.matrix / units)
+        told = values > SINGULAR * values[-1]
+        covariance = (vectors[:, told] / values[told]) @ vectors[:, told].T / units
+        return np.asarray(covariance), np.asarray(vectors[:, ~told])
 
-def _inverse(information: Array) -> Array:
-    """The inverse, every parameter scaled to one first; infinite for parameters of a direction without information."""
-    size = np.sqrt(np.diag(information))
-    size = np.where(size > 0, size, 1.0)
-    values, vectors = np.linalg.eigh(information / np.outer(size, size))
-    told = values > SINGULAR * values[-1]
-    covariance = (vectors[:, told] / values[told]) @ vectors[:, told].T / np.outer(size, size)
-    lost = np.any(vectors[:, ~told] ** 2 > INVOLVED, axis=1)
-    covariance[np.diag_indices_from(covariance)] = np.where(lost, np.inf, np.diag(covariance))
-    return np.asarray(covariance)
+    @property
+    def _size(self) -> Array:
+        """Inverse standard deviation (k,) of each parameter were the others known: what scales it to one."""
+        size = np.sqrt(np.diag(self.information.matrix))
+        return np.where(size > 0, size, 1.0)
+
+
+def _fixed_trace(matrix: Array, information: Information) -> Array:
+    """I - s t^T / tr S (k, k): s the entries of S, t those whose sum is the trace."""
+    entries = np.array([0.0] * 3 + [matrix[i, j] for i, j in information.places])
+    diagonal = np.array([0.0] * 3 + [float(i == j) for i, j in information.places])
+    return np.asarray(np.eye(len(entries)) - np.outer(entries, diagonal) / np.trace(matrix))

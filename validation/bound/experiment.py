@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 GYRO_STD_RAD_S = 1e-3
-"""White noise of a sample of the body rate, each axis: that of the standard case, and of an everyday MEMS gyro."""
+"""White noise of a sample of the body rate, each axis, where nobody says it: that of the standard case, and of an
+everyday MEMS gyro."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +20,7 @@ class Experiment:
     turns   : (n - 1, 3, 3), takes the field from a sample to the next, h_next = turn h; None if not measured
     step_s  : (n - 1,), time between samples, s
     noise_std_nT, gyro_std_rad_s : standard deviation of white noise on each axis of a sample
+    field_enu_nT : (3,), the field in the world, None where only its strength is known
     """
 
     field_nT: Array
@@ -27,6 +29,7 @@ class Experiment:
     turns: Array | None
     step_s: Array
     gyro_std_rad_s: float = GYRO_STD_RAD_S
+    field_enu_nT: Array | None = None
 
     @property
     def strength_nT(self) -> float:

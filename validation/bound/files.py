@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,8 @@ VECTOR = "vector_least_squares"
 def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None) -> Experiment:
     """Of a simulated run: the true field and motion, the first sensor's matrix, and its white noise if none is given.
 
+    The gyro's noise is the scenario's.
+
     Raises InputError where the vehicle cannot do the motion, and where there is no noise.
     """
     run = plan(scenario)
@@ -39,7 +42,9 @@ def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None) -
     sensor = hold_out(run.effects[0], Surroundings.of(recording, run.field_enu_nT))
     residual_nT = recording.mag_nT - truth.field_nT @ sensor.matrix.T - sensor.offset_nT
     noise = _white(residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
-    return _along(truth.field_nT, sensor.matrix, noise, recording.time_s, _turns_of(truth.q), scenario.name)
+    known = _along(truth.field_nT, sensor.matrix, noise, recording.time_s, _turns_of(truth.q), scenario.name)
+    gyro_std_rad_s = run.drawn.navigation.gyro_noise_std_rad_s
+    return replace(known, gyro_std_rad_s=gyro_std_rad_s, field_enu_nT=run.field_enu_nT)
 
 
 def recording_experiment(
@@ -60,20 +65,34 @@ def recording_experiment(
     file = file_of(path, run)
     recording = read_recording(file, maps=maps)
     reference = reference_of(file, strength_nT, enu)
+    found = _seen(recording, reference)
+    noise = _white(found.residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
+    known = _along(found.field_nT, found.matrix, noise, recording.time_s, _turns(recording), str(file))
+    enu_nT = reference.field_enu_nT
+    return known if enu_nT is None else replace(known, field_enu_nT=np.array(enu_nT))
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Field (n, 3) and matrix (3, 3) of a recording, and what they leave of it (n, 3 or 1), nT."""
+
+    field_nT: Array
+    matrix: Array
+    residual_nT: Array
+
+
+def _seen(recording: Recording, reference: Reference) -> _Seen:
     fit = _fitted(recording, reference)
     measured_nT = recording.mag_nT if fit is None else fit.apply(recording)
     matrix = np.asarray(np.eye(3) if fit is None else np.linalg.inv(fit.matrix))
     if fit is not None and fit.name == VECTOR:
         assert recording.att_q is not None
         field_nT = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
-        residual_nT = (measured_nT - field_nT) @ matrix.T
-    else:
-        size_nT = np.linalg.norm(measured_nT, axis=1)[:, None]
-        field_nT = np.asarray(reference.strength_nT * measured_nT / size_nT)
-        gain = np.linalg.norm((measured_nT / size_nT) @ np.linalg.inv(matrix), axis=1)[:, None]
-        residual_nT = (size_nT - reference.strength_nT) / gain
-    noise = _white(residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
-    return _along(field_nT, matrix, noise, recording.time_s, _turns(recording), str(file))
+        return _Seen(field_nT, matrix, (measured_nT - field_nT) @ matrix.T)
+    size_nT = np.linalg.norm(measured_nT, axis=1)[:, None]
+    field_nT = np.asarray(reference.strength_nT * measured_nT / size_nT)
+    gain = np.linalg.norm((measured_nT / size_nT) @ np.linalg.inv(matrix), axis=1)[:, None]
+    return _Seen(field_nT, matrix, (size_nT - reference.strength_nT) / gain)
 
 
 def _fitted(recording: Recording, reference: Reference) -> Calibration | None:

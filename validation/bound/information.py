@@ -36,10 +36,15 @@ class Information:
         """Of the parameters: offset_x, ..., S_xx, ..."""
         return (*OFFSET, *(f"S_{AXES[i]}{AXES[j]}" for i, j in self.places))
 
+    @property
+    def tells_rotation(self) -> bool:
+        """Whether S is told with its rotation, which the field's strength says nothing of."""
+        return self.places == FULL
+
 
 def vector(known: Experiment) -> Information:
     """Field vector and attitude known, twelve parameters: sum_i J_i^T J_i / sigma^2."""
-    J = _jacobian(known, FULL)
+    J = jacobian(known.field_nT / known.strength_nT, FULL)
     return Information(np.einsum("nij,nik->jk", J, J, optimize=True) / known.noise_std_nT**2, FULL)
 
 
@@ -49,7 +54,7 @@ def norm(known: Experiment) -> Information:
     A direction moves S h in the plane S T, T tangent to the sphere: what is left of a sample is its component along
     the normal of that plane, S^-T h.
     """
-    J = _jacobian(known, SYMMETRIC)
+    J = jacobian(known.field_nT / known.strength_nT, SYMMETRIC)
     normal = known.field_nT @ np.linalg.inv(known.matrix)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     rows = np.einsum("ni,nij->nj", normal, J)
@@ -65,7 +70,7 @@ def norm_and_gyro(known: Experiment) -> Information:
     if known.turns is None:
         what = "no gyro and no attitude carry the field from sample to sample"
         raise InputError(what, where="--knowledge norm+gyro", do="map a gyro, or ask with --knowledge norm")
-    J = _jacobian(known, SYMMETRIC)
+    J = jacobian(known.field_nT / known.strength_nT, SYMMETRIC)
     n, count = len(J), J.shape[2]
     across = _tangents(known.directions)
     seen = known.matrix @ across * known.strength_nT / known.noise_std_nT
@@ -87,9 +92,11 @@ KNOWLEDGE: dict[str, Callable[[Experiment], Information]] = {
 """What is known of the field, by the word that a user gives."""
 
 
-def _jacobian(known: Experiment, places: tuple[tuple[int, int], ...]) -> Array:
-    """d m / d p (n, 3, 3 + entries), p in nT; an entry off the diagonal of a symmetric S stands on both sides."""
-    h = known.field_nT / known.strength_nT
+def jacobian(h: Array, places: tuple[tuple[int, int], ...]) -> Array:
+    """d m / d p (n, 3, 3 + entries), p in nT, h (n, 3) the field over its strength.
+
+    An entry off the diagonal of a symmetric S stands on both sides.
+    """
     J = np.zeros((len(h), 3, 3 + len(places)))
     J[:, :, :3] = np.eye(3)
     for k, (i, j) in enumerate(places):
