@@ -18,7 +18,7 @@ from validation.bound.uses import uses
 from validation.scoring.holdout import Surroundings, hold_out
 from validation.scoring.scores import score
 
-DRAWS = 500
+DRAWS = 120
 BY_NAME = {effect.name: effect for effect in EFFECTS}
 ENU_NT = np.array(standard.FIELD_ENU_NT)
 STRETCHED = np.array([[1.6, 0.2, 0.0], [0.2, 1.0, -0.1], [0.0, -0.1, 0.7]])
@@ -37,7 +37,9 @@ def drawn_scores(known: Experiment, bound: Bound) -> dict[str, np.ndarray]:
     )
     truth = hold_out(iron, Surroundings(ENU_NT))
     np.testing.assert_allclose(truth.matrix, STRETCHED, atol=1e-9)
-    errors = np.random.default_rng(5).multivariate_normal(np.zeros(len(bound.covariance)), bound.covariance, DRAWS)
+    drawn = np.random.default_rng(5).normal(size=(DRAWS, len(bound.covariance)))
+    white = np.linalg.qr(drawn)[0] * np.sqrt(DRAWS)  # of exactly unit covariance: nothing is left to chance
+    errors = white @ np.linalg.cholesky(bound.covariance).T
     found: dict[str, list[float]] = {}
     for error in errors:
         soft = STRETCHED.copy()
@@ -59,8 +61,10 @@ def test_the_scores_of_fits_at_the_bound(knowledge: str) -> None:
     scores = drawn_scores(known, bound)
     for use in uses(known, bound):
         values = scores[use.meaning.name]
-        expected = values.mean() if use.meaning.name == "figure_of_merit" else np.sqrt(np.mean(values**2))
-        assert use.value == pytest.approx(expected, rel=0.05), use.meaning.name
+        if use.meaning.name == "figure_of_merit":
+            assert use.value == pytest.approx(values.mean(), rel=0.1)
+        else:
+            assert use.value == pytest.approx(np.sqrt(np.mean(values**2)), rel=0.01), use.meaning.name
 
 
 def test_without_the_fields_direction_the_strength_alone() -> None:
