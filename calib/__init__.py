@@ -14,6 +14,7 @@ from calib.methods.kalman import KalmanCalibrator
 from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.methods.kalman_rescaled import KalmanRescaledCalibrator
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.methods.ml_geometric import MaximumLikelihoodGeometric
 from calib.methods.ml_newton import MaximumLikelihoodNewton
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
@@ -38,6 +39,7 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
         EllipsoidSegmented,
         TwoStep,
         MaximumLikelihoodNewton,
+        MaximumLikelihoodGeometric,
         Pso,
         Ga,
         PsoGa,

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.judgement import Extents, extents, flat_status, planar, residual_of, unsupported, widened
+from calib.judgement import Extents, extents, flat_status, own_reference, planar, residual_of, unsupported, widened
 from calib.numerics.rates import world_to_body
 from calib.observability import motion_status
 from calib.reference import Reference
@@ -127,7 +127,8 @@ class Calibrator(ABC):
             return self._failed(Status("not_converged", "the computation gave values that are not finite"))
         if result.status.kind == "not_applicable":
             return result
-        return self._judged(result, recording, reference, sensors)
+        judged_by = reference if self._fits_vector else own_reference(result, reference)
+        return self._judged(result, recording, judged_by, sensors)
 
     def _judged(self, result: Calibration, recording: Recording, reference: Reference, sensors: Extents) -> Calibration:
         """The answer, its claim widened where the residual is not white, and its status lowered where it must be.

@@ -12,7 +12,7 @@ from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from calib.observability import Extent, covariance_status, planar_status
 from calib.reference import Reference
-from calib.result import OFFSET_NAMES, Calibration, Status
+from calib.result import OFFSET_NAMES, STRENGTH_NAME, Calibration, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -26,6 +26,12 @@ Extents = tuple[Extent, ...]
 """How far the measurements extend, of each sensor; none where a method knows or asks no more than a plane."""
 NEGATIVE = -1e-3
 """A covariance whose correlations have an eigenvalue below this is none; rounding stays above."""
+
+
+def own_reference(fit: Calibration, reference: Reference) -> Reference:
+    """What the fit is judged by: the strength that it found itself, where it did not take the reference's."""
+    found_nT = fit.parameters.get(STRENGTH_NAME)
+    return reference if found_nT is None else Reference(found_nT)
 
 
 def residual_of(fit: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> Array:

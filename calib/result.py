@@ -16,6 +16,8 @@ from sim.dataset import Recording
 Array = NDArray[np.float64]
 Kind = Literal["ok", "not_converged", "unobservable", "not_applicable"]
 OFFSET_NAMES = ("offset_x_nT", "offset_y_nT", "offset_z_nT")
+STRENGTH_NAME = "strength_nT"
+"""The parameter of a fit that finds the field's strength itself, in the scale of its matrix."""
 DERIVATIVE_ROUNDS = 3
 """Rounds of the fixed point that finds h and dh/dt when no body rate is known."""
 

@@ -37,7 +37,7 @@ FILTER = Expected(("full", "pitch"), True, 5.0, 2e-4, 0.25, 2e-5, unit_free=Fals
 """A prior and settings in nT stay in the answer."""
 EXPECTED = {
     "sphere": _exact(*MOTIONS, scale_alone=True),
-    **dict.fromkeys(("ellipsoid", "ellipsoid_segmented", "twostep", "ml_newton"), _exact(*MOTIONS)),
+    **dict.fromkeys(("ellipsoid", "ellipsoid_segmented", "twostep", "ml_newton", "ml_geometric"), _exact(*MOTIONS)),
     **dict.fromkeys(("pso", "ga", "psoga", "vector_least_squares", "vector_lm"), _exact(*MOTIONS)),
     **dict.fromkeys(("ide_gradiometer", "de_gradiometer", "ga_gradiometer"), _exact(*MOTIONS)),
     **dict.fromkeys(("least_squares_gradiometer", "two_step_gradiometer"), _exact(*MOTIONS)),
