@@ -1,11 +1,13 @@
-"""`--sweep key=1,5,10`: a value of the scenario that takes several values, one after the other."""
+"""`--sweep key=1,5,10`: a value of the scenario that takes several values, one after the other; also `key=0:30:5`."""
 
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -20,8 +22,13 @@ from scenarios.vary import check_vary
 
 Value = float | str | bool
 S = TypeVar("S", bound=BaseScenario)
+OPTION = "--sweep"
 FIXED = ("name", "summary", "seed", "calibrators", "vary")
 """Keys of a scenario that are not its model: nothing to sweep."""
+NUMBER = r"\s*([+-]?\d{1,12}(?:\.\d{0,12})?)\s*"
+RANGE = re.compile(f"{NUMBER}:{NUMBER}:{NUMBER}", re.ASCII)
+MOST_VALUES = 1000
+"""Values that a range may have."""
 MOST_NEAR = 8
 """Keys that advice names."""
 
@@ -34,24 +41,37 @@ class Sweep:
     values: tuple[Value, ...]
 
 
-def parse_sweep(text: str, scenario: BaseScenario) -> Sweep:
-    """Read `KEY=1,5,10`; KEY is a dotted key of the scenario or an ending that no other key has.
+def parse_sweep(text: str, scenario: BaseScenario, option: str = OPTION) -> Sweep:
+    """Read `KEY=1,5,10` or `KEY=0:30:5`; KEY is a dotted key of the scenario or an ending that no other key has.
 
     `noise_std_nT` ends `effects.white_noise.std_nT`: the parts of a key may stand with underscores between them.
     Raises InputError for no such key, listing the nearest, for several, for values that are neither numbers nor words,
     for a value given twice, and for what `[vary]` draws anew in each run.
     """
-    where = f"--sweep {text}"
+    where = f"{option} {text}"
     name, equals, values = (part.strip() for part in text.partition("="))
-    words = [word.strip() for word in values.split(",")]
+    words = _range(values, where) or [word.strip() for word in values.split(",")]
     if not (equals and name and all(words)):
-        raise InputError("not a key and its values", where=where, do="write --sweep noise_std_nT=1,5,10")
+        raise InputError("not a key and its values", where=where, do=f"write {option} noise_std_nT=1,5,10 or 0:30:5")
     key = _full_key(name, scenario, where)
     found = tuple(_value(key, word, where) for word in words)
     if len(set(found)) < len(found):
         raise InputError("a value stands there twice", where=where, do="give each value once")
     _check_not_drawn(key, scenario, where)
     return Sweep(key, found)
+
+
+def _range(text: str, where: str) -> list[str]:
+    """The numbers of START:STOP:STEP, both ends included, as text; empty for what is no range."""
+    found = RANGE.fullmatch(text)
+    if not found:
+        return []
+    start, stop, step = (Decimal(part) for part in found.groups())
+    steps = (stop - start) / step if step else Decimal(-1)
+    if not 0 <= steps < MOST_VALUES:
+        do = f"write START:STOP:STEP with at most {MOST_VALUES} values"
+        raise InputError("a range that leads nowhere, or too many values", where=where, do=do)
+    return [str(start + step * number) for number in range(int(steps) + 1)]
 
 
 def points(sweeps: Sequence[Sweep]) -> list[dict[str, Value]]:
@@ -63,19 +83,19 @@ def points(sweeps: Sequence[Sweep]) -> list[dict[str, Value]]:
     return [dict(zip(keys, values, strict=True)) for values in itertools.product(*(one.values for one in sweeps))]
 
 
-def swept(scenario: S, values: Mapping[str, Value]) -> S:
+def swept(scenario: S, values: Mapping[str, Value], option: str = OPTION) -> S:
     """The scenario with these values; a number fills a vector. InputError where one does not fit."""
     data = deepcopy(as_dict(scenario))
     for key, value in values.items():
-        _put(data, key, value)
+        _put(data, key, value, option)
     said = ", ".join(f"{key}={value}" for key, value in values.items())
     try:
         changed = type(scenario).model_validate(data)
     except ValidationError as error:
         path, what, do = first_problem(error, type(scenario))
         place = ".".join(map(str, path))
-        raise InputError(f"{place}: {what}", where=f"--sweep {said}", do=do or "give values that fit") from None
-    check_vary(changed, f"--sweep {said}")
+        raise InputError(f"{place}: {what}", where=f"{option} {said}", do=do or "give values that fit") from None
+    check_vary(changed, f"{option} {said}")
     return changed
 
 
@@ -118,20 +138,20 @@ def _value(key: str, word: str, where: str) -> Value:
     return value if isinstance(value, int | float | str) else word  # a date as it is written
 
 
-def _put(data: dict[str, Any], key: str, value: Value) -> None:
+def _put(data: dict[str, Any], key: str, value: Value, option: str) -> None:
     node: Any = data
     *path, last = (int(part) if part.isdecimal() else part for part in key.split("."))
     for part in path:
         node = node[part]
-    node[last] = _filled(node[last], value, key)
+    node[last] = _filled(node[last], value, key, option)
 
 
-def _filled(there: Any, value: Value, key: str) -> Any:
+def _filled(there: Any, value: Value, key: str, option: str) -> Any:
     if not isinstance(there, list):
         return value
     if any(isinstance(part, list) for part in there):
         do = f"name one of its components: {key}.0.0"
-        raise InputError("is a matrix, which one number cannot fill", where=f"--sweep {key}", do=do)
+        raise InputError("is a matrix, which one number cannot fill", where=f"{option} {key}", do=do)
     return [value for _ in there]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -15,8 +14,11 @@ from scenarios.errors import InputError
 from scenarios.names import find
 
 if TYPE_CHECKING:
+    from sim.scenario import Scenario
     from validation.bound.experiment import Experiment
+    from validation.bound.question import Answer, Question
 
+WHAT_IF = "--what-if"
 Source = Annotated[
     str, typer.Argument(metavar="SCENARIO|DATA", help="A scenario's name or TOML file, a dataset or a log.")
 ]
@@ -39,7 +41,18 @@ StrengthUnknown = Annotated[
     bool,
     typer.Option("--strength-unknown", help="The strength is not known either: S up to a factor, its trace fixed."),
 ]
+Values = Annotated[
+    str | None,
+    typer.Option(
+        WHAT_IF,
+        metavar="KEY=A:B:STEP",
+        help="The bound at values of one of the scenario's, as a table and a plot: KEY=0:30:5 or KEY=A,B,C.",
+    ),
+]
 WhichRun = Annotated[int | None, typer.Option(min=0, help="Which run of a dataset directory.  [default: 0]")]
+Report = Annotated[
+    Path | None, typer.Option("--out", "-o", help="Directory of the plots.  [default: out/SCENARIO-bound]")
+]
 
 
 def bound(
@@ -48,34 +61,45 @@ def bound(
     noise_std_nT: Noise = None,
     gyro_noise_rad_s: GyroNoise = None,
     strength_unknown: StrengthUnknown = False,
+    what_if: Values = None,
     set_: Overrides = None,
     run: WhichRun = None,
     field_strength_nT: FieldStrength = None,
     field_enu_nT: FieldVector = None,
     map_: Maps = None,
+    out: Report = None,
     json: Json = False,
 ) -> None:
     """Tell the Cramer-Rao bound: the least errors of offset, matrix, heading; and what is not observable.
 
-    Example: magbench bound auv-spiral --knowledge norm+gyro
+    Example: magbench bound auv-spiral --what-if roll_amplitude_deg=0:30:5
     """
     path = find(source)
+    of_log = {"--run": run, "--field-strength-nT": field_strength_nT, "--field-enu-nT": field_enu_nT, "--map": map_}
+    of_scenario = {"--set": set_, WHAT_IF: what_if}
+    if not what_if:
+        _refuse({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
+    from validation.bound.question import Question
+
+    question = Question(knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s)
     if path.suffix == ".toml":
-        _refuse_for_scenario(run, field_strength_nT, field_enu_nT, map_)
-        known = _scenario(path, set_, noise_std_nT)
+        _refuse(of_log, "speaks of a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
+        _of_scenario(question, path, set_, what_if, out, json)
     else:
-        _refuse({"--set": set_}, "speaks of a scenario, and this is a log", "leave it out")
-        known = _log(path, noise_std_nT, run, map_, field_strength_nT, field_enu_nT)
-    if gyro_noise_rad_s is not None:
-        known = replace(known, gyro_std_rad_s=gyro_noise_rad_s)
-    _tell(known, knowledge, json, strength_known=not strength_unknown)
+        _refuse(of_scenario, "speaks of a scenario, and this is a log", "leave it out")
+        _tell(question.answer(_log(path, noise_std_nT, run, map_, field_strength_nT, field_enu_nT)), json)
 
 
-def _scenario(path: Path, set_: list[str] | None, noise_std_nT: float | None) -> Experiment:
+def _of_scenario(
+    question: Question, path: Path, set_: list[str] | None, what_if: str | None, out: Path | None, json: bool
+) -> None:
     from sim.scenario import load
-    from validation.bound.files import scenario_experiment
 
-    return scenario_experiment(load(path, set_ or ()), noise_std_nT)
+    scenario = load(path, set_ or ())
+    if what_if:
+        _sweep(question, scenario, what_if, out or Path("out") / f"{scenario.name}-bound", json)
+    else:
+        _tell(question.of_scenario(scenario), json)
 
 
 def _log(
@@ -94,11 +118,6 @@ def _log(
     )
 
 
-def _refuse_for_scenario(run: int | None, strength_nT: float | None, enu: str | None, maps: list[str] | None) -> None:
-    given = {"--run": run, "--field-strength-nT": strength_nT, "--field-enu-nT": enu, "--map": maps}
-    _refuse(given, "speaks of a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
-
-
 def _refuse(given: Mapping[str, object], what: str, do: str) -> None:
     """Options that say nothing here; InputError for the first that is given."""
     for option, value in given.items():
@@ -106,18 +125,30 @@ def _refuse(given: Mapping[str, object], what: str, do: str) -> None:
             raise InputError(what, where=option, do=do)
 
 
-def _tell(known: Experiment, knowledge: str, json: bool, *, strength_known: bool) -> None:
+def _sweep(question: Question, scenario: Scenario, text: str, out: Path, json: bool) -> None:
+    from magbench.console import emit, say, show_table
+    from scenarios.sweep import parse_sweep
+    from validation.bound.answer import what_if_headline, what_if_heads, what_if_rows, what_if_summary
+    from validation.bound.question import WhatIf
+    from validation.outputs.bound import write_what_if
+
+    found = WhatIf.of(question, scenario, parse_sweep(text, scenario, WHAT_IF))
+    write_what_if(found, scenario.name, out)
+    if json:
+        emit({"what_if": what_if_summary(found), "out": str(out)})
+    else:
+        show_table("", what_if_heads(found), what_if_rows(found))
+    say(what_if_headline(found))
+    say(f"{out}: report.html, bound.json")
+
+
+def _tell(found: Answer, json: bool) -> None:
     from magbench.console import emit, say, show_table
     from validation.bound.answer import headline, rows, summary, use_rows
-    from validation.bound.bound import Bound
-    from validation.bound.uses import uses
-    from validation.bound.weak import weak_directions
 
-    found = Bound.of(known, knowledge, strength_known=strength_known)
-    used, weak = uses(known, found), weak_directions(known, found)
     if json:
-        emit(summary(known, found, used, weak))
+        emit(summary(found))
     else:
         show_table("", ["axis", "offset, nT", "S x", "S y", "S z"], rows(found))
-        show_table("", ["at least", "error", "of what"], use_rows(used), numbers=False)
-    say(headline(known, found, weak))
+        show_table("", ["at least", "error", "of what"], use_rows(found.used), numbers=False)
+    say(headline(found))

@@ -28,6 +28,20 @@ def test_a_number_fills_a_vector_and_leaves_the_rest() -> None:
     assert after == before
 
 
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [("0:30:10", (0, 10, 20, 30)), ("0.1:0.45:0.1", (0.1, 0.2, 0.3, 0.4)), ("3:-1:-2", (3, 1, -1)), ("5:5:1", (5,))],
+)
+def test_a_range_holds_both_ends(text: str, values: tuple[float, ...]) -> None:
+    assert parse_sweep(f"vertical_speed_m_s={text}", SCENARIO).values == values
+
+
+@pytest.mark.parametrize("text", ["5:1:1", "1:5:0", "0:1:0.0001"])
+def test_a_range_that_leads_nowhere(text: str) -> None:
+    with pytest.raises(InputError, match="--what-if radius_m"):
+        parse_sweep(f"radius_m={text}", SCENARIO, "--what-if")
+
+
 def test_words_too() -> None:
     sweep = parse_sweep("field.date=2018-01-01,2020-01-01", SCENARIO)
     assert [str(swept(SCENARIO, values).field.date) for values in points([sweep])] == list(sweep.values)

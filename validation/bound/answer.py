@@ -7,61 +7,94 @@ from math import isfinite
 from typing import Any
 
 from scenarios.plain import json_ready
-from validation.bound.bound import Bound
-from validation.bound.experiment import Experiment
 from validation.bound.information import AXES
+from validation.bound.question import Answer, WhatIf
 from validation.bound.uses import Use
-from validation.bound.weak import Weak, observable
-from validation.text import figure, quantity
+from validation.bound.weak import observable
+from validation.text import figure, quantity, short, symbol
 
 Row = tuple[str, ...]
 NOT_TOLD = "not told"
 """Of a figure of which the motion says nothing."""
 
 
-def summary(known: Experiment, bound: Bound, used: tuple[Use, ...], weak: tuple[Weak, ...]) -> dict[str, Any]:
+def summary(found: Answer) -> dict[str, Any]:
     """What `--json` prints; null where a motion says nothing."""
     told = {
-        "knowledge": bound.knowledge,
-        "noise_std_nT": known.noise_std_nT,
-        "samples": len(known.field_nT),
-        "offset_std_nT": bound.offset_std_nT,
-        "offset_rms_nT": bound.offset_rms_nT,
-        "matrix_std": bound.matrix_std,
-        "scores": {one.meaning.column: one.value for one in used},
-        "observable": observable(known, bound),
-        "unobservable": [asdict(one) for one in weak],
+        "knowledge": found.bound.knowledge,
+        "noise_std_nT": found.known.noise_std_nT,
+        "samples": len(found.known.field_nT),
+        "offset_std_nT": found.bound.offset_std_nT,
+        "offset_rms_nT": found.bound.offset_rms_nT,
+        "matrix_std": found.bound.matrix_std,
+        "scores": {one.meaning.column: one.value for one in found.used},
+        "observable": observable(found.known, found.bound),
+        "unobservable": [asdict(one) for one in found.weak],
     }
     return json_ready(told)  # type: ignore[no-any-return]
 
 
-def headline(known: Experiment, bound: Bound, weak: tuple[Weak, ...]) -> str:
+def what_if_summary(found: WhatIf) -> dict[str, Any]:
+    """The swept key, and the answer at each of its values."""
+    points = [{"value": value, **summary(one)} for value, one in zip(found.values, found.answers, strict=True)]
+    return {"key": found.key, "points": points}
+
+
+def headline(found: Answer) -> str:
     """The answer in a sentence, and for each weak direction what, why and what helps."""
-    size = bound.offset_rms_nT
+    size = found.bound.offset_rms_nT
     told = (
         f"no method can find the offset to less than {figure(size)} nT rms"
-        if size < float("inf")
-        else ("no method can find the whole offset")
+        if isfinite(size)
+        else "no method can find the whole offset"
     )
-    lines = [f"{told} from {len(known.field_nT):,} samples with {figure(known.noise_std_nT)} nT of white noise"]
-    lines += [f"not told apart: {one.what}; {one.why}" for one in weak]
-    lines += list(dict.fromkeys(one.remedy for one in weak))
+    samples, noise = len(found.known.field_nT), figure(found.known.noise_std_nT)
+    lines = [f"{told} from {samples:,} samples with {noise} nT of white noise"]
+    lines += [f"not told apart: {one.what}; {one.why}" for one in found.weak]
+    lines += list(dict.fromkeys(one.remedy for one in found.weak))
     return "\n".join(lines)
 
 
-def rows(bound: Bound) -> list[Row]:
+def rows(found: Answer) -> list[Row]:
     """A row an axis: the standard deviations of the offset's component and of the matrix's row."""
-    found = zip(AXES, bound.offset_std_nT, bound.matrix_std, strict=True)
-    return [(axis, figure(offset), *(f"{value:.3g}" for value in matrix)) for axis, offset, matrix in found]
+    told = zip(AXES, found.bound.offset_std_nT, found.bound.matrix_std, strict=True)
+    return [(axis, figure(offset), *(f"{value:.3g}" for value in matrix)) for axis, offset, matrix in told]
 
 
 def use_rows(used: tuple[Use, ...]) -> list[Row]:
     """A row a score: its name, the least of it, and what it is."""
+    return [(one.meaning.short, _told(one.value, one.meaning.unit), one.meaning.explained) for one in used]
+
+
+def what_if_heads(found: WhatIf) -> Row:
+    """The titles of `what_if_rows`."""
+    used = [f"{one.meaning.short}, {symbol(one.meaning.unit)}" for one in found.answers[0].used]
+    return (found.key, *(f"offset {axis}, nT" for axis in AXES), "offset, nT rms", *used, "weak")
+
+
+def what_if_rows(found: WhatIf) -> list[Row]:
+    """A row a value: the offset's standard deviations, the least errors, and how many directions are weak."""
     return [
         (
-            one.meaning.short,
-            quantity(one.value, one.meaning.unit) if isfinite(one.value) else NOT_TOLD,
-            one.meaning.explained,
+            short(value),
+            *(_told(std) for std in one.bound.offset_std_nT),
+            _told(one.bound.offset_rms_nT),
+            *(_told(use.value) for use in one.used),
+            str(len(one.weak)),
         )
-        for one in used
+        for value, one in zip(found.values, found.answers, strict=True)
     ]
+
+
+def what_if_headline(found: WhatIf) -> str:
+    """The best value of those tried, against the worst that tells the offset."""
+    sizes = {short(value): one.bound.offset_rms_nT for value, one in zip(found.values, found.answers, strict=True)}
+    best, worst = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
+    if not isfinite(sizes[best]):
+        return f"at none of these values of {found.key} can the whole offset be told"
+    other = f"at {worst} {_told(sizes[worst], 'nT')}"
+    return f"the offset is told best at {found.key} = {best}: {_told(sizes[best], 'nT')} rms; {other}"
+
+
+def _told(value: float, unit: str = "") -> str:
+    return quantity(value, unit) if isfinite(value) else NOT_TOLD

@@ -1,0 +1,66 @@
+"""A question to the bound, and the answer: the least errors, what they mean, and what is weak."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from scenarios.sweep import Sweep, Value, swept
+from sim.scenario import Scenario
+from validation.bound.bound import Bound
+from validation.bound.experiment import Experiment
+from validation.bound.files import scenario_experiment
+from validation.bound.uses import Use, uses
+from validation.bound.weak import Weak, weak_directions
+
+OPTION = "--what-if"
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """Of one experiment: the bound, the least errors of what it is used for, and the weak directions."""
+
+    known: Experiment
+    bound: Bound
+    used: tuple[Use, ...]
+    weak: tuple[Weak, ...]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a method is told: `knowledge` of the field, with its strength or without; and noise that is stated.
+
+    noise_std_nT, gyro_std_rad_s : of white noise; None: as found
+    """
+
+    knowledge: str = "norm"
+    strength_known: bool = True
+    noise_std_nT: float | None = None
+    gyro_std_rad_s: float | None = None
+
+    def answer(self, known: Experiment) -> Answer:
+        """The answer for an experiment; InputError for knowledge that it does not hold."""
+        if self.gyro_std_rad_s is not None:
+            known = replace(known, gyro_std_rad_s=self.gyro_std_rad_s)
+        bound = Bound.of(known, self.knowledge, strength_known=self.strength_known)
+        return Answer(known, bound, uses(known, bound), weak_directions(known, bound))
+
+    def of_scenario(self, scenario: Scenario) -> Answer:
+        """The answer for a simulated run; InputError where the vehicle cannot do the motion."""
+        return self.answer(scenario_experiment(scenario, self.noise_std_nT))
+
+
+@dataclass(frozen=True)
+class WhatIf:
+    """The answers at the values that one of a scenario's takes."""
+
+    key: str
+    values: Sequence[Value]
+    answers: Sequence[Answer]
+
+    @classmethod
+    def of(cls, question: Question, scenario: Scenario, sweep: Sweep) -> WhatIf:
+        """Fly the scenario at each value; InputError where the vehicle cannot."""
+        flown = [swept(scenario, {sweep.key: value}, OPTION) for value in sweep.values]
+        answers = [question.of_scenario(one) for one in flown]
+        return cls(sweep.key, sweep.values, answers)
