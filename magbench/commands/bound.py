@@ -49,6 +49,13 @@ Values = Annotated[
         help="The bound at values of one of the scenario's, as a table and a plot: KEY=0:30:5 or KEY=A,B,C.",
     ),
 ]
+TILTS = "--tilt-limits"
+TiltLimits = Annotated[
+    str | None,
+    typer.Option(
+        TILTS, metavar="ROLL,PITCH", help="The best that any motion within these tilts could do, yaw free; degrees."
+    ),
+]
 WhichRun = Annotated[int | None, typer.Option(min=0, help="Which run of a dataset directory.  [default: 0]")]
 Report = Annotated[
     Path | None, typer.Option("--out", "-o", help="Directory of the plots.  [default: out/SCENARIO-bound]")
@@ -61,6 +68,7 @@ def bound(
     noise_std_nT: Noise = None,
     gyro_noise_rad_s: GyroNoise = None,
     strength_unknown: StrengthUnknown = False,
+    tilt_limits: TiltLimits = None,
     what_if: Values = None,
     set_: Overrides = None,
     run: WhichRun = None,
@@ -79,9 +87,11 @@ def bound(
     of_scenario = {"--set": set_, WHAT_IF: what_if}
     if not what_if:
         _refuse({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
+    from validation.bound.limit import Tilts
     from validation.bound.question import Question
 
-    question = Question(knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s)
+    tilts = Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
+    question = Question(knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts)
     if path.suffix == ".toml":
         _refuse(of_log, "speaks of a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
         _of_scenario(question, path, set_, what_if, out, json)

@@ -8,6 +8,7 @@ from typing import Any
 
 from scenarios.plain import json_ready
 from validation.bound.information import AXES
+from validation.bound.limit import Limit
 from validation.bound.question import Answer, WhatIf
 from validation.bound.uses import Use
 from validation.bound.weak import observable
@@ -30,8 +31,14 @@ def summary(found: Answer) -> dict[str, Any]:
         "scores": {one.meaning.column: one.value for one in found.used},
         "observable": observable(found.known, found.bound),
         "unobservable": [asdict(one) for one in found.weak],
+        **({} if found.limit is None else {"limit": limit_summary(found.limit)}),
     }
     return json_ready(told)  # type: ignore[no-any-return]
+
+
+def limit_summary(least: Limit) -> dict[str, Any]:
+    """The limit of tilts, and how sure it is."""
+    return {**asdict(least.tilts), "offset_rms_nT": least.offset_rms_nT, "duality_gap": least.gap}
 
 
 def what_if_summary(found: WhatIf) -> dict[str, Any]:
@@ -52,7 +59,19 @@ def headline(found: Answer) -> str:
     lines = [f"{told} from {samples:,} samples with {noise} nT of white noise"]
     lines += [f"not told apart: {one.what}; {one.why}" for one in found.weak]
     lines += list(dict.fromkeys(one.remedy for one in found.weak))
+    lines += [] if found.limit is None else [_limit(found.limit, size)]
     return "\n".join(lines)
+
+
+def _limit(least: Limit, size: float) -> str:
+    """The limit in a sentence, and how many times it the bound is."""
+    within = f"within a roll of {least.tilts.roll_deg:g} and a pitch of {least.tilts.pitch_deg:g} degrees"
+    if not isfinite(least.offset_rms_nT):
+        return f"{within} no motion tells the offset"
+    told = f"{within} no motion of as many samples can do better than {figure(least.offset_rms_nT)} nT rms"
+    gap = f"duality gap {figure(100 * least.gap, 2)} %"
+    times = f"; this one allows {figure(size / least.offset_rms_nT)} times that" if isfinite(size) else ""
+    return f"{told} ({gap}){times}"
 
 
 def rows(found: Answer) -> list[Row]:

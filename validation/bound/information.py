@@ -20,6 +20,8 @@ AXES = "xyz"
 OFFSET = tuple(f"offset_{axis}" for axis in AXES)
 SYMMETRIC = tuple((i, j) for i in range(3) for j in range(i, 3))
 FULL = tuple((i, j) for i in range(3) for j in range(3))
+Places = tuple[tuple[int, int], ...]
+Rows = Callable[[Array, Array], Array]
 BIAS = 3
 """Components of the gyro's bias."""
 
@@ -29,7 +31,7 @@ class Information:
     """Fisher information (k, k), 1/nT^2, of offset and matrix; `places` (i, j) of the matrix's entries."""
 
     matrix: Array
-    places: tuple[tuple[int, int], ...]
+    places: Places
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -44,21 +46,36 @@ class Information:
 
 def vector(known: Experiment) -> Information:
     """Field vector and attitude known, twelve parameters: sum_i J_i^T J_i / sigma^2."""
-    J = jacobian(known.field_nT / known.strength_nT, FULL)
-    return Information(np.einsum("nij,nik->jk", J, J, optimize=True) / known.noise_std_nT**2, FULL)
+    return _summed(known, vector_rows, FULL)
 
 
 def norm(known: Experiment) -> Information:
-    """Only the strength known, nine parameters, S symmetric: the direction of every sample is a nuisance.
+    """Only the strength known, nine parameters, S symmetric: the direction of every sample is a nuisance."""
+    return _summed(known, norm_rows, SYMMETRIC)
+
+
+def vector_rows(h: Array, matrix: Array) -> Array:
+    """J (n, 3, 12) of fields h (n, 3), in units of the strength: what a sample tells, over the noise."""
+    return jacobian(h, FULL)
+
+
+def norm_rows(h: Array, matrix: Array) -> Array:
+    """n J (n, 1, 9) of fields h (n, 3), in units of the strength, seen by S (3, 3).
 
     A direction moves S h in the plane S T, T tangent to the sphere: what is left of a sample is its component along
     the normal of that plane, S^-T h.
     """
-    J = jacobian(known.field_nT / known.strength_nT, SYMMETRIC)
-    normal = known.field_nT @ np.linalg.inv(known.matrix)
+    normal = h @ np.linalg.inv(matrix)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    rows = np.einsum("ni,nij->nj", normal, J)
-    return Information(rows.T @ rows / known.noise_std_nT**2, SYMMETRIC)
+    return np.asarray(np.einsum("ni,nij->nj", normal, jacobian(h, SYMMETRIC))[:, None, :])
+
+
+def _summed(
+    known: Experiment, rows: Callable[[Array, Array], Array], places: tuple[tuple[int, int], ...]
+) -> Information:
+    J = rows(known.field_nT / known.strength_nT, known.matrix)
+    flat = J.reshape(-1, J.shape[2])
+    return Information(flat.T @ flat / known.noise_std_nT**2, places)
 
 
 def norm_and_gyro(known: Experiment) -> Information:
@@ -90,9 +107,11 @@ KNOWLEDGE: dict[str, Callable[[Experiment], Information]] = {
     "vector": vector,
 }
 """What is known of the field, by the word that a user gives."""
+SAMPLE: dict[str, Rows] = {"norm": norm_rows, "vector": vector_rows}
+"""What one sample tells, where its order among the others says nothing."""
 
 
-def jacobian(h: Array, places: tuple[tuple[int, int], ...]) -> Array:
+def jacobian(h: Array, places: Places) -> Array:
     """d m / d p (n, 3, 3 + entries), p in nT, h (n, 3) the field over its strength.
 
     An entry off the diagonal of a symmetric S stands on both sides.

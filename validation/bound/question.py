@@ -10,6 +10,7 @@ from sim.scenario import Scenario
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import scenario_experiment
+from validation.bound.limit import Limit, Tilts, limit
 from validation.bound.uses import Use, uses
 from validation.bound.weak import Weak, weak_directions
 
@@ -18,12 +19,13 @@ OPTION = "--what-if"
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Of one experiment: the bound, the least errors of what it is used for, and the weak directions."""
+    """Of one experiment: the bound, the least errors of what it is used for, the weak directions, the tilts' limit."""
 
     known: Experiment
     bound: Bound
     used: tuple[Use, ...]
     weak: tuple[Weak, ...]
+    limit: Limit | None = None
 
 
 @dataclass(frozen=True)
@@ -31,19 +33,22 @@ class Question:
     """What a method is told: `knowledge` of the field, with its strength or without; and noise that is stated.
 
     noise_std_nT, gyro_std_rad_s : of white noise; None: as found
+    tilts : those within which the limit of all motions is asked; None: of none
     """
 
     knowledge: str = "norm"
     strength_known: bool = True
     noise_std_nT: float | None = None
     gyro_std_rad_s: float | None = None
+    tilts: Tilts | None = None
 
     def answer(self, known: Experiment) -> Answer:
         """The answer for an experiment; InputError for knowledge that it does not hold."""
         if self.gyro_std_rad_s is not None:
             known = replace(known, gyro_std_rad_s=self.gyro_std_rad_s)
         bound = Bound.of(known, self.knowledge, strength_known=self.strength_known)
-        return Answer(known, bound, uses(known, bound), weak_directions(known, bound))
+        least = None if self.tilts is None else limit(known, self.knowledge, self.tilts)
+        return Answer(known, bound, uses(known, bound), weak_directions(known, bound), least)
 
     def of_scenario(self, scenario: Scenario) -> Answer:
         """The answer for a simulated run; InputError where the vehicle cannot do the motion."""

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from scenarios.sweep import parse_sweep
 from sim.scenario import load
-from validation.bound.answer import NOT_TOLD, what_if_headline, what_if_heads, what_if_rows, what_if_summary
+from validation.bound.answer import (
+    NOT_TOLD,
+    headline,
+    summary,
+    what_if_headline,
+    what_if_heads,
+    what_if_rows,
+    what_if_summary,
+)
+from validation.bound.limit import Tilts
 from validation.bound.question import Question, WhatIf
 
 
@@ -43,6 +54,15 @@ def test_the_gyros_noise_as_stated() -> None:
     stated, perfect = (Question("norm+gyro", gyro_std_rad_s=std).of_scenario(scenario) for std in (None, 1e-5))
     assert stated.known.gyro_std_rad_s == scenario.navigation.gyro_noise_std_rad_s
     assert perfect.bound.offset_rms_nT < 0.5 * stated.bound.offset_rms_nT
+
+
+def test_the_limit_of_tilts_in_words_and_as_json() -> None:
+    found = Question("vector", tilts=Tilts(5.0, 5.0)).of_scenario(load("standard-auv"))
+    assert found.limit is not None
+    told = summary(found)["limit"]
+    assert told["offset_rms_nT"] < found.bound.offset_rms_nT
+    assert 0 <= told["duality_gap"] < 0.01
+    assert re.search(r"within a roll of 5 and a pitch of 5 degrees .* duality gap", headline(found).replace("(", " "))
 
 
 def test_what_is_not_told_is_said_so() -> None:

@@ -1,0 +1,125 @@
+"""The limit that tilts set to any motion: the best of all ways to spend the samples on attitudes within them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from scenarios.errors import InputError
+from validation.bound.bound import SINGULAR
+from validation.bound.experiment import Experiment
+from validation.bound.information import SAMPLE
+
+Array = NDArray[np.float64]
+YAW_STEP_DEG = 5.0
+"""Of the attitudes that a design is made of; at half the step the limits of the standard case change by under 0.1 %."""
+TILT_STEP_DEG = 10.0
+LEAST_TILTS = 9
+"""Tilts about each axis, however narrow the limits."""
+GAP = 1e-3
+"""The design is done when no other can be better by more than this share."""
+MOST_ROUNDS = 5000
+
+
+@dataclass(frozen=True)
+class Tilts:
+    """|roll| and |pitch| stay within these, degrees; yaw is free."""
+
+    roll_deg: float
+    pitch_deg: float
+
+    @classmethod
+    def parsed(cls, text: str, where: str) -> Tilts:
+        """Read "ROLL,PITCH"; InputError for anything else, and beyond 180 and 90 degrees."""
+        try:
+            roll, pitch = (float(part) for part in text.split(","))
+        except ValueError:
+            roll = pitch = np.nan
+        if not (0 <= roll <= 180 and 0 <= pitch <= 90):
+            do = "give roll up to 180 and pitch up to 90 degrees, as in 5,45"
+            raise InputError(f"{text!r} is no pair of tilts", where=where, do=do)
+        return cls(roll, pitch)
+
+    @classmethod
+    def of(cls, attitudes: Rotation) -> Tilts:
+        """The least that hold these attitudes."""
+        _, pitch, roll = np.abs(attitudes.as_euler("ZYX", degrees=True)).max(axis=0)
+        return cls(float(roll), float(pitch))
+
+    def attitudes(self) -> Rotation:
+        """A grid over all that they allow."""
+        yaw = np.arange(0.0, 360.0, YAW_STEP_DEG)
+        angles = np.meshgrid(yaw, _grid(self.pitch_deg), _grid(self.roll_deg), indexing="ij")
+        return Rotation.from_euler("ZYX", np.reshape(angles, (3, -1)).T, degrees=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """The least rms error of the offset within tilts, and by how much of it, at most, the design misses the best.
+
+    attitudes (m), weights (m,) : the design, share of the samples each; infinite where the tilts do not tell it.
+    """
+
+    tilts: Tilts
+    offset_rms_nT: float
+    gap: float
+    attitudes: Rotation
+    weights: Array
+
+
+def limit(known: Experiment, knowledge: str, tilts: Tilts) -> Limit:
+    """A-optimal design for the offset: min_w tr (sum_k w_k I_k)^-1 over the offset's block, w >= 0, sum w = 1.
+
+    I_k is the information of a sample at attitude k. For so many samples and the noise of the experiment, whichever way
+    it moved. Raises InputError where the field's vector is not known, or the knowledge depends on the samples' order.
+    """
+    if known.field_enu_nT is None:
+        raise InputError("the field's direction is not known", where="--tilt-limits", do="give --field-enu-nT E,N,U")
+    if knowledge not in SAMPLE:
+        what = f"what {knowledge} tells depends on the order of the samples, and a limit over attitudes has none"
+        raise InputError(what, where="--tilt-limits", do=f"ask with --knowledge {' or '.join(SAMPLE)}")
+    attitudes = tilts.attitudes()
+    field = attitudes.inv().apply(known.field_enu_nT) / known.strength_nT
+    variance, gap, weights = optimal(SAMPLE[knowledge](field, known.matrix), 3)
+    size = known.noise_std_nT * float(np.sqrt(variance / len(known.field_nT)))
+    return Limit(tilts, size, gap, attitudes, weights)
+
+
+def optimal(rows: Array, wanted: int) -> tuple[float, float, Array]:
+    """Weights (m,) of candidates with rows (m, r, k) that minimise f = tr of the first `wanted` of the covariance.
+
+    With d_k = tr of that block of M^-1 I_k M^-1 the weights become w_k sqrt(d_k), normalised [Yu2010]; no design
+    is below f^2 / max_k d_k. Returns f, the gap of sqrt f, and w; f is infinite where M is singular.
+    """
+    weights = np.full(len(rows), 1.0 / len(rows))
+    for _ in range(MOST_ROUNDS):
+        covariance = _inverse(np.einsum("n,nri,nrj->ij", weights, rows, rows, optimize=True))
+        if covariance is None:
+            return np.inf, 0.0, weights
+        variance = float(np.trace(covariance[:wanted, :wanted]))
+        slope = np.sum((rows @ covariance[:, :wanted]) ** 2, axis=(1, 2))
+        gap = 1.0 - float(np.sqrt(variance / slope.max()))
+        if gap < GAP:
+            break
+        weights = weights * np.sqrt(slope)
+        weights /= weights.sum()
+    return variance, max(gap, 0.0), weights
+
+
+def _inverse(information: Array) -> Array | None:
+    """The inverse, every parameter scaled to one first; None where it is singular."""
+    size = np.sqrt(np.diag(information))
+    if not (size > 0).all():
+        return None
+    scaled = information / np.outer(size, size)
+    if np.linalg.eigvalsh(scaled)[0] < SINGULAR:
+        return None
+    return np.asarray(np.linalg.inv(scaled) / np.outer(size, size))
+
+
+def _grid(most_deg: float) -> Array:
+    count = max(LEAST_TILTS, 2 * int(np.ceil(most_deg / TILT_STEP_DEG)) + 1)
+    return np.linspace(-most_deg, most_deg, count)
