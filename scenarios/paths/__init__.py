@@ -10,6 +10,7 @@ from scenarios.paths.base import REFERENCE_COLUMNS, Ability, PhaseBase, Start
 from scenarios.paths.comb import Comb
 from scenarios.paths.dive import Ascent, Descent
 from scenarios.paths.hover import Hover, Rotate
+from scenarios.paths.poses import Poses, Pushes
 from scenarios.paths.spiral import Spiral
 from scenarios.paths.turntable import Tumble, TurntableStops, TurntableTurns
 
@@ -20,6 +21,8 @@ PHASES: dict[str, type[PhaseBase]] = {
     "comb": Comb,
     "hover": Hover,
     "rotate": Rotate,
+    "poses": Poses,
+    "pushes": Pushes,
     "turntable_stops": TurntableStops,
     "turntable_turns": TurntableTurns,
     "tumble": Tumble,
@@ -27,7 +30,7 @@ PHASES: dict[str, type[PhaseBase]] = {
 """Every kind of phase that a scenario file can name."""
 
 Phase = Annotated[
-    Descent | Ascent | Spiral | Comb | Hover | Rotate | TurntableStops | TurntableTurns | Tumble,
+    Descent | Ascent | Spiral | Comb | Hover | Rotate | Poses | Pushes | TurntableStops | TurntableTurns | Tumble,
     Field(discriminator="kind"),
 ]
 

@@ -26,11 +26,16 @@ class Hover(RunIn):
         return self.time_s
 
     def reference(self, start: Start, t_s: Array) -> Array:
-        way = run_up(t_s, start.speed_m_s, 0.0, self.run_in_s)
-        east = way * np.cos(start.yaw_rad) + start.pos_enu_m[0]
-        north = way * np.sin(start.yaw_rad) + start.pos_enu_m[1]
         level = constant(0.0, t_s)
-        return assemble((east, north, constant(start.pos_enu_m[2], t_s)), constant(start.yaw_rad, t_s), level, level)
+        return assemble(at_rest(start, t_s, self.run_in_s), constant(start.yaw_rad, t_s), level, level)
+
+
+def at_rest(start: Start, t_s: Array, run_in_s: float) -> tuple[Jet, Jet, Jet]:
+    """Position: from the speed at the start to rest along the heading."""
+    way = run_up(t_s, start.speed_m_s, 0.0, run_in_s)
+    east = way * np.cos(start.yaw_rad) + start.pos_enu_m[0]
+    north = way * np.sin(start.yaw_rad) + start.pos_enu_m[1]
+    return east, north, constant(start.pos_enu_m[2], t_s)
 
 
 class Rotate(RunIn):

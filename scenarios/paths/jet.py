@@ -72,6 +72,16 @@ def run(t_s: Array, from_rate: float, rate: float, ramp_s: float, brake_s: float
     return run_up(t_s, from_rate, rate, ramp_s) + run_up(t_s - brake_s, 0.0, -rate, ramp_s)
 
 
+def pushed(t_s: Array, ramp_s: float) -> Jet:
+    """Way travelled from rest while the acceleration goes by a smoothstep over ramp_s from 0 to 1 and stays there."""
+    step = smoothstep(t_s, ramp_s)
+    u = np.clip(t_s / ramp_s, 0.0, 1.0)
+    fourth, after = u * u * u * u, np.maximum(t_s - ramp_s, 0.0)
+    speed = ramp_s * fourth * (2.5 + u * (u - 3.0)) + after
+    way = ramp_s**2 * fourth * u * (0.5 + u * (u / 7.0 - 0.5)) + 0.5 * after * (ramp_s + after)
+    return Jet(way, speed, step.x)
+
+
 def window(t_s: Array, duration_s: float, ramp_s: float) -> Jet:
     """0 outside [0, duration_s], 1 inside, smooth ramps of ramp_s at both ends."""
     out = smoothstep(duration_s - t_s, ramp_s)

@@ -80,7 +80,7 @@ class Turntable(Vehicle):
     table: ClassVar[type[VehicleTable]] = TurntableSpec
     summary: ClassVar[str] = "three-axis non-magnetic turntable of the laboratory: yaw outside, pitch, roll inside"
     noun: ClassVar[str] = "a three-axis turntable"
-    abilities: ClassVar[frozenset[Ability]] = frozenset({Ability.POINT})
+    abilities: ClassVar[frozenset[Ability]] = frozenset({Ability.POINT, Ability.TILT})
     model_file: ClassVar[str] = "turntable.xml"
     body: ClassVar[str] = PLATFORM
     motors: ClassVar[int] = 0

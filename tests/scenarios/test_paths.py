@@ -5,6 +5,7 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
+from scipy.spatial.transform import Rotation
 
 from scenarios.paths import PHASES, REFERENCE_COLUMNS, Phase, PhaseBase, Start
 
@@ -17,6 +18,15 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "comb": {"line_length_m": 60, "line_spacing_m": 20, "lines": 4, "speed_m_s": 1.5, **EXCITED},
     "hover": {"duration_s": 60},
     "rotate": {"duration_s": 90},
+    "poses": {
+        "poses": [
+            {"yaw_deg": 170, "pitch_deg": 20, "roll_deg": -10, "move_s": 12, "hold_s": 4},
+            {"yaw_deg": -150, "pitch_deg": -25, "roll_deg": 30, "move_s": 15, "hold_s": 6},
+        ]
+    },
+    "pushes": {
+        "pushes": [{"yaw_deg": 100, "pitch_deg": 20, "roll_deg": -15}, {"yaw_deg": 30, "roll_deg": 20, "times": 3}]
+    },
     "turntable_stops": {"axis": "pitch", "stops": 7, "step_deg": 25, "dwell_s": 3, "move_s": 2},
     "turntable_turns": {"rate_deg_s": 12},
     "tumble": {"duration_s": 120, "roll_phase_deg": 17, "pitch_phase_deg": 63},
@@ -78,7 +88,9 @@ def test_takes_over_the_speed_at_the_start(kind: str) -> None:
     np.testing.assert_allclose(first[V], 0.8 * np.array([np.cos(0.7), np.sin(0.7), 0.0]))
 
 
-@pytest.mark.parametrize("kind", ["comb", "hover", "rotate", "turntable_stops", "turntable_turns", "tumble"])
+@pytest.mark.parametrize(
+    "kind", ["comb", "hover", "rotate", "poses", "pushes", "turntable_stops", "turntable_turns", "tumble"]
+)
 def test_ends_level_at_rest_and_stays(kind: str) -> None:
     one = phase(kind)
     last = one.reference(START, one.duration_s + np.array([0.0, 5.0]))
@@ -151,6 +163,27 @@ def test_rotate_tilts_in_body_x_then_body_y() -> None:
     assert tilt[500:1200, 0].max() == pytest.approx(15, abs=0.1)
     assert tilt[:1600, 1].max() == 0.0
     assert tilt[2100:2800, 1].max() == pytest.approx(15, abs=0.1)
+
+
+def test_poses_are_held_as_they_are_named() -> None:
+    one = phase("poses")
+    r = one.reference(Start((0, 0, 0), 3.0), np.array([12.1, 15.9, 31.1, 36.9]))
+    np.testing.assert_allclose(np.degrees(r[:, 9:12]), [[170, 20, -10]] * 2 + [[210, -25, 30]] * 2, atol=1e-9)
+    np.testing.assert_allclose(r[:, 12:], 0.0, atol=1e-12)
+
+
+def test_a_push_needs_the_attitude_that_it_names_and_leads_back() -> None:
+    """The body's z axis along gravity's reaction plus the acceleration, by rotation matrices."""
+    one = phase("pushes")
+    t = np.linspace(0.0, one.duration_s, 20_001)
+    r = one.reference(Start((0, 0, 0), 0.0), t)
+    named = Rotation.from_euler("ZYX", [100, 20, -15], degrees=True).apply([0.0, 0.0, 1.0])
+    first = r[(t > 5.0 + 1.5 + 0.7) & (t < 5.0 + 1.5 + 1.4)]
+    needed = np.column_stack([first[:, 6:8], np.full(len(first), 9.81)])
+    np.testing.assert_allclose(needed / np.linalg.norm(needed, axis=1)[:, None], [named] * len(first), atol=1e-12)
+    np.testing.assert_allclose(r[-1, :3], 0.0, atol=1e-9)
+    between = r[np.searchsorted(t, 5.0 + one.length_s(one.pushes[0]))]  # type: ignore[attr-defined]
+    np.testing.assert_allclose(between[:6], 0.0, atol=0.02)
 
 
 def test_twelve_stops_rest_at_multiples_of_30_degrees_clockwise() -> None:

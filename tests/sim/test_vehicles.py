@@ -24,6 +24,8 @@ SHORT: dict[str, dict[str, Any]] = {
     "spiral": {"radius_m": 20, "turn_rate_deg_s": 2, "duration_s": 60},
     "comb": {"line_length_m": 40, "line_spacing_m": 20, "lines": 2, "speed_m_s": 1},
     "rotate": {"duration_s": 40},
+    "poses": {"poses": [{"yaw_deg": 20, "pitch_deg": 15, "roll_deg": -10}, {"yaw_deg": -40, "pitch_deg": -15}]},
+    "pushes": {"pushes": [{"yaw_deg": 20, "pitch_deg": 15, "roll_deg": -10}, {"yaw_deg": -40, "pitch_deg": 20}]},
     "turntable_stops": {"dwell_s": 2, "stops": 3},
     "turntable_turns": {"rate_deg_s": 40},
     "tumble": {"duration_s": 40},

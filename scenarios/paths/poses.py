@@ -1,0 +1,123 @@
+"""Attitudes one after the other: held on the spot, or by pushing to and fro where a tilt cannot be held."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from scenarios.paths.base import Ability, Start
+from scenarios.paths.excited import RunIn
+from scenarios.paths.hover import GRAVITY_M_S2, at_rest
+from scenarios.paths.jet import Array, Jet, assemble, constant, pushed, smoothstep
+from scenarios.table import Table
+
+
+class Pose(Table):
+    """An attitude Rz(yaw) Ry(pitch) Rx(roll), how long it takes to turn there, and how long it is held."""
+
+    yaw_deg: float = Field(ge=-360, le=360, description="from east, counter-clockwise; turned to by the shorter way")
+    pitch_deg: float = Field(0.0, ge=-90, le=90)
+    roll_deg: float = Field(0.0, ge=-180, le=180)
+    move_s: float = Field(10.0, gt=0, le=3600)
+    hold_s: float = Field(10.0, ge=0, le=86_400)
+
+
+class Poses(RunIn):
+    """Comes to rest, then turns to one attitude after the other and holds each; level at the end.
+
+    angle(t) = start + sum_i (angle_i - angle_(i-1)) smoothstep((t - t_i) / move_i)   for yaw, pitch and roll.
+    """
+
+    kind: Literal["poses"]
+    needs: ClassVar[Ability] = Ability.TILT
+    poses: tuple[Pose, ...] = Field(min_length=1, max_length=1000)
+    home_s: float = Field(10.0, gt=0, le=3600, description="turning level again, at the end")
+    run_in_s: float = Field(5.0, gt=0, le=600)
+
+    @property
+    def duration_s(self) -> float:
+        return sum(pose.move_s + pose.hold_s for pose in self.poses) + self.home_s
+
+    def reference(self, start: Start, t_s: Array) -> Array:
+        begin_deg = np.array([math.degrees(start.yaw_rad), 0.0, 0.0])
+        angles, at_s, before = [constant(value, t_s) for value in np.radians(begin_deg)], 0.0, begin_deg
+        home = Pose(yaw_deg=self.poses[-1].yaw_deg, move_s=self.home_s)
+        for pose in (*self.poses, home):
+            turned = np.array([pose.yaw_deg, pose.pitch_deg, pose.roll_deg]) - before
+            turned[0] = nearest(turned[0])
+            step = smoothstep(t_s - at_s, pose.move_s)
+            angles = [angle + step * by for angle, by in zip(angles, np.radians(turned), strict=True)]
+            at_s, before = at_s + pose.move_s + pose.hold_s, before + turned
+        yaw, pitch, roll = angles
+        return assemble(at_rest(start, t_s, self.run_in_s), yaw, pitch, roll)
+
+
+class Push(Table):
+    """An attitude that pushing the vehicle to and fro needs at one half of the time, its mirror at the other."""
+
+    yaw_deg: float = Field(ge=-360, le=360, description="from east, counter-clockwise; turned to by the shorter way")
+    pitch_deg: float = Field(0.0, ge=-45, le=45)
+    roll_deg: float = Field(0.0, ge=-45, le=45)
+    times: int = Field(1, ge=1, le=1000, description="to and fro, four push_s each")
+
+    @property
+    def acceleration_m_s2(self) -> Array:
+        """East and north (2,): g b_xy / b_z, b the body's z axis."""
+        yaw, pitch, roll = np.radians([self.yaw_deg, self.pitch_deg, self.roll_deg])
+        ahead, left = math.tan(pitch), -math.tan(roll) / math.cos(pitch)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        return GRAVITY_M_S2 * np.array([ahead * cos - left * sin, ahead * sin + left * cos])
+
+
+class Pushes(RunIn):
+    """Accelerates to and fro by even pushes, so that it must tilt; turns to the next heading between them.
+
+    a(t) is + a for push_s, - a for twice that, + a for twice that, ..., each change a smoothstep over switch_s: the
+    vehicle is back where it was, at rest, after `times` of four push_s.
+    """
+
+    kind: Literal["pushes"]
+    needs: ClassVar[Ability] = Ability.SWAY
+    pushes: tuple[Push, ...] = Field(min_length=1, max_length=1000)
+    push_s: float = Field(1.5, ge=0.5, le=10)
+    switch_s: float = Field(0.6, ge=0.3, le=2, description="from one tilt to its mirror")
+    turn_s: float = Field(1.5, ge=0.5, le=60, description="turning to the next heading")
+    run_in_s: float = Field(5.0, gt=0, le=600)
+
+    @property
+    def duration_s(self) -> float:
+        return self.run_in_s + sum(self.length_s(push) for push in self.pushes)
+
+    def length_s(self, push: Push) -> float:
+        """Turning to its heading, its pushes, and the last switch."""
+        return self.turn_s + 4.0 * push.times * self.push_s + self.switch_s
+
+    def reference(self, start: Start, t_s: Array) -> Array:
+        east, north, up = at_rest(start, t_s, self.run_in_s)
+        yaw, at_s = constant(start.yaw_rad, t_s), self.run_in_s
+        before = math.degrees(start.yaw_rad)
+        for push in self.pushes:
+            turned = nearest(push.yaw_deg - before)
+            yaw = yaw + smoothstep(t_s - at_s, self.turn_s) * math.radians(turned)
+            sway = self._to_and_fro(t_s - at_s - self.turn_s, push.times)
+            ahead = push.acceleration_m_s2
+            east, north = east + sway * float(ahead[0]), north + sway * float(ahead[1])
+            at_s, before = at_s + self.length_s(push), before + turned
+        level = constant(0.0, t_s)
+        return assemble((east, north, up), yaw, level, level)
+
+    def _to_and_fro(self, t_s: Array, times: int) -> Jet:
+        """Way, velocity and acceleration of unit pushes; zero before and after."""
+        inside = np.clip(t_s, 0.0, 4.0 * times * self.push_s + self.switch_s)
+        way = pushed(inside, self.switch_s) + pushed(inside - 4.0 * times * self.push_s, self.switch_s) * -1.0
+        for number in range(2 * times):
+            way = way + pushed(inside - (2 * number + 1) * self.push_s, self.switch_s) * (2.0 if number % 2 else -2.0)
+        return way
+
+
+def nearest(turn_deg: float) -> float:
+    """The same turn by the shorter way, -180 to 180."""
+    return (turn_deg + 180.0) % 360.0 - 180.0
