@@ -38,7 +38,7 @@ def summary(found: Answer) -> dict[str, Any]:
 
 def limit_summary(least: Limit) -> dict[str, Any]:
     """The limit of tilts, and how sure it is."""
-    return {**asdict(least.tilts), "offset_rms_nT": least.offset_rms_nT, "duality_gap": least.gap}
+    return {**asdict(least.tilts), least.goal.name: least.value, "duality_gap": least.gap}
 
 
 def what_if_summary(found: WhatIf) -> dict[str, Any]:
@@ -66,11 +66,11 @@ def headline(found: Answer) -> str:
 def _limit(least: Limit, size: float) -> str:
     """The limit in a sentence, and how many times it the bound is."""
     within = f"within a roll of {least.tilts.roll_deg:g} and a pitch of {least.tilts.pitch_deg:g} degrees"
-    if not isfinite(least.offset_rms_nT):
+    if not isfinite(least.value):
         return f"{within} no motion tells the offset"
-    told = f"{within} no motion of as many samples can do better than {figure(least.offset_rms_nT)} nT rms"
+    told = f"{within} no motion of as many samples can do better than {figure(least.value)} nT rms"
     gap = f"duality gap {figure(100 * least.gap, 2)} %"
-    times = f"; this one allows {figure(size / least.offset_rms_nT)} times that" if isfinite(size) else ""
+    times = f"; this one allows {figure(size / least.value)} times that" if isfinite(size) else ""
     return f"{told} ({gap}){times}"
 
 

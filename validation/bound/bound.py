@@ -56,10 +56,12 @@ class Bound:
     def variance(self, figures: Array) -> Array:
         """Variance (n,) of figures G p, G (n, k) per nT; infinite where the motion says nothing of them."""
         told, untold = self._split
-        felt = figures if self.scale is None else figures @ self.scale
+        finite = np.isfinite(figures).all(axis=1)
+        felt = np.where(finite[:, None], figures, 0.0)
+        felt = felt if self.scale is None else felt @ self.scale
         share = felt / self._size
         lost = np.sum((share @ untold) ** 2, axis=1) > INVOLVED * np.sum(share**2, axis=1)
-        return np.where(lost, np.inf, np.einsum("ni,ij,nj->n", felt, told, felt, optimize=True))
+        return np.where(lost | ~finite, np.inf, np.einsum("ni,ij,nj->n", felt, told, felt, optimize=True))
 
     @cached_property
     def covariance(self) -> Array:

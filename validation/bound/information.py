@@ -107,6 +107,8 @@ KNOWLEDGE: dict[str, Callable[[Experiment], Information]] = {
     "vector": vector,
 }
 """What is known of the field, by the word that a user gives."""
+PLACES: dict[str, Places] = {"norm": SYMMETRIC, "norm+gyro": SYMMETRIC, "vector": FULL}
+"""The entries of S that each tells."""
 SAMPLE: dict[str, Rows] = {"norm": norm_rows, "vector": vector_rows}
 """What one sample tells, where its order among the others says nothing."""
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from scenarios.errors import InputError
 from validation.bound.bound import SINGULAR
 from validation.bound.experiment import Experiment
+from validation.bound.goal import OFFSET, Goal
 from validation.bound.information import SAMPLE
 
 Array = NDArray[np.float64]
@@ -58,20 +59,21 @@ class Tilts:
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """The least rms error of the offset within tilts, and by how much of it, at most, the design misses the best.
+    """The least error within tilts, of the goal's unit, and by how much of it, at most, the design misses the best.
 
     attitudes (m), weights (m,) : the design, share of the samples each; infinite where the tilts do not tell it.
     """
 
     tilts: Tilts
-    offset_rms_nT: float
+    goal: Goal
+    value: float
     gap: float
     attitudes: Rotation
     weights: Array
 
 
-def limit(known: Experiment, knowledge: str, tilts: Tilts) -> Limit:
-    """A-optimal design for the offset: min_w tr (sum_k w_k I_k)^-1 over the offset's block, w >= 0, sum w = 1.
+def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET) -> Limit:
+    """A-optimal design for a goal B: min_w tr B^T (sum_k w_k I_k)^-1 B, w >= 0, sum w = 1; B the offset's block.
 
     I_k is the information of a sample at attitude k. For so many samples and the noise of the experiment, whichever way
     it moved. Raises InputError where the field's vector is not known, or the knowledge depends on the samples' order.
@@ -82,25 +84,32 @@ def limit(known: Experiment, knowledge: str, tilts: Tilts) -> Limit:
         what = f"what {knowledge} tells depends on the order of the samples, and a limit over attitudes has none"
         raise InputError(what, where="--tilt-limits", do=f"ask with --knowledge {' or '.join(SAMPLE)}")
     attitudes = tilts.attitudes()
+    rows = sample_rows(known, knowledge, attitudes)
+    variance, gap, weights = optimal(rows, goal.factor(known, knowledge))
+    return Limit(tilts, goal, float(np.sqrt(variance / len(known.field_nT))), gap, attitudes, weights)
+
+
+def sample_rows(known: Experiment, knowledge: str, attitudes: Rotation) -> Array:
+    """What a sample at each attitude tells, over the noise: rows (m, r, k), 1/nT, whose squares are its information."""
+    assert known.field_enu_nT is not None
     field = attitudes.inv().apply(known.field_enu_nT) / known.strength_nT
-    variance, gap, weights = optimal(SAMPLE[knowledge](field, known.matrix), 3)
-    size = known.noise_std_nT * float(np.sqrt(variance / len(known.field_nT)))
-    return Limit(tilts, size, gap, attitudes, weights)
+    return SAMPLE[knowledge](field, known.matrix) / known.noise_std_nT
 
 
-def optimal(rows: Array, wanted: int) -> tuple[float, float, Array]:
-    """Weights (m,) of candidates with rows (m, r, k) that minimise f = tr of the first `wanted` of the covariance.
+def optimal(rows: Array, wanted: Array) -> tuple[float, float, Array]:
+    """Weights (m,) of candidates with rows (m, r, k) that minimise f = tr B^T M^-1 B, B (k, q) what is wanted.
 
-    With d_k = tr of that block of M^-1 I_k M^-1 the weights become w_k sqrt(d_k), normalised [Yu2010]; no design
+    With d_k = tr B^T M^-1 I_k M^-1 B the weights become w_k sqrt(d_k), normalised [Yu2010]; no design
     is below f^2 / max_k d_k. Returns f, the gap of sqrt f, and w; f is infinite where M is singular.
     """
     weights = np.full(len(rows), 1.0 / len(rows))
     for _ in range(MOST_ROUNDS):
-        covariance = _inverse(np.einsum("n,nri,nrj->ij", weights, rows, rows, optimize=True))
+        covariance = inverse(np.einsum("n,nri,nrj->ij", weights, rows, rows, optimize=True))
         if covariance is None:
             return np.inf, 0.0, weights
-        variance = float(np.trace(covariance[:wanted, :wanted]))
-        slope = np.sum((rows @ covariance[:, :wanted]) ** 2, axis=(1, 2))
+        felt = covariance @ wanted
+        variance = float(np.sum(wanted * felt))
+        slope = np.sum((rows @ felt) ** 2, axis=(1, 2))
         gap = 1.0 - float(np.sqrt(variance / slope.max()))
         if gap < GAP:
             break
@@ -109,7 +118,7 @@ def optimal(rows: Array, wanted: int) -> tuple[float, float, Array]:
     return variance, max(gap, 0.0), weights
 
 
-def _inverse(information: Array) -> Array | None:
+def inverse(information: Array) -> Array | None:
     """The inverse, every parameter scaled to one first; None where it is singular."""
     size = np.sqrt(np.diag(information))
     if not (size > 0).all():

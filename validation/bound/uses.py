@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
-from validation.bound.information import jacobian
+from validation.bound.information import FULL, PLACES, Places, jacobian
 from validation.scoring.holdout import (
     LEVEL_ATTITUDES,
     MANOEUVRE_SAMPLES,
@@ -43,48 +44,52 @@ def uses(known: Experiment, bound: Bound) -> tuple[Use, ...]:
     dh = -S^-1 (db + dS h), the error of the corrected field on the hold-out of `validation.scoring`; where the rotation
     of the sensor is not told, the symmetric part of S^-1 dS stands for it, as in the scores.
     """
-    if known.field_enu_nT is None:
-        vertical_nT = known.strength_nT * UP
-        return (_use("holdout_sphere_norm_rms", _strength(known, bound, vertical_nT)),)
-    enu_nT = known.field_enu_nT
-    return (
-        _use("heading_rms", _heading_deg(known, bound, enu_nT)),
-        _use("holdout_sphere_norm_rms", _strength(known, bound, enu_nT)),
-        _use("anomaly_rms", _anomaly(known, bound, enu_nT)),
-        _use("figure_of_merit", _figure_of_merit(known, bound, enu_nT)),
-    )
+    names = [STRENGTH] if known.field_enu_nT is None else list(ROWS)
+    found = [Use(MEANINGS[name], _rms(bound.variance(rows_of(name, known, bound.knowledge)))) for name in names]
+    if known.field_enu_nT is not None:
+        found.append(Use(MEANINGS["figure_of_merit"], _figure_of_merit(known, bound)))
+    return tuple(found)
 
 
-def _use(score: str, value: float) -> Use:
-    return Use(MEANINGS[score], value)
+def rows_of(name: str, known: Experiment, knowledge: str) -> Array:
+    """Rows (n, k) of a score that is the rms of figures G p, in its unit per nT."""
+    return ROWS[name](known, PLACES[knowledge])
 
 
-def _heading_deg(known: Experiment, bound: Bound, enu_nT: Array) -> float:
+def _heading_deg(known: Experiment, places: Places) -> Array:
     """(e_e n - e_n e) / (e^2 + n^2), e_e and e_n the east and north of the corrected field's error."""
-    attitudes = level_attitudes(LEVEL_ATTITUDES)
-    east, north, _ = enu_nT
-    across = np.array([north, -east, 0.0])
+    attitudes, enu_nT = level_attitudes(LEVEL_ATTITUDES), _field(known)
+    across = np.array([enu_nT[1], -enu_nT[0], 0.0])
     horizontal = float(across @ across)
     if not horizontal > 0:
-        return np.inf
-    rows = np.einsum("ni,nij->nj", attitudes.inv().apply(across / horizontal), _errors(known, bound, attitudes, enu_nT))
-    return float(np.degrees(_rms(bound.variance(rows))))
+        return np.full((1, 3 + len(places)), np.inf)
+    east = attitudes.inv().apply(np.degrees(across / horizontal))
+    return np.asarray(np.einsum("ni,nij->nj", east, _errors(known, places, attitudes, enu_nT)))
 
 
-def _strength(known: Experiment, bound: Bound, enu_nT: Array) -> float:
-    return _rms(bound.variance(_along(known, bound, uniform_attitudes(SPHERE_ATTITUDES), enu_nT)))
+def _strength(known: Experiment, places: Places) -> Array:
+    return _along(known, places, uniform_attitudes(SPHERE_ATTITUDES), _field(known))
 
 
-def _anomaly(known: Experiment, bound: Bound, enu_nT: Array) -> float:
+def _anomaly(known: Experiment, places: Places) -> Array:
     """Of the total field along the survey line over a dipole, less its mean."""
-    pos_m, attitudes = survey_line()
-    rows = _along(known, bound, attitudes, enu_nT + dipole_enu_nT(pos_m, enu_nT))
-    return _rms(bound.variance(rows - rows.mean(axis=0)))
+    (pos_m, attitudes), enu_nT = survey_line(), _field(known)
+    rows = _along(known, places, attitudes, enu_nT + dipole_enu_nT(pos_m, enu_nT))
+    return np.asarray(rows - rows.mean(axis=0))
 
 
-def _figure_of_merit(known: Experiment, bound: Bound, enu_nT: Array) -> float:
+STRENGTH = "holdout_sphere_norm_rms"
+ROWS: dict[str, Callable[[Experiment, Places], Array]] = {
+    "heading_rms": _heading_deg,
+    STRENGTH: _strength,
+    "anomaly_rms": _anomaly,
+}
+"""The scores that are linear in the errors."""
+
+
+def _figure_of_merit(known: Experiment, bound: Bound) -> float:
     """Mean over drawn errors: peak to peak is not linear in them."""
-    rows = _along(known, bound, manoeuvres(), enu_nT)
+    rows = _along(known, bound.information.places, manoeuvres(), _field(known))
     if not np.isfinite(bound.variance(rows)).all():
         return np.inf
     values, vectors = np.linalg.eigh(np.where(np.isfinite(bound.covariance), bound.covariance, 0.0))
@@ -94,19 +99,23 @@ def _figure_of_merit(known: Experiment, bound: Bound, enu_nT: Array) -> float:
     return float(np.ptp(total_nT, axis=2).sum(axis=1).mean())
 
 
-def _along(known: Experiment, bound: Bound, attitudes: Rotation, enu_nT: Array) -> Array:
+def _field(known: Experiment) -> Array:
+    """The field in the world; where only its strength is known a vertical one, which all attitudes turn anyway."""
+    return known.strength_nT * UP if known.field_enu_nT is None else known.field_enu_nT
+
+
+def _along(known: Experiment, places: Places, attitudes: Rotation, enu_nT: Array) -> Array:
     """d |h| / d p (n, k) of the corrected field, for a field of the world (3,) or (n, 3)."""
     field_nT = attitudes.inv().apply(enu_nT)
     unit = field_nT / np.linalg.norm(field_nT, axis=1)[:, None]
-    return np.asarray(np.einsum("ni,nij->nj", unit, _errors(known, bound, attitudes, enu_nT)))
+    return np.asarray(np.einsum("ni,nij->nj", unit, _errors(known, places, attitudes, enu_nT)))
 
 
-def _errors(known: Experiment, bound: Bound, attitudes: Rotation, enu_nT: Array) -> Array:
+def _errors(known: Experiment, places: Places, attitudes: Rotation, enu_nT: Array) -> Array:
     """d h / d p (n, 3, k) of the corrected field."""
-    h = attitudes.inv().apply(enu_nT) / bound.strength_nT
-    places = bound.information.places
+    h = attitudes.inv().apply(enu_nT) / known.strength_nT
     inverse = np.linalg.inv(known.matrix)
-    if bound.information.tells_rotation:
+    if places == FULL:
         return np.asarray(-np.einsum("ij,njk->nik", inverse, jacobian(h, places)))
     entries = jacobian(np.eye(3), places)[:, :, 3:].transpose(2, 1, 0)
     turned = inverse @ entries

@@ -1,0 +1,52 @@
+"""What a motion is to be good for: the figure of a calibration whose error is to be small."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.errors import InputError
+from scenarios.names import closest
+from validation.bound.experiment import Experiment
+from validation.bound.information import PLACES
+from validation.bound.uses import ROWS, rows_of
+from validation.scoring.meaning import MEANINGS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A figure by its name with the unit, and the score of a calibration whose rms over trials it is."""
+
+    name: str
+    score: str
+    unit: str
+
+    def factor(self, known: Experiment, knowledge: str) -> Array:
+        """B (k, q), so that the figure's mean square is tr B^T C B, C the covariance of the parameters."""
+        if self is OFFSET:
+            return np.eye(3 + len(PLACES[knowledge]))[:, :3]
+        rows = rows_of(self.score, known, knowledge)
+        values, vectors = np.linalg.eigh(rows.T @ rows / len(rows))
+        return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
+
+
+OFFSET = Goal("offset_rms_nT", "offset_error", "nT")
+GOALS = {goal.name: goal for goal in (OFFSET, *(Goal(MEANINGS[n].column, n, MEANINGS[n].unit) for n in ROWS))}
+
+
+def parsed_target(text: str, where: str) -> tuple[Goal, float]:
+    """Read "offset_rms_nT=2"; InputError for an unknown figure, and a value that is not positive."""
+    name, _, value = (part.strip() for part in text.partition("="))
+    if name not in GOALS:
+        raise InputError(f"no figure is called {name!r}", where=where, do=closest(name, GOALS))
+    try:
+        number = float(value)
+    except ValueError:
+        number = np.nan
+    if not 0 < number < np.inf:
+        raise InputError(f"{value!r} is not a size to reach", where=where, do=f"write {name}=2")
+    return GOALS[name], number
