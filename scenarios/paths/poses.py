@@ -33,7 +33,9 @@ class Poses(RunIn):
 
     kind: Literal["poses"]
     needs: ClassVar[Ability] = Ability.TILT
-    poses: tuple[Pose, ...] = Field(min_length=1, max_length=1000)
+    poses: tuple[Pose, ...] = Field(
+        min_length=1, max_length=1000, description="tables with yaw_deg, pitch_deg, roll_deg, move_s, hold_s"
+    )
     home_s: float = Field(10.0, gt=0, le=3600, description="turning level again, at the end")
     run_in_s: float = Field(5.0, gt=0, le=600)
 
@@ -81,8 +83,10 @@ class Pushes(RunIn):
 
     kind: Literal["pushes"]
     needs: ClassVar[Ability] = Ability.SWAY
-    pushes: tuple[Push, ...] = Field(min_length=1, max_length=1000)
-    push_s: float = Field(1.5, ge=0.5, le=10)
+    pushes: tuple[Push, ...] = Field(
+        min_length=1, max_length=1000, description="tables with yaw_deg, pitch_deg, roll_deg, times"
+    )
+    push_s: float = Field(1.5, ge=0.5, le=10, description="half of the time of one tilt")
     switch_s: float = Field(0.6, ge=0.3, le=2, description="from one tilt to its mirror")
     turn_s: float = Field(1.5, ge=0.5, le=60, description="turning to the next heading")
     run_in_s: float = Field(5.0, gt=0, le=600)
