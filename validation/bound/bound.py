@@ -56,7 +56,7 @@ class Bound:
     def variance(self, figures: Array) -> Array:
         """Variance (n,) of figures G p, G (n, k) per nT; infinite where the motion says nothing of them."""
         told, untold = self._split
-        finite = np.isfinite(figures).all(axis=1)
+        finite = np.asarray(np.isfinite(figures).all(axis=1))
         felt = np.where(finite[:, None], figures, 0.0)
         felt = felt if self.scale is None else felt @ self.scale
         share = felt / self._size
