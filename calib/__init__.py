@@ -9,7 +9,6 @@ from calib.methods.ellipsoid import EllipsoidCalibrator
 from calib.methods.ellipsoid_segmented import EllipsoidSegmented
 from calib.methods.ga import Ga
 from calib.methods.ga_gradiometer import GaGradiometer
-from calib.methods.gyro_ml import GyroMl
 from calib.methods.ide_gradiometer import IdeGradiometer
 from calib.methods.kalman import KalmanCalibrator
 from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
@@ -41,7 +40,6 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
         TwoStep,
         MaximumLikelihoodNewton,
         MaximumLikelihoodGeometric,
-        GyroMl,
         Pso,
         Ga,
         PsoGa,

@@ -19,6 +19,7 @@ from magbench.commands import (
     gate,
     inspect,
     listing,
+    plan,
     reproduce,
     run,
     schema,
@@ -47,6 +48,7 @@ app.command("apply")(apply.apply)
 app.command("inspect")(inspect.inspect)
 app.command("diagnose")(diagnose.diagnose)
 app.command("bound")(bound.bound)
+app.command("plan")(plan.plan)
 app.command("reproduce")(reproduce.reproduce)
 app.command("show")(show.show)
 app.command("list")(listing.listing)

@@ -38,7 +38,7 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 KEY = re.compile(r"\[([A-Z][A-Za-z]+[12]\d{3})(?:, ([A-Z][A-Za-z]+[12]\d{3}))?\]")
 QUICKEST = "zhou2012"
 """The paper that stands for all where a page reproduces one."""
-LONG = ("own-calibrator.md", "verdicts.md", "report.md", "scores.md", "dataset.md", "gates.md", "compare.md")
+LONG = ("own-calibrator.md", "verdicts.md", "report.md", "scores.md", "dataset.md", "gates.md", "compare.md", "plan.md")
 """Pages whose commands take seven seconds and more: the nightly run follows them."""
 MODULE = re.compile(r"# (\w+\.py)\n")
 """The first line of a snippet that is a file of the reader's."""

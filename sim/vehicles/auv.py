@@ -50,6 +50,8 @@ class Auv(Vehicle):
     body: ClassVar[str] = "auv"
     motors: ClassVar[int] = THRUSTERS
     memory_size: ClassVar[int] = MEMORY_SIZE
+    tilts_deg: ClassVar[tuple[float, float]] = (20.0, 25.0)
+    turning_deg_s: ClassVar[float] = 5.0
     control: ClassVar[Callable[..., None]] = staticmethod(follow)
 
     def place(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -69,6 +69,10 @@ class Vehicle(ABC):
     motors: ClassVar[int]
     control: ClassVar[Callable[..., None]]
     memory_size: ClassVar[int] = 1
+    tilts_deg: ClassVar[tuple[float, float]] = (20.0, 20.0)
+    """Roll and pitch that a planned motion asks of it at most, where the user says nothing else."""
+    turning_deg_s: ClassVar[float] = 20.0
+    """Rate at which a planned motion turns it from one attitude to the next."""
     own_channels: ClassVar[Mapping[str, tuple[str, str]]] = {}
     """Unit and meaning of what it gives beside its motors' currents, by the name of the column."""
 

@@ -49,6 +49,7 @@ class Quadrotor(Vehicle):
     body: ClassVar[str] = "quadrotor"
     motors: ClassVar[int] = 4
     memory_size: ClassVar[int] = SIZE
+    turning_deg_s: ClassVar[float] = 45.0
     control = staticmethod(control)
 
     def place(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:

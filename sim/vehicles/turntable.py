@@ -85,6 +85,7 @@ class Turntable(Vehicle):
     body: ClassVar[str] = PLATFORM
     motors: ClassVar[int] = 0
     memory_size: ClassVar[int] = 6
+    tilts_deg: ClassVar[tuple[float, float]] = (180.0, 90.0)
     control = staticmethod(control)
 
     def place(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -25,6 +25,11 @@ class Goal:
     score: str
     unit: str
 
+    @property
+    def short(self) -> str:
+        """Its name in a sentence."""
+        return MEANINGS[self.score].short
+
     def factor(self, known: Experiment, knowledge: str) -> Array:
         """B (k, q), so that the figure's mean square is tr B^T C B, C the covariance of the parameters."""
         if self is OFFSET:

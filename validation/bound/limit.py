@@ -22,7 +22,11 @@ LEAST_TILTS = 9
 """Tilts about each axis, however narrow the limits."""
 GAP = 1e-3
 """The design is done when no other can be better by more than this share."""
-MOST_ROUNDS = 5000
+MOST_ROUNDS = 10_000
+BETWEEN = 25
+"""Rounds among the candidates with weight between two looks at all."""
+RARE = 1e-7
+"""Weight, in units of the largest, of a candidate that waits for such a look."""
 
 
 @dataclass(frozen=True)
@@ -96,26 +100,50 @@ def sample_rows(known: Experiment, knowledge: str, attitudes: Rotation) -> Array
     return SAMPLE[knowledge](field, known.matrix) / known.noise_std_nT
 
 
-def optimal(rows: Array, wanted: Array) -> tuple[float, float, Array]:
+def optimal(rows: Array, wanted: Array, before: Array | None = None) -> tuple[float, float, Array]:
     """Weights (m,) of candidates with rows (m, r, k) that minimise f = tr B^T M^-1 B, B (k, q) what is wanted.
 
-    With d_k = tr B^T M^-1 I_k M^-1 B the weights become w_k sqrt(d_k), normalised [Yu2010]; no design
-    is below f^2 / max_k d_k. Returns f, the gap of sqrt f, and w; f is infinite where M is singular.
+    M = before + sum_k w_k I_k. With d_k = tr B^T M^-1 I_k M^-1 B the weights become w_k sqrt(d_k), normalised
+    [Yu2010]; no design is below f^2 / (f + max_k d_k - sum_k w_k d_k). Returns f, the gap of sqrt f, and w; f is
+    infinite where M is singular.
     """
-    weights = np.full(len(rows), 1.0 / len(rows))
-    for _ in range(MOST_ROUNDS):
-        covariance = inverse(np.einsum("n,nri,nrj->ij", weights, rows, rows, optimize=True))
-        if covariance is None:
+    weights, variance, gap = np.full(len(rows), 1.0 / len(rows)), np.inf, 0.0
+    for _ in range(MOST_ROUNDS // BETWEEN):
+        variance, slope = _felt(rows, weights, wanted, before)
+        if not np.isfinite(variance):
             return np.inf, 0.0, weights
-        felt = covariance @ wanted
-        variance = float(np.sum(wanted * felt))
-        slope = np.sum((rows @ felt) ** 2, axis=(1, 2))
-        gap = 1.0 - float(np.sqrt(variance / slope.max()))
+        gap = max(1.0 - float(np.sqrt(variance / (variance + slope.max() - weights @ slope))), 0.0)
         if gap < GAP:
             break
-        weights = weights * np.sqrt(slope)
+        weights = _moved(weights, slope)
+        main = np.flatnonzero(weights > RARE * weights.max())
+        weights[main] = _settled(rows[main], weights[main], wanted, before)
         weights /= weights.sum()
-    return variance, max(gap, 0.0), weights
+    return variance, gap, weights
+
+
+def _settled(rows: Array, weights: Array, wanted: Array, before: Array | None) -> Array:
+    """Weights after some rounds among the candidates that matter."""
+    total = weights.sum()
+    for _ in range(BETWEEN):
+        weights = total * _moved(weights, _felt(rows, weights, wanted, before)[1])
+    return weights
+
+
+def _moved(weights: Array, slope: Array) -> Array:
+    moved = weights * np.sqrt(slope)
+    return np.asarray(moved / moved.sum())
+
+
+def _felt(rows: Array, weights: Array, wanted: Array, before: Array | None) -> tuple[float, Array]:
+    """f and the d_k (m,) of weights; infinite and nothing where M is singular."""
+    spread = (rows * weights[:, None, None]).reshape(-1, rows.shape[2])
+    told = spread.T @ rows.reshape(-1, rows.shape[2])
+    covariance = inverse(told if before is None else before + told)
+    if covariance is None:
+        return np.inf, np.ones(len(rows))
+    felt = covariance @ wanted
+    return float(np.sum(wanted * felt)), np.asarray(np.sum((rows @ felt) ** 2, axis=(1, 2)))
 
 
 def inverse(information: Array) -> Array | None:

@@ -1,0 +1,42 @@
+"""How much of each leg: by hand where it can be, else against the optimal design, which needs no order and no moves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from validation.bound.limit import optimal
+from validation.planning.allocation import Legs, whole
+
+
+def legs(*rows: list[float], least: float = 0.0, unit_s: float = 1.0) -> Legs:
+    each = np.array([np.outer(row, row) for row in rows])
+    return Legs(np.zeros(each.shape[1:]), each, np.eye(each.shape[1]), least, unit_s)
+
+
+def test_two_legs_by_hand() -> None:
+    """1 / (9 x) + 1 / (10 - x) is least at x = 10 / 4."""
+    amounts, square = legs([3.0, 0.0], [0.0, 1.0]).best(10.0)
+    np.testing.assert_allclose(amounts, [2.5, 7.5], rtol=1e-3)
+    assert square == pytest.approx(1 / 22.5 + 1 / 7.5, rel=1e-6)
+
+
+def test_what_is_known_already_gets_no_time() -> None:
+    each = np.array([np.diag([1.0, 0.0]), np.diag([0.0, 1.0])])
+    amounts, _ = Legs(np.diag([4.0, 100.0]), each, np.eye(2), 0.0, 1.0).best(10.0)
+    np.testing.assert_allclose(amounts, [10.0, 0.0], atol=1e-3)
+
+
+def test_as_good_as_the_optimal_design() -> None:
+    rows = np.random.default_rng(2).normal(size=(12, 4))
+    best = optimal(rows[:, None, :], np.eye(4))[0]
+    assert legs(*rows.tolist()).best(1.0)[1] == pytest.approx(best, rel=3e-3)
+
+
+def test_too_little_time_is_infinite() -> None:
+    assert legs([1.0, 0.0], [0.0, 1.0], least=1.0, unit_s=6.0).best(11.0)[1] == np.inf
+    assert legs([1.0, 0.0], [1.0, 0.0]).best(10.0)[1] == np.inf
+
+
+def test_whole_amounts_fit_and_hold_at_least_one() -> None:
+    np.testing.assert_array_equal(whole(np.array([1.0, 2.7, 3.4, 1.9]), 9.0), [1.0, 3.0, 3.0, 2.0])

@@ -1,0 +1,116 @@
+"""Plans: near the limit of their tilts, flown as they are written, in less time than circles take."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from scenarios.errors import InputError
+from sim.scenario import load
+from tests.validation.views.page import figures
+from validation.bound.goal import GOALS, parsed_target
+from validation.bound.limit import Tilts
+from validation.bound.question import Question
+from validation.comparison.engine import Here
+from validation.outputs.plan import write_plan
+from validation.planning.manoeuvre import Leg
+from validation.planning.plan import Plan, planned
+from validation.planning.task import Task
+from validation.planning.words import attitude, headline
+
+MOST_RATIO = 1.2
+"""Of the flown manoeuvre's error to the limit of its tilts."""
+MOST_TIME = 0.4
+"""Of the catalogue's circles that tell the offset as well."""
+
+
+def plan_of(vehicle: str, time_s: float, knowledge: str = "norm") -> Plan:
+    return planned(Task.of(vehicle, load("standard-full"), knowledge, noise_std_nT=10.0), time_s)
+
+
+@pytest.fixture(scope="module")
+def auv() -> Plan:
+    return plan_of("auv", 600.0)
+
+
+def test_an_auv_is_near_the_limit(auv: Plan) -> None:
+    assert auv.least.value < auv.error < MOST_RATIO * auv.least.value
+    assert auv.time_s <= 600.5
+    assert auv.flown_deg[0] < auv.task.tilts.roll_deg + 1.5
+    assert auv.flown_deg[1] < auv.task.tilts.pitch_deg + 1.5
+
+
+def test_a_quadrotor_is_near_the_limit() -> None:
+    found = plan_of("quadrotor", 600.0)
+    assert found.error < MOST_RATIO * found.least.value
+    assert found.choice.error < MOST_RATIO * found.least.value  # within the tilts exactly, before it is flown
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("vehicle", ["auv", "quadrotor", "turntable"])
+@pytest.mark.parametrize("knowledge", ["norm", "vector"])
+def test_trials_confirm_the_prediction(vehicle: str, knowledge: str) -> None:
+    found = plan_of(vehicle, 600.0, knowledge).checked(200, Here())
+    assert found.error < MOST_RATIO * found.least.value
+    assert found.confirmed is not None
+    assert found.confirmed.failures == 0
+    assert found.confirmed.error == pytest.approx(found.error, rel=0.15)
+
+
+@pytest.mark.slow
+def test_less_time_than_circles_that_tilt_as_far() -> None:
+    like = load("auv-spiral-excited")
+    circles = Question(noise_std_nT=10.0).of_scenario(like).bound.offset_rms_nT
+    length_s = like.phases[0].duration_s
+    task = Task.of("auv", like, tilts=Tilts(20.0, 25.0), noise_std_nT=10.0)
+    found = planned(task, length_s, circles)
+    assert found.met
+    assert found.error <= circles
+    assert found.time_s < MOST_TIME * length_s
+
+
+def test_what_is_written_flies_as_it_is_promised(auv: Plan, tmp_path: Path) -> None:
+    file = write_plan(auv, tmp_path / "out")
+    again = Question(noise_std_nT=10.0).of_scenario(load(file))
+    assert again.bound.offset_rms_nT == pytest.approx(auv.error, rel=1e-6)
+    told = json.loads((tmp_path / "out" / "plan.json").read_text())
+    assert {"scenario", "predicted", "limit", "legs"} <= set(told)
+    assert told["predicted"]["offset_rms_nT"] == pytest.approx(auv.error)
+    assert 0 <= told["limit"]["duality_gap"] <= 0.002
+    assert len(told["legs"]) == len(auv.choice.legs)
+    assert figures((tmp_path / "out" / "report.html").read_text(encoding="utf-8")) == 2
+
+
+def test_trials_of_a_few_seconds(auv: Plan) -> None:
+    """The rms of six trials of three axes is within a factor of two of the bound, all but never otherwise."""
+    found = auv.checked(6, Here())
+    assert found.confirmed is not None
+    assert 0.5 < found.confirmed.error / auv.error < 2.0
+    assert "flown 6 times" in headline(found)
+
+
+def test_a_time_that_is_too_short_says_so(auv: Plan) -> None:
+    with pytest.raises(InputError, match="give more --time"):
+        planned(auv.task, 20.0)
+
+
+def test_a_target_that_is_not_met_is_said_so(auv: Plan) -> None:
+    found = replace(auv, target=auv.error / 2)
+    assert not found.met
+    assert "is not met" in headline(found)
+
+
+def test_targets_by_name() -> None:
+    assert parsed_target("heading_rms_deg=0.01", "--target") == (GOALS["heading_rms_deg"], 0.01)
+    for text in ("offset=2", "offset_rms_nT", "offset_rms_nT=-1", "offset_rms_nT=nan"):
+        with pytest.raises(InputError, match="--target"):
+            parsed_target(text, "--target")
+
+
+def test_attitudes_in_words() -> None:
+    assert attitude(Leg(47.0, -25.0, 20.0, 1.0)) == "facing north-east, nose 25° up, right side 20° down"
+    assert attitude(Leg(-90.0, 0.0, 0.0, 1.0)) == "facing south, level"
+    assert attitude(Leg(180.0, 0.0, -180.0, 1.0)) == "facing west, upside down"

@@ -1,0 +1,190 @@
+"""What a vehicle can do to show the sensor an attitude: hold it, or push to and fro so that it must tilt."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from scenarios.errors import InputError
+from scenarios.names import closest
+from scenarios.paths import PhaseBase, Start
+from scenarios.paths.hover import GRAVITY_M_S2
+from scenarios.paths.poses import Poses, Pushes, nearest
+from sim.vehicles import VEHICLES
+
+Array = NDArray[np.float64]
+PEAK = 1.875
+"""Peak rate of a smoothstep over its mean rate."""
+LEAST_MOVE_S = 1.0
+YAW, PITCH, ROLL = range(3)
+
+
+@dataclass(frozen=True)
+class Leg:
+    """An attitude Rz(yaw) Ry(pitch) Rx(roll), degrees, and how much of it: seconds held, or pushes to and fro."""
+
+    yaw_deg: float
+    pitch_deg: float
+    roll_deg: float
+    amount: float
+
+    @classmethod
+    def at(cls, angles_deg: Array, amount: float) -> Leg:
+        """A leg at yaw, pitch and roll (3,)."""
+        yaw, pitch, roll = (float(angle) for angle in angles_deg)
+        return cls(yaw, pitch, roll, amount)
+
+    @property
+    def angles_deg(self) -> tuple[float, float, float]:
+        """Yaw, pitch, roll."""
+        return self.yaw_deg, self.pitch_deg, self.roll_deg
+
+
+@dataclass(frozen=True)
+class Manoeuvre(ABC):
+    """How legs become a phase of a scenario, and what attitudes the vehicle will have in it, without physics.
+
+    turning_deg_s : peak rate of turning between legs; yaw_deg : heading at the start
+    """
+
+    turning_deg_s: float
+    yaw_deg: float = 0.0
+    path: ClassVar[type[PhaseBase]]
+    least: ClassVar[float]
+    whole: ClassVar[bool]
+
+    @abstractmethod
+    def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
+        """The attitudes (m) that a leg at each of these is made of, in equal parts."""
+
+    @abstractmethod
+    def phase(self, legs: Sequence[Leg]) -> PhaseBase:
+        """The phase that flies the legs."""
+
+    @abstractmethod
+    def unit(self, leg: Leg) -> tuple[PhaseBase, float, float]:
+        """A phase, and the times in it between which one unit of the leg is flown."""
+
+    @abstractmethod
+    def times_s(self, phase: Any) -> list[tuple[float, float]]:
+        """When each leg of its phase begins to be shown, and for how long."""
+
+    @abstractmethod
+    def seen(self, reference: Array) -> Rotation:
+        """Attitudes (n) that follow from a reference (n, 18)."""
+
+    def attitudes(self, phase: PhaseBase, from_s: float, to_s: float, interval_s: float) -> Rotation:
+        """Attitudes at the samples between two times of a phase."""
+        time_s = np.arange(from_s, to_s - interval_s / 2, interval_s)
+        return self.seen(phase.reference(Start((0.0, 0.0, 0.0), np.radians(self.yaw_deg)), time_s))
+
+    def move_s(self, before: Sequence[float], after: Sequence[float]) -> float:
+        """Time to turn from one attitude's angles to another's."""
+        turns = (nearest(after[YAW] - before[YAW]), after[PITCH] - before[PITCH], after[ROLL] - before[ROLL])
+        return max(LEAST_MOVE_S, PEAK * max(map(abs, turns)) / self.turning_deg_s)
+
+
+class Held(Manoeuvre):
+    """A vehicle that can hold any attitude: the leg's amount is in seconds."""
+
+    path: ClassVar[type[PhaseBase]] = Poses
+    least: ClassVar[float] = 0.0
+    whole: ClassVar[bool] = False
+
+    def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
+        """As they are."""
+        return (attitudes,)
+
+    def phase(self, legs: Sequence[Leg]) -> Poses:
+        """Each attitude in turn, at the least time that turning takes."""
+        poses, before = [], (self.yaw_deg, 0.0, 0.0)
+        for leg in legs:
+            move_s = round(self.move_s(before, leg.angles_deg), 1)
+            poses.append(_named(leg) | {"move_s": move_s, "hold_s": round(leg.amount, 1)})
+            before = leg.angles_deg
+        home_s = round(self.move_s(before, (before[YAW], 0.0, 0.0)), 1)
+        return Poses.model_validate({"kind": "poses", "poses": poses, "home_s": home_s})
+
+    def unit(self, leg: Leg) -> tuple[PhaseBase, float, float]:
+        """A second of holding it."""
+        phase = self.phase([Leg(*leg.angles_deg, 1.0)])
+        at_s = phase.poses[0].move_s
+        return phase, at_s, at_s + 1.0
+
+    def times_s(self, phase: Poses) -> list[tuple[float, float]]:
+        """The holds."""
+        ends = np.cumsum([pose.move_s + pose.hold_s for pose in phase.poses])
+        return [(float(end - pose.hold_s), pose.hold_s) for end, pose in zip(ends, phase.poses, strict=True)]
+
+    def seen(self, reference: Array) -> Rotation:
+        """The commanded angles."""
+        return Rotation.from_euler("ZYX", reference[:, 9:12])
+
+
+class Pushed(Manoeuvre):
+    """A vehicle that tilts by accelerating: the leg's amount is pushes to and fro, half of the time at its mirror."""
+
+    path: ClassVar[type[PhaseBase]] = Pushes
+    least: ClassVar[float] = 1.0
+    whole: ClassVar[bool] = True
+
+    def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
+        """The attitude, and that of the opposite acceleration on the same heading."""
+        up = attitudes.as_matrix()[:, :, 2] * np.array([-1.0, -1.0, 1.0])
+        return attitudes, _level_but(up, attitudes.as_euler("ZYX")[:, YAW])
+
+    def phase(self, legs: Sequence[Leg]) -> Pushes:
+        """Each attitude in turn; turning takes as long as the widest turn needs."""
+        before = (self.yaw_deg, *(leg.yaw_deg for leg in legs[:-1]))
+        turn_s = max(self.move_s((a, 0.0, 0.0), (leg.yaw_deg, 0.0, 0.0)) for a, leg in zip(before, legs, strict=True))
+        pushes = [_named(leg) | {"times": round(leg.amount)} for leg in legs]
+        return Pushes.model_validate({"kind": "pushes", "pushes": pushes, "turn_s": round(turn_s, 1)})
+
+    def unit(self, leg: Leg) -> tuple[PhaseBase, float, float]:
+        """From the middle of one push to the middle of the next but one."""
+        phase = self.phase([Leg(*leg.angles_deg, 2.0)])
+        at_s = phase.run_in_s + phase.turn_s + 2.0 * phase.push_s
+        return phase, at_s, at_s + 4.0 * phase.push_s
+
+    def times_s(self, phase: Pushes) -> list[tuple[float, float]]:
+        """The pushes, without the turns before them."""
+        lengths = [phase.length_s(push) for push in phase.pushes]
+        begins = phase.run_in_s + np.cumsum([0.0, *lengths[:-1]])
+        return [(float(at + phase.turn_s), length - phase.turn_s) for at, length in zip(begins, lengths, strict=True)]
+
+    def seen(self, reference: Array) -> Rotation:
+        """The z axis along gravity's reaction plus the acceleration, the x axis on the heading."""
+        return _level_but(reference[:, 6:9] + np.array([0.0, 0.0, GRAVITY_M_S2]), reference[:, 9])
+
+
+MANOEUVRES: tuple[type[Manoeuvre], ...] = (Held, Pushed)
+
+
+def manoeuvre_of(vehicle: str, yaw_deg: float = 0.0) -> Manoeuvre:
+    """What a vehicle can do of them; InputError for one that can do neither."""
+    if vehicle not in VEHICLES:
+        raise InputError(f"no vehicle is called {vehicle!r}", where="VEHICLE", do=closest(vehicle, VEHICLES))
+    cls = VEHICLES[vehicle]
+    for kind in MANOEUVRES:
+        if cls.can(kind.path):
+            return kind(cls.turning_deg_s, yaw_deg)
+    names = [name for name, other in VEHICLES.items() if any(other.can(kind.path) for kind in MANOEUVRES)]
+    raise InputError(f"{cls.noun} can neither hold nor sway", where="VEHICLE", do=f"choose among {', '.join(names)}")
+
+
+def _named(leg: Leg) -> dict[str, Any]:
+    return {"yaw_deg": leg.yaw_deg, "pitch_deg": leg.pitch_deg, "roll_deg": leg.roll_deg}
+
+
+def _level_but(up: Array, yaw: Array) -> Rotation:
+    """Attitudes on headings yaw (n,) whose z axes are along up (n, 3)."""
+    ahead, left = np.cos(yaw) * up[:, 0] + np.sin(yaw) * up[:, 1], np.cos(yaw) * up[:, 1] - np.sin(yaw) * up[:, 0]
+    pitch = np.arctan2(ahead, up[:, 2])
+    roll = np.arctan2(-left, np.hypot(ahead, up[:, 2]))
+    return Rotation.from_euler("ZYX", np.column_stack([yaw, pitch, roll]))

@@ -1,0 +1,106 @@
+"""A plan: the manoeuvre, what it allows when it is flown, and how far that is from the limit of its tilts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from scenarios.errors import InputError
+from sim.scenario import Scenario
+from sim.simulate import flown, plan
+from validation.bound.limit import Limit, limit
+from validation.bound.question import Answer, Question
+from validation.comparison.engine import Engine
+from validation.planning.confirm import Confirmed, confirmed
+from validation.planning.search import Choice, Search
+from validation.planning.task import Task
+
+Array = NDArray[np.float64]
+MOST_TRIES = 4
+"""Flights on the way to a target that the first, planned without physics, misses by a little."""
+MARGIN = 1.005
+"""More time than the ratio of squares asks for, so that the next flight meets the target."""
+USUAL = 99.0
+"""Percentile of the tilts that a vehicle is said to fly: a switch of a push overshoots for tenths of a second."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What was found and flown.
+
+    error : of the goal, by the bound along the motion flown; least : the limit of the tilts for as many samples;
+    flown_deg : |roll| and |pitch| that are not exceeded 99 % of the time
+    """
+
+    choice: Choice
+    target: float | None
+    scenario: Scenario
+    answer: Answer
+    error: float
+    least: Limit
+    flown_deg: tuple[float, float]
+    confirmed: Confirmed | None = None
+
+    @property
+    def task(self) -> Task:
+        """What it was planned for."""
+        return self.choice.task
+
+    @property
+    def time_s(self) -> float:
+        """Length of the manoeuvre."""
+        return self.choice.phase.duration_s
+
+    @property
+    def ratio(self) -> float:
+        """Its error over the limit."""
+        return self.error / self.least.value
+
+    @property
+    def met(self) -> bool:
+        """Whether it is as good as the target, where there is one."""
+        return self.target is None or self.error <= self.target
+
+    def checked(self, trials: int, engine: Engine) -> Plan:
+        """With trials of the flown motion."""
+        return replace(self, confirmed=confirmed(self.scenario, self.task.goal, trials, engine))
+
+
+def planned(task: Task, time_s: float, target: float | None = None) -> Plan:
+    """The shortest manoeuvre that meets the target within a time, or the best where there is none or it cannot.
+
+    Raises InputError where nothing that can be flown in that time tells the goal.
+    """
+    search = Search(task)
+    choice = search.best(time_s) if target is None else search.shortest(target, time_s)
+    if not np.isfinite(choice.error):
+        do = "give more --time, wider --tilt-limits, or tell more with --knowledge vector"
+        raise InputError("no manoeuvre that is tried tells that in this time", where="--time", do=do)
+    found = _flown(choice, target)
+    for _ in range(MOST_TRIES):
+        if found.met or found.choice.time_s >= time_s:
+            break
+        assert target is not None
+        longer_s = found.choice.time_s * max(MARGIN, MARGIN * (found.error / target) ** 2)
+        found = _flown(search.best(min(longer_s, time_s)), target)
+    return found
+
+
+def _flown(choice: Choice, target: float | None) -> Plan:
+    task, phase = choice.task, choice.phase
+    legs = f"{len(choice.legs)} attitudes" if len(choice.legs) > 1 else "an attitude"
+    summary = f"Planned for {task.goal.name} from {task.knowledge}: {legs} in {phase.duration_s:.0f} s"
+    scenario = task.scenario(phase, f"plan-{task.base.vehicle.kind}", summary)
+    answer = Question(task.knowledge, noise_std_nT=task.known.noise_std_nT).of_scenario(scenario)
+    error = float(np.sqrt(answer.bound.variance(task.wanted.T).sum()))
+    least = limit(answer.known, task.knowledge, task.tilts, task.goal)
+    return Plan(choice, target, scenario, answer, error, least, _tilts(scenario))
+
+
+def _tilts(scenario: Scenario) -> tuple[float, float]:
+    q = np.concatenate([motion.kinematics.q for motion in flown(plan(scenario))])
+    _, pitch, roll = np.abs(Rotation.from_quat(q, scalar_first=True).as_euler("ZYX", degrees=True)).T
+    return float(np.percentile(roll, USUAL)), float(np.percentile(pitch, USUAL))

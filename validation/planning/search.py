@@ -1,0 +1,140 @@
+"""The best manoeuvre for a time, or the shortest for a target, among a vehicle's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from scenarios.paths import PhaseBase
+from validation.bound.limit import optimal
+from validation.planning.allocation import Legs, whole
+from validation.planning.manoeuvre import PITCH, ROLL, YAW, Leg
+from validation.planning.order import START, shortest
+from validation.planning.task import Task
+
+Array = NDArray[np.float64]
+FEW = (9, 12, 16, 20, 24, 32)
+"""Numbers of legs that are tried: sixteen lose nothing to the optimum in most cases, fewer leave more time to hold."""
+KEPT = 0.6
+"""Share of the candidates that each thinning keeps."""
+RARE = 1e-6
+"""Weight, in units of the largest, of a candidate that is none."""
+SHORT = 0.5
+"""Seconds below which a hold is none."""
+CLOSE_S = 1.0
+"""To which the shortest time is found."""
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """Legs in their order, what they tell, and the time of a flight with none of their amounts."""
+
+    task: Task
+    angles_deg: Array
+    legs: Legs
+    moving_s: float
+
+    def best(self, time_s: float) -> Choice:
+        """The best amounts for a time in all."""
+        amounts, square = self.legs.best(time_s - self.moving_s)
+        if self.task.manoeuvre.whole and np.isfinite(square):
+            amounts = whole(amounts, (time_s - self.moving_s) / self.legs.unit_s)
+            square = self.legs.mean_square(amounts)
+        legs = [Leg.at(angles, float(amount)) for angles, amount in zip(self.angles_deg, amounts, strict=True)]
+        return Choice(self.task, tuple(legs), time_s, float(np.sqrt(square)))
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Legs, the time they were chosen for, and the goal's error that they promise before they are flown."""
+
+    task: Task
+    legs: tuple[Leg, ...]
+    time_s: float
+    error: float
+
+    @property
+    def phase(self) -> PhaseBase:
+        """The phase that flies them."""
+        return self.task.manoeuvre.phase(self.legs)
+
+
+class Search:
+    """The routes through few attitudes of the optimal design, each a flight for any time.
+
+    Routes without the legs that a choice gave no time join them.
+    """
+
+    def __init__(self, task: Task) -> None:
+        attitudes = task.tilts.attitudes()
+        halves = [task.rows(one) for one in task.manoeuvre.halves(attitudes)]
+        rows = np.concatenate(halves, axis=1) / np.sqrt(len(halves))
+        chosen = few(rows, task.wanted, FEW, task.before)
+        self.routes = [_route(task, attitudes[places]) for places in chosen]
+
+    def best(self, time_s: float) -> Choice:
+        """The best of all routes for a time."""
+        best = min((route.best(time_s) for route in self.routes), key=lambda one: one.error)
+        return self._thinned(best) if np.isfinite(best.error) else best
+
+    def shortest(self, target: float, most_s: float) -> Choice:
+        """The shortest that is as good as the target, found by halving; the best in most_s where none is."""
+        best, low, high = self.best(most_s), 0.0, most_s
+        while best.error <= target and high - low > CLOSE_S:
+            middle = (low + high) / 2
+            tried = self.best(middle)
+            if tried.error <= target:
+                best, high = tried, middle
+            else:
+                low = middle
+        return best
+
+    def _thinned(self, choice: Choice) -> Choice:
+        """A choice without the legs that have no time to speak of, as long as that is no worse."""
+        least = choice.task.manoeuvre.least
+        kept = [leg.angles_deg for leg in choice.legs if leg.amount >= least + SHORT * (1.0 - least)]
+        if not kept or len(kept) == len(choice.legs):
+            return choice
+        route = _ordered(choice.task, np.array(kept))
+        tried = route.best(choice.time_s)
+        if tried.error > choice.error:
+            return choice
+        self.routes.append(route)
+        return self._thinned(tried)
+
+
+def few(rows: Array, wanted: Array, counts: Sequence[int], before: Array | None = None) -> list[Array]:
+    """Places of the candidates that are left when the optimal design is thinned to these numbers, the most first."""
+    places, found = np.arange(len(rows)), []
+    weights = optimal(rows, wanted, before)[2]
+    for count in sorted(counts, reverse=True):
+        while np.sum(weights > RARE * weights.max()) > count:
+            keep = np.argsort(-weights)[: max(count, int(KEPT * np.sum(weights > RARE * weights.max())))]
+            places = places[np.sort(keep)]
+            weights = optimal(rows[places], wanted, before)[2]
+        found.append(places[weights > RARE * weights.max()])
+    return found
+
+
+def _route(task: Task, attitudes: Rotation) -> Route:
+    return _ordered(task, np.round(attitudes.as_euler("ZYX", degrees=True)[:, [YAW, PITCH, ROLL]], 1))
+
+
+def _ordered(task: Task, angles: Array) -> Route:
+    """The route through these angles (m, 3) in the order that turns least."""
+    manoeuvre = task.manoeuvre
+    before = (manoeuvre.yaw_deg, 0.0, 0.0)
+    order = shortest(len(angles), lambda a, b: manoeuvre.move_s(before if a == START else angles[a], angles[b]))
+    angles = angles[order]
+    units = [manoeuvre.unit(Leg.at(one, 1.0)) for one in angles]
+    each = np.array([task.information(*unit) for unit in units])
+    phase = manoeuvre.phase([Leg.at(one, manoeuvre.least) for one in angles])
+    unit_s = units[0][2] - units[0][1]
+    fixed = task.information(phase, 0.0, phase.duration_s) - manoeuvre.least * each.sum(axis=0)
+    fixed = fixed if task.before is None else fixed + task.before
+    moving_s = phase.duration_s - manoeuvre.least * unit_s * len(angles)
+    return Route(task, angles, Legs(fixed, each, task.wanted, manoeuvre.least, unit_s), moving_s)

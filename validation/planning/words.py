@@ -1,0 +1,102 @@
+"""A plan in words and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from scenarios.plain import json_ready
+from validation.planning.manoeuvre import Leg
+from validation.planning.plan import Plan
+from validation.text import counted, duration, figure, quantity
+
+COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
+LEVEL_DEG = 0.5
+"""A tilt that is none."""
+AGREES = 1.15
+"""Trials that are off by more than this share over the prediction tell of more than white noise: a hundred of them know
+their rms to 6 %, and the methods come within a few per cent of the bound."""
+HEADS = ("leg", "attitude", "yaw, °", "pitch, °", "roll, °", "from, s", "for, s")
+
+
+def summary(found: Plan, scenario: str) -> dict[str, Any]:
+    """What `--json` prints; scenario: the file that flies it."""
+    goal = found.task.goal.name
+    told = {
+        "scenario": scenario,
+        "predicted": {
+            goal: found.error,
+            "time_s": found.time_s,
+            "met": found.met,
+            **{one.meaning.column: one.value for one in found.answer.used},
+        },
+        "limit": {
+            goal: found.least.value,
+            "ratio": found.ratio,
+            "duality_gap": found.least.gap,
+            "roll_deg": found.task.tilts.roll_deg,
+            "pitch_deg": found.task.tilts.pitch_deg,
+            "flown_roll_deg": found.flown_deg[0],
+            "flown_pitch_deg": found.flown_deg[1],
+        },
+        "legs": [_leg(leg, times) for leg, times in zip(found.choice.legs, _times(found), strict=True)],
+    }
+    if found.confirmed is not None:
+        one = found.confirmed
+        told["confirmed"] = {
+            goal: one.error,
+            "calibrator": one.calibrator,
+            "trials": one.trials,
+            "failures": one.failures,
+        }
+    return json_ready(told)  # type: ignore[no-any-return]
+
+
+def headline(found: Plan) -> str:
+    """What it promises, how far that is from the limit, and what the trials found."""
+    unit, tilts = found.task.goal.unit, found.task.tilts
+    size, least = quantity(found.error, unit), quantity(found.least.value, unit)
+    legs = counted(len(found.choice.legs), "attitude")
+    lines = [f"{legs} in {duration(found.time_s)} tell the {found.task.goal.short} to {size} rms"]
+    if found.target is not None and not found.met:
+        lines.append(f"the target of {quantity(found.target, unit)} is not met: give more --time")
+    within = f"within a roll of {tilts.roll_deg:g} and a pitch of {tilts.pitch_deg:g} degrees"
+    gap = f"duality gap {figure(100 * found.least.gap, 2)} %"
+    lines.append(
+        f"the limit of any motion {within} in that time is {least} ({gap}): this is {figure(found.ratio)} times that"
+    )
+    if found.confirmed is not None:
+        one = found.confirmed
+        failed = f", {one.failures} failed" if one.failures else ""
+        lines.append(f"flown {one.trials} times, {one.calibrator} is off by {quantity(one.error, unit)} rms{failed}")
+    return "\n".join(lines)
+
+
+def rows(found: Plan) -> list[tuple[str, ...]]:
+    """A row a leg: what to show, its angles, and when."""
+    return [
+        (str(number), attitude(leg), *(f"{angle:g}" for angle in leg.angles_deg), figure(begin), figure(length))
+        for number, (leg, (begin, length)) in enumerate(zip(found.choice.legs, _times(found), strict=True), start=1)
+    ]
+
+
+def attitude(leg: Leg) -> str:
+    """ "facing north-east, nose 25° down, right side 20° down"."""
+    parts = [f"facing {COMPASS[round(leg.yaw_deg / 45.0) % 8]}"]
+    if abs(leg.pitch_deg) > LEVEL_DEG:
+        parts.append(f"nose {abs(leg.pitch_deg):g}° {'down' if leg.pitch_deg > 0 else 'up'}")
+    if abs(leg.roll_deg) >= 180.0 - LEVEL_DEG:
+        parts.append("upside down")
+    elif abs(leg.roll_deg) > LEVEL_DEG:
+        parts.append(f"{'right' if leg.roll_deg > 0 else 'left'} side {abs(leg.roll_deg):g}° down")
+    return ", ".join(parts if len(parts) > 1 else [*parts, "level"])
+
+
+def _times(found: Plan) -> Sequence[tuple[float, float]]:
+    return found.task.manoeuvre.times_s(found.choice.phase)
+
+
+def _leg(leg: Leg, times: tuple[float, float]) -> dict[str, Any]:
+    yaw, pitch, roll = leg.angles_deg
+    told = {"yaw_deg": yaw, "pitch_deg": pitch, "roll_deg": roll, "begins_s": times[0], "lasts_s": times[1]}
+    return {"attitude": attitude(leg), **told}

@@ -1,0 +1,65 @@
+"""Pictures of a plan: attitudes over time, and the directions of the field that they show the sensor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from validation.planning.plan import Plan
+from validation.views.palette import LINES, RAW, XYZ
+from validation.views.plots.style import WIDTH_IN
+
+Array = NDArray[np.float64]
+STEPS = 1500
+"""Points of a line over the whole motion."""
+AREA = 1500.0
+"""Of all dots together, in points squared."""
+VISIBLE = 1e-4
+"""Weight of a design's attitude that is drawn."""
+
+
+def draw_angles(found: Plan) -> Figure:
+    """Yaw, pitch and roll over time, a panel each."""
+    figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
+    axes: Any = figure.subplots(3, 1, sharex=True)
+    manoeuvre, length_s = found.task.manoeuvre, found.time_s
+    attitudes = manoeuvre.attitudes(found.choice.phase, 0.0, length_s, length_s / STEPS)
+    time_s = np.linspace(0.0, length_s, len(attitudes))
+    angles = attitudes.as_euler("ZYX", degrees=True)
+    angles[:, 0] = np.unwrap(angles[:, 0], period=360.0)
+    for axis, values, name, colour in zip(axes, angles.T, ("yaw", "pitch", "roll"), XYZ, strict=True):
+        axis.plot(time_s, values, color=colour)
+        axis.set_ylabel(f"{name} (°)")
+    axes[-1].set_xlabel("time (s)")
+    return figure
+
+
+def draw_design(found: Plan) -> Figure:
+    """The field's direction in the body at the legs, and in the optimal design."""
+    figure = Figure(figsize=(WIDTH_IN, 4.0), layout="constrained")
+    axis: Any = figure.subplots()
+    legs = Rotation.from_euler("ZYX", [leg.angles_deg for leg in found.choice.legs], degrees=True)
+    amounts = np.array([length for _, length in found.task.manoeuvre.times_s(found.choice.phase)])
+    seen = found.least.weights > VISIBLE
+    for attitudes, weights, colour, label in (
+        (found.least.attitudes[seen], found.least.weights[seen], RAW, "optimal design"),
+        *((half, amounts, LINES[0], "legs") for half in found.task.manoeuvre.halves(legs)[:1]),
+        *((half, amounts, LINES[0], "_mirror") for half in found.task.manoeuvre.halves(legs)[1:]),
+    ):
+        about, off = _directions(found, attitudes)
+        axis.scatter(about, off, s=AREA * weights / weights.sum(), color=colour, alpha=0.7, linewidth=0, label=label)
+    axis.set(xlabel="about the body's z axis, from x (°)", ylabel="from the body's z axis (°)", xlim=(-180, 180))
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def _directions(found: Plan, attitudes: Rotation) -> tuple[Array, Array]:
+    """Angle about z and from z (m,) of the field in the body, degrees."""
+    enu_nT = found.task.known.field_enu_nT
+    assert enu_nT is not None
+    x, y, z = attitudes.inv().apply(enu_nT / np.linalg.norm(enu_nT)).T
+    return np.degrees(np.arctan2(y, x)), np.degrees(np.arccos(np.clip(z, -1.0, 1.0)))
