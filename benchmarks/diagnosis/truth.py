@@ -60,6 +60,7 @@ def _ripple(rng: np.random.Generator, state: State) -> Any:
 
 
 HIDDEN: dict[str, Draw] = {
+    "regional_field": lambda rng, state: {"error_enu_nT": _three(rng, 100.0)},
     "diurnal_drift": lambda rng, state: {"amplitude_enu_nT": _three(rng, 50.0), "period_s": 43_200.0},
     "field_gradient": _gradient,
     "local_dipole": _dipoles,
@@ -110,9 +111,14 @@ EQUIVALENT = {
     "misalignment": {"soft_iron"},
     "non_orthogonality": {"soft_iron", "misalignment"},
     "field_gradient": {"local_dipole"},
+    "regional_field": {"attitude_misalignment"},
+    "attitude_misalignment": {"regional_field"},
 }
 """Declared equivalents and supersets: the same signal in smooth motion, in the base, or as a distant source's field."""
-EXACT = ("attitude_misalignment", "hard_iron_drift", "diurnal_drift", "field_gradient", "nonlinearity", "offset_jump")
+EXACT = (
+    "regional_field", "attitude_misalignment", "hard_iron_drift", "diurnal_drift", "field_gradient",
+    "nonlinearity", "offset_jump",
+)  # fmt: skip
 """Effects whose truth has the candidate's own form, so that intervals can be held against it."""
 PAIRS = (
     ("motor_current", "hysteresis"), ("eddy_current", "temperature_offset"), ("offset_jump", "nonlinearity"),

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.base import Calibrator
-from calib.methods.sphere import SphereFit
 from calib.models.distance import distances, slopes
 from calib.models.ellipsoid import (
     UPPER,
@@ -20,7 +19,7 @@ from calib.models.ellipsoid import (
     mean_square_error,
     symmetric,
 )
-from calib.models.quadric import fit_ellipsoid_specific, refit
+from calib.models.starts import starts
 from calib.numerics.damped import Minimum, Normal, minimised
 from calib.numerics.noise import NORMAL_MEDIAN
 from calib.reference import Reference
@@ -30,8 +29,6 @@ from sim.dataset import Recording
 
 Array = NDArray[np.float64]
 PARAMETERS = 9
-START_ROUNDS = 4
-"""Refits of the algebraic start: each takes off most of the bias that the one before left."""
 ROUNDING_VARIANCE = 1e-18
 """Smallest variance of points of unit size: rounding, 1e-9 of their size."""
 SCALE_ROUNDS, SCALE_SETTLED = 20, 1e-3
@@ -150,19 +147,6 @@ class Distances:
 
     def _variance(self, d: Array, weight: Array) -> float:
         return max(float(np.sum((weight * d) ** 2)) / (len(d) - PARAMETERS), ROUNDING_VARIANCE)
-
-
-def starts(x: Array) -> list[Array]:
-    """Ellipsoids q (9,) to start from: the noise-adjusted algebraic one where there is one, and the sphere."""
-    sphere = SphereFit.of(x)
-    found = [np.concatenate((sphere.centre, sphere.radius * np.eye(3)[UPPER]))]
-    theta, last = fit_ellipsoid_specific(x), None
-    for _ in range(START_ROUNDS):
-        ellipsoid = Ellipsoid.of_quadric(theta)
-        if ellipsoid is None:
-            break
-        last, theta = ellipsoid, refit(x, theta).theta
-    return found if last is None else [*found, np.concatenate((last.centre, last.root[UPPER]))]
 
 
 def _of_unit_scale(name: str, status: Status, scaled: Standardised, fit: EllipsoidFit) -> Calibration:

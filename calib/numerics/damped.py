@@ -13,8 +13,8 @@ Point = TypeVar("Point")
 FIRST_DAMPING, LESS, MORE, NO_DAMPING = 1e-3, 0.1, 10.0, 1e-10
 """Of the scaled normal matrix: the damping at first, its factor after a step that gains and after one that does not,
 and the damping below which it is left out."""
-MOST_DAMPING = 1e10
-"""No step so short gains: the point is where rounding lets it be."""
+MOST_DAMPING = 1e4
+"""Where no step so short gains, rounding lets the point be no better."""
 ROUNDING_COST = 1e-13
 """Share of the cost that its sum rounds away."""
 SMALLEST = 1e-14
@@ -61,30 +61,66 @@ def minimised(problem: Problem[Point], start: Point, most_steps: int, tolerance:
     """From a start until an undamped step is shorter than `tolerance` standard deviations, or no step gains.
 
     (J^T J + damping diag J^T J) step = -J^T r    [Levenberg1944] [Marquardt1963]
+
+    Where a step does not gain, the next from its end is taken before it is given up: along a curved valley the first
+    climbs the wall and the second falls back to the floor.
     """
-    point, normal, damping = start, problem.normal(start), FIRST_DAMPING
+    point, damping = At.of(problem, start), FIRST_DAMPING
     history: list[float] = []
     for _ in range(most_steps):
-        values, axes, slope = _axes(normal)
-        history.append(float(np.sqrt(np.sum(slope**2 / np.maximum(values, SMALLEST)) / normal.variance)))
+        history.append(point.decrement)
         if history[-1] < tolerance:
-            return Minimum(point, normal, tuple(history), True)
-        while True:
-            step = -axes @ (slope / (np.maximum(values, SMALLEST) + damping)) / normal.scale
-            further = problem.moved(point, step)
-            found = None if further is None else problem.normal(further)
-            if further is not None and found is not None and found.cost <= normal.cost * (1.0 + ROUNDING_COST):
-                break
+            return Minimum(point.point, point.normal, tuple(history), True)
+        further = _gained(problem, point, damping)
+        while further is None and damping < MOST_DAMPING:
             damping = max(damping, NO_DAMPING) * MORE
-            if damping > MOST_DAMPING:
-                return Minimum(point, normal, tuple(history), False)
-        point, normal = further, found
-        damping = damping * LESS if damping > NO_DAMPING else 0.0
-    return Minimum(point, normal, tuple(history), False)
+            further = _gained(problem, point, damping)
+        if further is None:
+            break
+        point, damping = further, (damping * LESS if damping > NO_DAMPING else 0.0)
+    return Minimum(point.point, point.normal, tuple(history), False)
 
 
-def _axes(normal: Normal) -> tuple[Array, Array, Array]:
-    """Eigenvalues (k,) and axes (k, k) of the square, each parameter in units of its column, and the slope along."""
-    scale = normal.scale
-    values, axes = np.linalg.eigh(normal.square / np.outer(scale, scale))
-    return values, axes, axes.T @ (normal.slope / scale)
+@dataclass(frozen=True, eq=False)
+class At(Generic[Point]):
+    """A point with its normal equations along their own axes, each parameter in units of its column.
+
+    values (k,), axes (k, k) : of the scaled square; slope (k,) : along the axes
+    """
+
+    point: Point
+    normal: Normal
+    values: Array
+    axes: Array
+    slope: Array
+
+    @classmethod
+    def of(cls, problem: Problem[Point], point: Point) -> At[Point]:
+        """With what the problem says there."""
+        normal = problem.normal(point)
+        values, axes = np.linalg.eigh(normal.square / np.outer(normal.scale, normal.scale))
+        return cls(point, normal, np.maximum(values, SMALLEST), axes, axes.T @ (normal.slope / normal.scale))
+
+    @property
+    def decrement(self) -> float:
+        """Length of the undamped step, in standard deviations."""
+        return float(np.sqrt(np.sum(self.slope**2 / self.values) / self.normal.variance))
+
+    def stepped(self, problem: Problem[Point], damping: float) -> At[Point] | None:
+        """Where the damped step leads; None where the problem does not allow it."""
+        step = -self.axes @ (self.slope / (self.values + damping)) / self.normal.scale
+        further = problem.moved(self.point, step)
+        return None if further is None else At.of(problem, further)
+
+    def no_worse(self, other: At[Point] | None) -> At[Point] | None:
+        """The other, where its cost is not above this one's."""
+        gains = other is not None and other.normal.cost <= self.normal.cost * (1.0 + ROUNDING_COST)
+        return other if gains else None
+
+
+def _gained(problem: Problem[Point], point: At[Point], damping: float) -> At[Point] | None:
+    """Where one damped step, or two, lead down; None where they do not."""
+    once = point.stepped(problem, damping)
+    if once is None or point.no_worse(once) is not None:
+        return once
+    return point.no_worse(once.stepped(problem, damping))

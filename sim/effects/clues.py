@@ -18,6 +18,7 @@ class Clues:
     apart : what to do that tells it from the effects that look like it on one motion.
     remedy : what takes it away, or out of the data.
     absorbed : a fit of hard and soft iron takes it up whole, so that it shows only as a change of the given model.
+    same_as : name of an effect that does the same on every motion where iron is fitted too, and that is named first.
     constant : it adds one constant vector, whose change a slow wander imitates.
     one_run : an event of one run, which another run cannot show.
     memory : after it the noise of neighbouring samples is correlated.
@@ -28,6 +29,7 @@ class Clues:
     apart: str = ""
     remedy: str = ""
     absorbed: bool = False
+    same_as: str = ""
     constant: bool = False
     one_run: bool = False
     memory: bool = False
@@ -42,5 +44,6 @@ AT_SEVERAL_RATES = (
 WARM_AND_COOL = "let the temperature rise and fall again within one run"
 THE_TRACK_AGAIN = "fly the track again at another height and heading"
 LONG_AT_REST = "log a longer run at rest"
+ANOTHER_INSTRUMENT = "measure the field there with another instrument, or check the attitude against a known bearing"
 OTHER_THRUST = "change the thrust while the attitude is held"
 """What to do that tells effects apart which look alike on one motion."""

@@ -1,4 +1,4 @@
-"""The Earth's field as it is not: changing in the day, uneven in space, seen through a turned navigation frame."""
+"""The Earth's field as it is not: off by a constant, changing, uneven, seen through a turned navigation frame."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
-from sim.effects.clues import THE_TRACK_AGAIN, Clues
+from sim.effects.clues import ANOTHER_INSTRUMENT, THE_TRACK_AGAIN, Clues
 from sim.effects.kernels import times
 from sim.effects.rotation import rotation
 from sim.effects.values import Mat3, Quantity, Vec3
@@ -24,6 +24,32 @@ UNIT_GRADIENTS: tuple[Mat3, ...] = (
     ((0, 0, 0), (0, 0, 1), (0, 1, 0)),
 )
 """The free components of a gradient, symmetric and trace-free: xx, yy, xy, xz, yz."""
+
+
+@frozen
+class RegionalField(Effect):
+    """Constant error of the given earth field: ``R_wb^T c``, c in east, north, up.
+
+    What a field model leaves out at a place (the crust's field is some hundred nT), or another date, or a field that
+    was measured elsewhere. Where hard and soft iron are fitted too, the part of c along the field is a scale of the
+    soft iron, and the rest is a turn of the field like that of `attitude_misalignment`.
+    """
+
+    name = "regional_field"
+    stage = "field"
+    needs = ("attitude",)
+    example = {"error_enu_nT": (150.0, -80.0, 60.0)}
+    clues = Clues(
+        apart=ANOTHER_INSTRUMENT,
+        remedy="give the field as it was measured at the place, or calibrate against its strength alone",
+    )
+
+    error_enu_nT: Annotated[
+        Vec3, Quantity("nT", -5e3, 5e3, "true field less the given one, east, north, up", role="linear")
+    ] = ZERO3
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        return np.asarray(to_body(state.R_wb, array(self.error_enu_nT)[None, :]))
 
 
 @frozen
@@ -112,7 +138,9 @@ class AttitudeMisalignment(Effect):
     needs = ("attitude",)
     example = {"angles_deg": (0.5, -1.0, 2.0)}
     clues = Clues(
-        apart=THE_TRACK_AGAIN, remedy="align the navigation anew, or calibrate against the field's strength alone"
+        apart=ANOTHER_INSTRUMENT,
+        remedy="align the navigation anew, or calibrate against the field's strength alone",
+        same_as=RegionalField.name,
     )
 
     angles_deg: Annotated[Vec3, Quantity("deg", -180.0, 180.0, "turn about east, north, up", role="tangent")] = ZERO3

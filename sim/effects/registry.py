@@ -13,7 +13,7 @@ from sim.effects.base import Effect
 from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
 from sim.effects.drift import OffsetJump, OffsetRandomWalk, SensorOffset
 from sim.effects.dynamic import Bandwidth, Latency
-from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient
+from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient, RegionalField
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
@@ -25,6 +25,7 @@ from sim.effects.temperature import TemperatureOffset, TemperatureScale
 
 EFFECTS: tuple[type[Effect], ...] = (
     # field
+    RegionalField,
     DiurnalDrift,
     FieldGradient,
     LocalDipole,

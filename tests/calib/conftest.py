@@ -85,7 +85,8 @@ def level_turns(n: int, seed: int | None) -> Recording:
     time_s = np.arange(n) / 10.0
     turn = Rotation.from_rotvec(np.outer(0.1 * time_s, [0.0, 0.0, 1.0]))
     mag_nT = turn.inv().apply(FIELD_ENU_NT) @ SOFT.T + HARD_NT
-    clean = Recording(time_s, mag_nT, att_q=turn.as_quat(scalar_first=True))
+    rate_rad_s = np.tile([0.0, 0.0, 0.1], (n, 1))
+    clean = Recording(time_s, mag_nT, gyro_rad_s=rate_rad_s, att_q=turn.as_quat(scalar_first=True))
     return clean if seed is None else noisy(clean, seed)
 
 

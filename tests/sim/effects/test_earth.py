@@ -8,12 +8,21 @@ import numpy as np
 import pytest
 
 from scenarios.errors import InputError
-from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient
+from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient, RegionalField
 
 
 def in_world(effect, state):
     label = effect.apply(state, state.field_nT, np.random.default_rng(0), {})
     return np.einsum("nij,nj->ni", state.R_wb, label)
+
+
+def test_an_error_of_the_given_field_is_one_vector_in_the_world(states):
+    state = states(500)
+    effect = RegionalField((150, -80, 60))
+    np.testing.assert_allclose(in_world(effect, state), np.tile([150.0, -80, 60], (500, 1)), atol=1e-10)
+    label = effect.apply(state, state.field_nT, np.random.default_rng(0), {})
+    right = state.field_enu_nT + np.array([150, -80, 60])
+    np.testing.assert_allclose(state.field_nT + label, np.einsum("nij,i->nj", state.R_wb, right), atol=1e-9)
 
 
 def test_diurnal_drift_is_a_sine_in_the_world_that_starts_at_zero(states):

@@ -30,7 +30,7 @@ GUARDS = {
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
     "chain.py": {"SCALE_NT"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
-    "refine.py": {"ROUNDS", "IMPOSSIBLE"},
+    "refine.py": {"ROUNDS", "SAME", "IMPOSSIBLE"},
 }
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""
 COUNTS = {0, 1, 2, 3, 24}

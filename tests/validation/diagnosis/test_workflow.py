@@ -46,6 +46,48 @@ def test_a_hidden_effect_is_named(name: str, flight, model) -> None:  # type: ig
     assert found.verdict in ("named", "class")
 
 
+TURNED: dict[str, Any] = {
+    "regional_field": {"error_enu_nT": [150.0, -80.0, 60.0]},
+    "attitude_misalignment": {"angles_deg": [0.05, -0.1, 0.2]},
+}
+
+
+def _inside(found: Any, truth: Any) -> None:
+    """The truth (3,) within the intervals of the first name, at five standard deviations."""
+    spread = found.named[0].spread["error_enu_nT"]
+    assert (np.abs(np.subtract(found.named[0].effect.error_enu_nT, truth)) < 5 * spread).all()
+    assert (spread < 0.1).all()
+
+
+@pytest.mark.parametrize("scenario", ["quad-calibration", "auv-spiral-excited"])
+@pytest.mark.parametrize("name", TURNED)
+def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, scenario: str, flight, model) -> None:  # type: ignore[no-untyped-def]
+    given = model(scenario)
+    found = diagnose(flight({name: TURNED[name]}, scenario), given)
+    assert found.verdict == "class"
+    assert [(one.name, one.alternatives) for one in found.named] == [("regional_field", ("attitude_misalignment",))]
+    assert any("another instrument" in line and "known bearing" in line for line in found.advice)
+    field_enu_nT = np.asarray(given.field.enu_nT)
+    turn = effect_table.build({name: TURNED[name]}, None, "")[0]
+    truth = (
+        np.array(turn.error_enu_nT)  # type: ignore[attr-defined]
+        if name == "regional_field"
+        else turn.turn(np.eye(3)[None])[0] @ field_enu_nT - field_enu_nT  # type: ignore[attr-defined]
+    )
+    _inside(found, truth)
+
+
+def test_where_iron_is_fitted_the_part_along_the_field_is_open(flight, model) -> None:  # type: ignore[no-untyped-def]
+    given, truth = model(), np.array([150.0, -80.0, 60.0])
+    (one,) = diagnose(flight({"regional_field": {"error_enu_nT": truth.tolist()}}), given, fitted_base=True).named
+    field = np.asarray(given.field.enu_nT)
+    found = np.asarray(one.effect.error_enu_nT)  # type: ignore[attr-defined]
+    across = np.cross(field + found, field + truth) / np.linalg.norm(field)
+    assert np.linalg.norm(across) < 0.2
+    assert abs(found @ field) / np.linalg.norm(field) < 5
+    assert np.isinf(one.spread["error_enu_nT"]).all()
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_nothing_is_named_where_nothing_is_hidden(seed: int, flight, model) -> None:  # type: ignore[no-untyped-def]
     found = diagnose(flight({}, seed=seed), model())

@@ -92,12 +92,14 @@ def accepted(ranking: Sequence[Evidence], policy: Policy) -> Accepted | None:
 def _simplest(close: Sequence[Evidence], policy: Policy) -> Evidence:
     """The strongest of those with the fewest columns; of two that are one and the same, the chain's first.
 
-    Hard iron and a sensor's offset span the same columns: which of them gains more is a matter of the last bit.
+    Hard iron and a sensor's offset span the same columns: which of them gains more is a matter of the last bit. Others
+    say of themselves that they are the same.
     """
     narrowest = min(e.width for e in close)
     rivals = [e for e in close if e.width == narrowest]
-    most = max(e.gain for e in rivals)
-    same = [e for e in rivals if math.isclose(e.gain, most, rel_tol=policy.same_gain)]
+    best = max(rivals, key=lambda e: e.gain)
+    like = best.candidate.effect.clues.same_as
+    same = [e for e in rivals if e.name == like or math.isclose(e.gain, best.gain, rel_tol=policy.same_gain)]
     return min(same, key=lambda e: CHAIN.index(e.name))
 
 

@@ -19,6 +19,8 @@ from validation.diagnosis.repair.numbers import FreeNumbers
 
 ROUNDS = 12
 """Evaluations at most: the start is close already."""
+SAME = 1e-6
+"""Relative difference of sums of squares that is of no account."""
 IMPOSSIBLE = 1e3
 """Residual, in units of the noise, of numbers that an effect does not take together."""
 
@@ -56,19 +58,40 @@ def refined(
             predicted = predict(problem, numbers.at(start + x * scale))
         except InputError:  # each number is within its bounds, but not all together
             return np.full(problem.target[use].size, IMPOSSIBLE)
-        if refit_iron:
-            return left_with_iron_refitted(problem, predicted, use)[use].ravel()
-        return left_as_it_stands(problem, predicted)[use].ravel()
+        return _left(problem, predicted, use, refit_iron=refit_iron)
 
-    found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=ROUNDS, xtol=1e-5, ftol=1e-6)
-    std = np.sqrt(variances(found.jac.T @ found.jac, problem.policy) * inflation) * scale
-    return Refined(numbers.at(start + found.x * scale), numbers.spread(std))
+    found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=ROUNDS, xtol=1e-5, ftol=SAME)
+    gram = found.jac.T @ found.jac
+    std = np.sqrt(variances(gram, problem.policy) * inflation) * scale
+    x = without_open_part(found.x, gram, problem.policy)
+    as_good = (residual(x) ** 2).sum() / 2 <= found.cost * (1 + SAME)
+    return Refined(numbers.at(start + (x if as_good else found.x) * scale), numbers.spread(std))
+
+
+def without_open_part(x: Array, gram: Array, policy: Policy) -> Array:
+    """A change x (k,) without what the data leave open: a step there is rounding over nothing."""
+    size, values, vectors = _correlation(gram)
+    open_ = vectors[:, values < policy.open_eigenvalue]
+    return np.asarray(x - open_ @ (open_.T @ (x * size)) / size)
 
 
 def variances(gram: Array, policy: Policy) -> Array:
     """Diagonal (k,) of the inverse of a Gram matrix (k, k); infinite where the data leave a direction open."""
-    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    values, vectors = np.linalg.eigh(gram / np.outer(size, size))
+    size, values, vectors = _correlation(gram)
     open_ = values < policy.open_eigenvalue
     known = (vectors[:, ~open_] ** 2 / values[~open_]).sum(axis=1) / size**2
     return np.where((vectors[:, open_] ** 2).sum(axis=1) > policy.open_part, np.inf, known)
+
+
+def _correlation(gram: Array) -> tuple[Array, Array, Array]:
+    """Sizes (k,) of the parameters, eigenvalues (k,) and eigenvectors (k, k) of their correlation."""
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    values, vectors = np.linalg.eigh(gram / np.outer(size, size))
+    return size, values, vectors
+
+
+def _left(problem: LinearProblem, predicted_nT: Array, use: NDArray[np.bool_], *, refit_iron: bool) -> Array:
+    """What a prediction leaves on the samples `use`, flat, with the iron refitted or the model's."""
+    if refit_iron:
+        return left_with_iron_refitted(problem, predicted_nT, use)[use].ravel()
+    return left_as_it_stands(problem, predicted_nT)[use].ravel()

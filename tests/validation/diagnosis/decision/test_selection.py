@@ -65,6 +65,18 @@ def test_of_two_that_are_the_same_the_chain_s_first_is_accepted() -> None:
         assert chosen.name == first
 
 
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if e.clues.same_as], ids=lambda e: e.name)
+def test_what_says_that_it_is_another_is_named_after_it(effect: type[Effect]) -> None:
+    """Beside an iron with currents in it they differ by a fraction of a nat, either way."""
+    other = BY_NAME[effect.clues.same_as]
+    assert list(BY_NAME).index(other.name) < list(BY_NAME).index(effect.name)
+    for more in (-0.3, 0.3):
+        both = sorted((_evidence(effect, 2000.0 + more), _evidence(other, 2000.0)), key=lambda e: -e.gain)
+        chosen = accepted(both, STANDARD)
+        assert chosen is not None
+        assert (chosen.name, chosen.alternatives) == (other.name, (effect.name,))
+
+
 @pytest.mark.parametrize(("effect", "share"), [(SECOND, STANDARD.form_share), (FIRST, STANDARD.same_form_share)])
 def test_a_much_smaller_effect_is_the_form_of_the_first(effect: type[Effect], share: float) -> None:
     """Shares are of the size, and evidence grows with its square."""

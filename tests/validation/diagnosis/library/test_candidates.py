@@ -78,6 +78,28 @@ def test_small_angles_add_up(effect) -> None:  # type: ignore[no-untyped-def]
     assert np.abs(Candidate(effect).contribution_nT(posed) @ c - done).max() < 1e-3 * np.abs(done).max()
 
 
+def _beside_base(name: str, posed: LinearProblem) -> Array:
+    """What the base leaves (3 n, k) of an effect's columns."""
+    columns = Candidate(BY_NAME[name]).columns(posed)
+    flat = columns.reshape(len(columns), -1)
+    Q = np.linalg.qr(posed.base)[0]
+    return np.asarray((flat - Q @ (Q.T @ flat)).reshape(-1, columns.shape[2]))
+
+
+def test_an_error_of_the_field_and_one_of_the_attitude_span_the_same_plane_beside_iron() -> None:
+    """Both turn the field by a constant of the earth's frame; its part along the field is a scale of the iron."""
+    posed = problem(noise_nT=0.01)
+    field, turn = (_beside_base(name, posed) for name in ("regional_field", "attitude_misalignment"))
+    for columns in (field, turn):
+        size = np.linalg.svd(columns / np.linalg.norm(columns), compute_uv=False)
+        assert size[1] > 0.1
+        assert size[2] < 1e-5
+    F = posed.state.field_enu_nT
+    assert np.linalg.norm(field @ F) < 1e-6 * np.linalg.norm(field) * np.linalg.norm(F)
+    plane = np.linalg.svd(field, full_matrices=False)[0][:, :2]
+    assert np.linalg.norm(turn - plane @ (plane.T @ turn)) < 1e-3 * np.linalg.norm(turn)
+
+
 def test_coefficients_are_brought_into_bounds_and_known_to_be_beyond_them() -> None:
     (effect,) = [e for e in EFFECTS if e.linear and "position" in e.needs and e.sought()]
     candidate = Candidate(effect, ((effect.with_role("place"), (0.0, 0.0, -9.0)),))

@@ -20,7 +20,7 @@ from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.repair.chain import joined, left_as_it_stands, left_with_iron_refitted, predict
 from validation.diagnosis.repair.confirm import evidence_there
 from validation.diagnosis.repair.numbers import FreeNumbers
-from validation.diagnosis.repair.refine import refined, variances
+from validation.diagnosis.repair.refine import refined, variances, without_open_part
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 GAIN = (2.0, -1.0, 4.0)
@@ -77,6 +77,20 @@ def test_a_direction_that_the_data_leave_open_has_no_interval() -> None:
     assert found[2] == pytest.approx(1 / (J[:, 2] ** 2).sum(), rel=0.05)
     full = rng.normal(size=(500, 3))
     assert variances(full.T @ full, STANDARD) == pytest.approx(np.diag(np.linalg.inv(full.T @ full)))
+
+
+def test_a_step_goes_nowhere_where_the_data_are_silent() -> None:
+    """Of two columns alike only the sum is known: what is added to one and taken from the other is taken back."""
+    rng = np.random.default_rng(0)
+    J = rng.normal(size=(500, 3))
+    J[:, 1] = J[:, 0] * 2
+    start, silent = np.array([3.0, 1.0, -2.0]), np.array([2.0, -1.0, 0.0])
+    kept = without_open_part(start + 500 * silent, J.T @ J, STANDARD)
+    assert J @ kept == pytest.approx(J @ start, rel=1e-6)
+    assert np.linalg.norm(kept) < 5
+    assert kept[2] == pytest.approx(start[2])
+    full = rng.normal(size=(500, 3))
+    assert without_open_part(start, full.T @ full, STANDARD) == pytest.approx(start)
 
 
 @pytest.mark.parametrize("effect", [e for e in EFFECTS if not e.stochastic], ids=lambda e: e.name)

@@ -1,0 +1,27 @@
+"""Ellipsoids that a fit can start from, whatever the motion."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.models.ellipsoid import UPPER, Ellipsoid
+from calib.models.quadric import fit_ellipsoid_specific, refit
+from calib.models.sphere import SphereFit
+
+Array = NDArray[np.float64]
+START_ROUNDS = 4
+"""Refits of the algebraic start: each takes off most of the bias that the one before left."""
+
+
+def starts(x: Array) -> list[Array]:
+    """Ellipsoids q (9,) to start from: the noise-adjusted algebraic one where there is one, and the sphere."""
+    sphere = SphereFit.of(x)
+    found = [np.concatenate((sphere.centre, sphere.radius * np.eye(3)[UPPER]))]
+    theta, last = fit_ellipsoid_specific(x), None
+    for _ in range(START_ROUNDS):
+        ellipsoid = Ellipsoid.of_quadric(theta)
+        if ellipsoid is None:
+            break
+        last, theta = ellipsoid, refit(x, theta).theta
+    return found if last is None else [*found, np.concatenate((last.centre, last.root[UPPER]))]
