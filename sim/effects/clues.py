@@ -23,6 +23,7 @@ class Clues:
     one_run : an event of one run, which another run cannot show.
     memory : after it the noise of neighbouring samples is correlated.
     converter : done by the converter to each value: seen in the values themselves, left out of a smooth prediction.
+    source : a field of its own, with a part along the earth's, which no error of the attitude has.
     spectrum : of a slow random disturbance, its density at a level of one.
     """
 
@@ -34,6 +35,7 @@ class Clues:
     one_run: bool = False
     memory: bool = False
     converter: bool = False
+    source: bool = False
     spectrum: Density | None = None
 
 

@@ -68,7 +68,9 @@ class DiurnalDrift(Effect):
         "phase_deg": 40.0,
     }
     clues = Clues(
-        apart="log a base station beside the run", remedy="take off the record of a base station or an observatory"
+        apart="log a base station beside the run",
+        remedy="take off the record of a base station or an observatory",
+        source=True,
     )
 
     amplitude_enu_nT: Annotated[Vec3, Quantity("nT", -5e3, 5e3, "amplitude a east, north, up", role="linear")] = ZERO3
@@ -93,7 +95,7 @@ class FieldGradient(Effect):
     stage = "field"
     needs = ("attitude", "position")
     example = {"gradient_nT_m": ((1.0, 2.0, 3.0), (2.0, 1.0, 4.0), (3.0, 4.0, -2.0)), "origin_enu_m": (5.0, 6.0, 7.0)}
-    clues = Clues(apart=THE_TRACK_AGAIN, remedy="calibrate at a place with an even field")
+    clues = Clues(apart=THE_TRACK_AGAIN, remedy="calibrate at a place with an even field", source=True)
 
     gradient_nT_m: Annotated[
         Mat3,

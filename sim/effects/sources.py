@@ -39,7 +39,7 @@ class LocalDipole(Effect):
         "moment_A_m2": (9e3, 2e3, -4e3),
         "extent_enu_m": (9.0, 80.0, 1.0),
     }
-    clues = Clues(apart=THE_TRACK_AGAIN, remedy="calibrate away from wrecks, pipelines and steel")
+    clues = Clues(apart=THE_TRACK_AGAIN, remedy="calibrate away from wrecks, pipelines and steel", source=True)
 
     position_enu_m: Annotated[
         Vec3, Quantity("m", -1e7, 1e7, "where it lies, or where the cylinder begins", role="place")

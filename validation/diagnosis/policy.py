@@ -85,6 +85,27 @@ class Policy:
     )
     search_price_odds: float = number(2.0, "the best of n searched settings is priced at odds of 1 in so many times n")
 
+    # a rest with a colour of its own
+    most_rows: int = number(20_000, "rows of means beyond which longer means are taken")
+    memories: int = number(7, "slow processes that a rest is made of, evenly spaced in log memory")
+    shortest_memory: float = number(3.0, "least memory of a slow process, in rows")
+    longest_memory: float = number(4.0, "greatest memory, in lengths of the recording: a random walk")
+    folds: int = number(5, "folds of segments, each held out once")
+    fold_s: float = number(20.0, "length of a segment of a fold at least")
+    fold_share: float = number(1 / 60, "the same as a share of the recording")
+    surrogates: int = number(16, "times that an effect's columns are mirrored and rolled in time, as effects of none")
+    coloured_nats: float = number(
+        25.0, "evidence above which an effect is accepted beside a coloured rest",
+        run="a trial before this program: 7.5 nats gave false names",
+    )  # fmt: skip
+    tried_coloured: int = number(4, "candidates that get a rest of their own, the best with the rest as it is")
+    same_coloured: float = number(
+        0.12, "part of the best's evidence within which another looks like it, beside a coloured rest"
+    )
+    same_white: float = number(0.03, "the same beside a white one: what an error of form gains")
+    look_alike_left: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
+    least_added: float = number(0.05, "share of the gap that an effect must explain beside a coloured rest")
+
     # is what is left clean?
     mean_lengths_s: tuple[float, ...] = number((1.0, 5.0, 20.0), "lengths of the means that are tested")
     means_alarm: float = number(1e-3, "probability that white noise fails the test of means at any length")
@@ -144,15 +165,11 @@ class Policy:
     survival_mean_s: float = number(1.0, "means that this share is read from, for rates are noisy")
 
     # doubts
-    half: float = number(0.5, "share of the gap that found effects must explain")
-    least_excess: float = number(
-        0.1, "excess of power over the noise below which a share of it says nothing", run=TUNED
+    least_share: float = number(0.2, "share of the gap that found effects must explain, or nothing is named")
+    least_held_excess: float = number(
+        0.02, "excess of held-out power over the noise below which a share of it says nothing", run=TUNED
     )
-    least_held_excess: float = number(0.02, "the same on held-out segments, where chance allows so much", run=TUNED)
     beside_time: float = number(0.1, "share that a channel explains beyond time's from which on a gap is no noise")
-    course_price: float = number(
-        2.0, "times the price of columns that the best of many slow courses costs beside a noise"
-    )
     form_noise: float = number(
         0.25, "part of the first effect's size below which slow noise beside it is its form", run=TUNED
     )

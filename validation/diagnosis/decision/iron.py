@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from sim.state import Array
-from validation.diagnosis.decision.selection import Accepted, Selection, accepted
+from validation.diagnosis.decision.choice import Accepted, accepted
+from validation.diagnosis.decision.selection import Selection
 from validation.diagnosis.evidence.compare import ranked
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron, proposed

@@ -83,8 +83,8 @@ def _nothing(case: Case) -> bool:
     return not case.named
 
 
-def _explains_half(case: Case) -> bool:
-    return case.gap.explained is None or case.gap.explained >= case.problem.policy.half
+def _explains_some(case: Case) -> bool:
+    return case.gap.explained is None or case.gap.explained >= case.problem.policy.least_share
 
 
 def _only_iron_with_rivals(case: Case) -> bool:
@@ -96,7 +96,7 @@ def _only_iron_with_rivals(case: Case) -> bool:
 RULES: tuple[tuple[Verdict, Rule], ...] = (
     (Verdict.NONE, lambda case: _nothing(case) and case.clean),
     (Verdict.UNKNOWN, _nothing),
-    (Verdict.PARTIAL, lambda case: not case.clean and _explains_half(case)),
+    (Verdict.PARTIAL, lambda case: not case.clean and _explains_some(case)),
     (Verdict.UNKNOWN, lambda case: not case.clean),
     (Verdict.NOT_OBSERVABLE, _only_iron_with_rivals),
     (Verdict.COMPOSITE, lambda case: len(case.named) > 1),

@@ -9,7 +9,7 @@ import numpy as np
 from sim.effects.base import Effect
 from sim.state import Array
 from validation.diagnosis.evidence.localise import TIME, localise
-from validation.diagnosis.evidence.spectrum import Bands, SlowSpectrum
+from validation.diagnosis.evidence.spectrum import SlowSpectrum
 from validation.diagnosis.evidence.steps import Density, Steps, drawn_at_random
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
@@ -68,14 +68,6 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
         fits=spectrum.agrees(policy) and drawn_at_random(innovations, policy),
         identified=spectrum.lines_above_white(policy) >= policy.least_told_lines,
     )
-
-
-def white_score(problem: LinearProblem, residual: Array) -> float:
-    """Log-likelihood of a residual's steps (n, q) if it is white, of whatever size; beside `SlowNoise.score`."""
-    interval_s = problem.state.interval_s
-    bands = Bands.of(residual, interval_s, problem.policy)
-    level = bands.fit(2 * interval_s, np.zeros(len(bands.f)))[1]
-    return Steps.of(residual, interval_s, problem.policy).fit(level, None)[0]
 
 
 def turns_the_field(problem: LinearProblem, residual: Array) -> bool:

@@ -1,0 +1,118 @@
+"""What a hypothesis leaves: white noise and slow processes of several memories, and the filter that whitens it."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.numerics.kernels import fast_kernel
+from sim.state import Array
+from validation.diagnosis.policy import Policy
+
+ROUNDS = 150
+"""Updates of the variances: they no longer move the likelihood by a tenth of a nat."""
+LEAST_WHITE = 1e-3
+"""Share of the residual's variance that is white at the least: a filter without white noise interpolates."""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """``r = white + sum_j OU(tau_j)`` of q outputs: variances `white` (q,) and `slow` (q, J), memories `tau_s` (J,)."""
+
+    tau_s: Array
+    white: Array
+    slow: Array
+
+    @classmethod
+    def of(cls, residual: Array, interval_s: float, policy: Policy) -> Rest:
+        """The variances of greatest banded Whittle likelihood for a residual (n, q).
+
+        ``sum_b a_b (ln S_b + P_b / S_b)`` over bands b of a_b lines under a Hann window, S the sum of the processes'
+        spectra; every update multiplies a variance by ``sqrt(sum a P s / S^2 / sum a s / S)``, which never lowers it.
+        """
+        n = len(residual)
+        tau_s = np.geomspace(
+            policy.shortest_memory * interval_s, policy.longest_memory * n * interval_s, policy.memories
+        )
+        f, power, lines = _bands(residual, interval_s, policy)
+        shapes = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s)])
+        total = residual.var(axis=0)
+        variance = np.outer(total, np.full(len(shapes), 1.0 / len(shapes)))
+        for _ in range(ROUNDS):
+            S = variance @ shapes
+            variance *= np.sqrt((lines * power / S**2) @ shapes.T / ((lines / S) @ shapes.T))
+        return cls(tau_s, np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300)), variance[:, 1:])
+
+    def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
+        """Columns (n, q, w) as innovations over their standard deviation, and ln S (n, q) of the innovations.
+
+        A Kalman filter with transition exp(-dt / tau_j) at the true times; rows that are not usable teach nothing.
+        """
+        out, ln_S = np.zeros(columns.shape), np.zeros(columns.shape[:2])
+        for a in range(columns.shape[1]):
+            _filter(
+                time_s, usable, columns[:, a], self.tau_s, self.slow[a], float(self.white[a]), out[:, a], ln_S[:, a]
+            )
+        return out, ln_S
+
+
+def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
+    """Spectra (J, m) at frequencies f (m,) of sampled processes of variance one; white noise has 1 everywhere.
+
+    ``(1 - a^2) / (1 - 2 a cos(2 pi f dt) + a^2)``, ``a = exp(-dt / tau)``.
+    """
+    a = np.exp(-interval_s / tau_s)[:, None]
+    return np.asarray((1 - a**2) / (1 - 2 * a * np.cos(2 * np.pi * f * interval_s) + a**2))
+
+
+def _bands(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, Array, Array]:
+    """Frequencies (m,), power (q, m) with white noise at its variance, and independent lines (m,) of bands in log f."""
+    n = len(residual)
+    window = np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2
+    power = np.abs(np.fft.rfft((residual - residual.mean(axis=0)) * window, axis=0)) ** 2 / (window**2).sum()
+    edges = np.unique(np.geomspace(policy.first_line, len(power), policy.bands).astype(int))
+    band = [slice(a, b) for a, b in itertools.pairwise(edges)]
+    f = np.fft.rfftfreq(n, interval_s)
+    lines = np.array([b.stop - b.start for b in band], dtype=np.float64)
+    means = np.stack([power[b].mean(axis=0) for b in band], axis=1)
+    return np.array([f[b].mean() for b in band]), np.maximum(means, 1e-12), lines
+
+
+@fast_kernel
+def _filter(
+    time_s: Array, usable: Array, columns: Array, tau_s: Array, slow: Array, white: float, out: Array, ln_S: Array
+) -> None:
+    n, w = columns.shape
+    J = len(tau_s)
+    P = np.diag(slow)
+    x = np.zeros((J, w))
+    gain = np.zeros(J)
+    for i in range(n):
+        if i > 0:
+            for j in range(J):
+                a = np.exp(-(time_s[i] - time_s[i - 1]) / tau_s[j])
+                for c in range(w):
+                    x[j, c] *= a
+                for k in range(J):
+                    P[j, k] *= a
+                    P[k, j] *= a
+                P[j, j] += (1 - a * a) * slow[j]
+        if usable[i] == 0:
+            continue
+        S = white + P.sum()
+        ln_S[i] = np.log(S)
+        for j in range(J):
+            gain[j] = P[j].sum() / S
+        root = 1 / np.sqrt(S)
+        for c in range(w):
+            e = columns[i, c]
+            for j in range(J):
+                e -= x[j, c]
+            out[i, c] = e * root
+            for j in range(J):
+                x[j, c] += gain[j] * e
+        for j in range(J):
+            for k in range(J):
+                P[j, k] -= gain[j] * gain[k] * S

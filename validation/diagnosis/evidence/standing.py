@@ -1,0 +1,106 @@
+"""Which candidate stands: it beats the same base beside a rest of its own colour, by more than its surrogates do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim.state import Array
+from validation.diagnosis.evidence.compare import Evidence, search_price
+from validation.diagnosis.evidence.hypothesis import Hypothesis, white
+from validation.diagnosis.evidence.rows import Rows
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.strength import strength_columns
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """A candidate beside a rest of its own: its columns (n, q, k) in rows, and nats that it gains on held-out folds."""
+
+    evidence: Evidence
+    columns: Array
+    hypothesis: Hypothesis
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """The rows of a ground with the effects already in, and the hypothesis that they are all."""
+
+    rows: Rows
+    inside: Array
+    poorer: Hypothesis
+
+    @classmethod
+    def of(cls, problem: LinearProblem, inside: Array) -> Beside:
+        """The rows of a problem, with effects' columns (N, q, k) in."""
+        rows = Rows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy)
+        return cls.in_rows(rows, rows.taken(inside))
+
+    @classmethod
+    def in_rows(cls, rows: Rows, inside: Array) -> Beside:
+        """The same with rows that are there, inside (n, q, k)."""
+        return cls(rows, inside, Hypothesis.of(rows, inside, (white(rows.target.shape[1]),)))
+
+    def joined(self, columns: Array) -> Array:
+        """Columns (n, q, k) after those of the effects already in."""
+        return np.concatenate([self.inside, columns], axis=2)
+
+    def roughly(self, columns: Array) -> float:
+        """Nats that columns gain beside the rest as it is without them: no more than a first look."""
+        return Hypothesis.given(self.rows, self.joined(columns), self.poorer.rest).held - self.poorer.held
+
+    def standing(self, evidence: Evidence, columns: Array) -> Standing:
+        """A candidate's evidence beside a rest of its own, less the price of its search."""
+        both, policy = self.joined(columns), self.rows.policy
+        richer = Hypothesis.of(self.rows, both, (self.poorer.rest, white(both.shape[1])))
+        price = search_price(evidence.candidate.tried, evidence.width, policy)
+        return Standing(evidence, columns, richer, richer.held - self.poorer.held - price)
+
+    def surrogates(self, one: Standing) -> Array:
+        """Nats that a candidate's columns, mirrored and rolled in time, gain in sample from what it leaves."""
+        rows, rest = self.rows, one.hypothesis.rest
+        left = replace(rows, target=one.hypothesis.residual(rows, self.joined(one.columns)))
+        n, times = len(one.columns), rows.policy.surrogates
+        rolled = (np.roll(one.columns[::-1], n * (2 * k + 1) // (2 * times), axis=0) for k in range(times))
+        nothing = Hypothesis.given(left, one.columns[:, :, :0], rest).whole
+        return np.array([Hypothesis.given(left, columns, rest).whole - nothing for columns in rolled])
+
+    def left_of(self, rival: Standing, best: Standing) -> float:
+        """Part of its own gain that a rival keeps once the best is in, with the best's rest."""
+        both = self.joined(best.columns)
+        rest = best.hypothesis.rest
+        alone = Hypothesis.given(self.rows, self.joined(rival.columns), rest)
+        joint = Hypothesis.given(self.rows, np.concatenate([both, rival.columns], axis=2), rest)
+        without = Hypothesis.given(self.rows, self.inside, rest)
+        return (joint.held - best.hypothesis.held) / max(alone.held - without.held, 1e-9)
+
+
+def gains_along_the_field(problem: LinearProblem, inside: Array, columns: Array) -> bool:
+    """Whether columns (N, 3, k) explain the part along the field too, where an error of the attitude has nothing."""
+    u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
+    back = u @ np.linalg.inv(problem.turn) * problem.sigma_nT
+    unit = np.linalg.norm(back, axis=1)
+
+    def along(values: Array) -> Array:
+        return np.asarray(np.einsum("ni,ni...->n...", back, values) / unit.reshape(-1, *[1] * (values.ndim - 2)))[
+            :, None
+        ]
+
+    base = strength_columns(u) * (problem.usable / unit)[:, None]
+    rows = Rows.of(problem.state.time_s, problem.usable, base, along(problem.target), problem.policy)
+    beside = Beside.in_rows(rows, rows.taken(along(inside)))
+    part = rows.taken(along(columns))
+    richer = Hypothesis.of(rows, beside.joined(part), (beside.poorer.rest, white(1)))
+    return richer.held - beside.poorer.held > problem.policy.apart
+
+
+def look_alikes(
+    best: Standing, others: Sequence[Standing], beside: Beside, least_nats: float, share: float
+) -> list[Standing]:
+    """Those nearly as good as the best, and of no use once it is in."""
+    within = max(least_nats, share * best.gain)
+    near = [one for one in others if best.gain - one.gain < within]
+    return [one for one in near if beside.left_of(one, best) < beside.rows.policy.look_alike_left]
