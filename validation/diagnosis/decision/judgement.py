@@ -55,28 +55,25 @@ def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
     return tuple(reason for doubt in NAME_DOUBTS if (reason := doubt(case)) is not None)
 
 
-def pieced_together(case: Case) -> str | None:
-    """Several effects that leave something, and that explain less than most of the gap."""
-    explained = case.gap.explained
-    if case.clean or len(case.found) < 2 or explained is None or explained >= case.problem.policy.patchwork:
-        return None
-    return f"{len(case.found)} effects together explain only {100 * explained:.0f} % of the gap"
-
-
 def channel_is_left(case: Case) -> str | None:
-    """What is left still goes with the channels that the gap goes with; beside a noise, with others than time."""
+    """What is left still goes with the channels that the gap goes with, and with these more than with time.
+
+    Shares are of the gap: what a slow disturbance of its own leaves goes with time, and with every channel that does.
+    """
     policy, explained = case.problem.policy, case.gap.explained
-    if not case.where or explained is None or explained > 1 - policy.form_left**2:
+    if not case.where or explained is None:
         return None
-    left = {one.channel: one.share for one in localise(case.problem, case.left)}
+    left = {one.channel: (1 - explained) * one.share for one in localise(case.problem, case.left)}
     leading = [one for one in case.where if one.share > policy.leading_share * case.where[0].share]
-    kept = [one.channel for one in leading if left.get(one.channel, 0.0) > policy.channel_left * one.share]
-    if case.noisy:
-        kept = [channel for channel in kept if channel != TIME]
+    kept = [
+        one.channel
+        for one in leading
+        if left.get(one.channel, 0.0) > max(policy.channel_left * one.share, left.get(TIME, 0.0))
+    ]
     return f"what is left still goes with {', '.join(kept)}" if kept else None
 
 
-NAME_DOUBTS: tuple[NameDoubt, ...] = (pieced_together, channel_is_left)
+NAME_DOUBTS: tuple[NameDoubt, ...] = (channel_is_left,)
 
 
 def _nothing(case: Case) -> bool:

@@ -15,7 +15,8 @@ from validation.diagnosis.evidence.rows import Rows
 class Hypothesis:
     """``y = B beta + E c + rest`` on rows: the rest, beta (q, p), c (k,), and the log-likelihoods.
 
-    held: of the rows that each fold holds out, with beta and c of the others. whole: of all rows.
+    held: of the rows that each fold holds out, with c of the others; whole: of all rows. The base is fitted to all rows
+    in both: it is not what is asked, and beside a slow rest a part of them does not determine it.
     """
 
     rest: Rest
@@ -29,14 +30,18 @@ class Hypothesis:
         """The hypothesis with columns (n, q, k) and a rest that is known: generalised least squares."""
         stacked = np.concatenate([rows.base, columns, rows.target[:, :, None]], axis=2)
         z, ln_S = rest.whitened(rows.row_s, rows.count, stacked)
-        folds = [rows.fold == fold for fold in range(rows.policy.folds)]
-        products = np.stack([np.einsum("nqi,nqj->qij", z[use], z[use], optimize=True) for use in folds])
-        constant = np.array([ln_S[use].sum() for use in folds])
-        p, total = rows.base.shape[2], products.sum(axis=0)
-        held = [_half(one, constant[i], _solved(total - one, p)) for i, one in enumerate(products)]
-        solution = _solved(total, p)
-        beta, c = solution[:, :p], solution[0, p:-1]
-        return cls(rest, beta, c, sum(held), _half(total, constant.sum(), solution))
+        p = rows.base.shape[2]
+        B, others = z[:, :, :p], z[:, :, p:]
+        through = _onto(B, others)
+        free = others - np.einsum("nqp,qpj->nqj", B, through)
+        folds = [free[rows.fold == fold] for fold in range(rows.policy.folds)]
+        products = np.stack([np.einsum("nqi,nqj->ij", one, one, optimize=True) for one in folds])
+        total = products.sum(axis=0)
+        held = [_squares(one, _solved(total - one)) for one in products]
+        c = _solved(total)
+        beta = through[:, :, -1] - through[:, :, :-1] @ c
+        constant = ln_S.sum()
+        return cls(rest, beta, c, -(constant + sum(held)) / 2, -(constant + _squares(total, c)) / 2)
 
     @classmethod
     def of(cls, rows: Rows, columns: Array, starts: tuple[Rest, ...]) -> Hypothesis:
@@ -57,22 +62,24 @@ class Hypothesis:
         return np.asarray(left - np.einsum("nqk,k->nq", columns, self.c))
 
 
-def _solved(products: Array, p: int) -> Array:
-    """``(beta_a, c, -1)`` (q, p + k + 1) of least squares from products (q, p + k + 1, p + k + 1): c is shared."""
-    BB, BE, By = products[:, :p, :p], products[:, :p, p:-1], products[:, :p, -1]
-    EE, Ey = products[:, p:-1, p:-1].sum(axis=0), products[:, p:-1, -1].sum(axis=0)
+def _onto(B: Array, others: Array) -> Array:
+    """Coefficients (q, p, j) of other columns (n, q, j) on those of the base (n, q, p), each output by itself."""
+    BB = np.einsum("nqi,nqj->qij", B, B, optimize=True)
     inverse = np.linalg.pinv(BB, rcond=1e-13, hermitian=True)
-    S = EE - np.einsum("qpi,qpr,qrj->ij", BE, inverse, BE, optimize=True)
-    size = np.sqrt(np.maximum(np.diag(EE), 1e-300))
-    inner = np.linalg.pinv(S / np.outer(size, size), rcond=1e-9, hermitian=True) / np.outer(size, size)
-    c = inner @ (Ey - np.einsum("qpi,qpr,qr->i", BE, inverse, By, optimize=True))
-    beta = np.einsum("qpr,qr->qp", inverse, By - BE @ c)
-    return np.concatenate([beta, np.tile(np.append(c, -1.0), (len(beta), 1))], axis=1)
+    return np.asarray(inverse @ np.einsum("nqi,nqj->qij", B, others, optimize=True))
 
 
-def _half(products: Array, ln_S: float, solution: Array) -> float:
-    """Log-likelihood without its constant: minus half of ln S and of the squares."""
-    return -(ln_S + float(np.einsum("qi,qij,qj->", solution, products, solution))) / 2
+def _solved(products: Array) -> Array:
+    """Coefficients c (k,) of least squares from products (k + 1, k + 1) of the columns and the target."""
+    size = np.sqrt(np.maximum(np.diag(products)[:-1], 1e-300))
+    inverse = np.linalg.pinv(products[:-1, :-1] / np.outer(size, size), rcond=1e-9, hermitian=True)
+    return np.asarray(inverse @ (products[:-1, -1] / size) / size)
+
+
+def _squares(products: Array, c: Array) -> float:
+    """Sum of squares that coefficients leave."""
+    v = np.append(c, -1.0)
+    return float(v @ products @ v)
 
 
 def white(q: int) -> Rest:

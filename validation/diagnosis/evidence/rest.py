@@ -11,8 +11,8 @@ from calib.numerics.kernels import fast_kernel
 from sim.state import Array
 from validation.diagnosis.policy import Policy
 
-ROUNDS = 150
-"""Updates of the variances: they no longer move the likelihood by a tenth of a nat."""
+ROUNDS = 3000
+"""Updates of the variances: after them a random walk's likelihood is within a nat of its limit."""
 LEAST_WHITE = 1e-3
 """Share of the residual's variance that is white at the least: a filter without white noise interpolates."""
 
@@ -30,7 +30,7 @@ class Rest:
         """The variances of greatest banded Whittle likelihood for a residual (n, q).
 
         ``sum_b a_b (ln S_b + P_b / S_b)`` over bands b of a_b lines under a Hann window, S the sum of the processes'
-        spectra; every update multiplies a variance by ``sqrt(sum a P s / S^2 / sum a s / S)``, which never lowers it.
+        spectra; every update multiplies a variance by ``sum a P s / S^2 / sum a s / S``.
         """
         n = len(residual)
         tau_s = np.geomspace(
@@ -42,7 +42,7 @@ class Rest:
         variance = np.outer(total, np.full(len(shapes), 1.0 / len(shapes)))
         for _ in range(ROUNDS):
             S = variance @ shapes
-            variance *= np.sqrt((lines * power / S**2) @ shapes.T / ((lines / S) @ shapes.T))
+            variance *= (lines * power / S**2) @ shapes.T / ((lines / S) @ shapes.T)
         return cls(tau_s, np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300)), variance[:, 1:])
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:

@@ -53,11 +53,15 @@ class Beside:
         return Hypothesis.given(self.rows, self.joined(columns), self.poorer.rest).held - self.poorer.held
 
     def standing(self, evidence: Evidence, columns: Array) -> Standing:
-        """A candidate's evidence beside a rest of its own, less the price of its search."""
+        """A candidate's evidence beside a rest of its own, less the price of its search.
+
+        Without it the rest is the likelier of the poorer hypothesis' and the candidate's own.
+        """
         both, policy = self.joined(columns), self.rows.policy
         richer = Hypothesis.of(self.rows, both, (self.poorer.rest, white(both.shape[1])))
         price = search_price(evidence.candidate.tried, evidence.width, policy)
-        return Standing(evidence, columns, richer, richer.held - self.poorer.held - price)
+        same = Hypothesis.given(self.rows, self.inside, richer.rest)
+        return Standing(evidence, columns, richer, richer.held - max(self.poorer.held, same.held) - price)
 
     def surrogates(self, one: Standing) -> Array:
         """Nats that a candidate's columns, mirrored and rolled in time, gain in sample from what it leaves."""

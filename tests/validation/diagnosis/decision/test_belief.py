@@ -16,17 +16,14 @@ from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.decision.belief import (
     DOUBTS,
     Belief,
-    Wanders,
     believed,
-    explained_share,
     iron_differs,
-    little_is_explained,
-    noise_beside_effects,
-    noise_instead_of_effects,
+    slow_noise_is_left,
     wander_moves_the_mean,
 )
+from validation.diagnosis.decision.choice import accepted
 from validation.diagnosis.decision.iron import absorbed_effects, iron_changes
-from validation.diagnosis.decision.selection import Selection, _with_earth_vector, accepted, select
+from validation.diagnosis.decision.selection import Selection, _with_earth_vector, select
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
@@ -88,7 +85,6 @@ def test_one_effect_is_found_and_leaves_nothing(driven: Selection) -> None:
     assert driven.after.clean
     assert not driven.before.clean
     assert driven.first_ranking[0].name == DRIVEN.name
-    assert explained_share(driven) == pytest.approx(1.0, abs=0.1)
 
 
 def test_two_effects_are_found_one_after_the_other() -> None:
@@ -115,43 +111,30 @@ def test_a_constant_vector_of_the_earth_that_is_left_is_told() -> None:
 
 
 def _believed(selection: Selection, **changes: object) -> Belief:
-    return replace(Belief(selection, Wanders(), selection.found), **changes)  # type: ignore[arg-type]
+    return replace(Belief(selection, selection.found), **changes)  # type: ignore[arg-type]
 
 
-def test_noise_has_the_name_where_it_does_as_well(driven: Selection) -> None:
-    doubted = noise_instead_of_effects(_believed(driven, wanders=Wanders(NOISE, None, -200.0)))
-    assert (doubted.found, doubted.noise) == ((), NOISE)
-    kept = noise_instead_of_effects(_believed(driven, wanders=Wanders(NOISE, None, 0.0)))
-    assert (kept.found, kept.noise) == (driven.found, None)
-    poor = replace(NOISE, fits=False)
-    assert noise_instead_of_effects(_believed(driven, wanders=Wanders(poor, None, -200.0))).noise is None
+def _wandering(selection: Selection, monkeypatch: pytest.MonkeyPatch, noise: SlowNoise | None) -> Belief:
+    """A belief whose rest is not clean, and wanders as told."""
+    monkeypatch.setattr("validation.diagnosis.decision.belief.wander", lambda problem, left: noise)
+    return slow_noise_is_left(_believed(replace(selection, after=LEFT)))
 
 
-def test_effects_with_a_wander_beside_them_pay_more(driven: Selection) -> None:
-    """Beside a wander the columns cost twice: effect and wander must beat the wander alone by more."""
-    columns, apart = driven.end.inside.shape[2], STANDARD.apart
-    for margin, kept in ((2.5 * (columns + apart), True), (1.5 * (columns + apart), False)):
-        beside = replace(NOISE, score=NOISE.score + margin)
-        doubted = noise_instead_of_effects(_believed(driven, wanders=Wanders(NOISE, beside, -900.0)))
-        assert (doubted.noise is None) == kept
-
-
-def test_noise_beside_effects_must_be_told_and_be_no_form(driven: Selection) -> None:
-    loud = replace(driven, start=driven.start, end=driven.start)
-    assert noise_beside_effects(_believed(loud, wanders=Wanders(None, NOISE))).noise is NOISE
-    small = replace(driven.found[0], evidence=replace(driven.found[0].evidence, strength=1e3))
-    assert noise_beside_effects(_believed(loud, found=(small,), wanders=Wanders(None, NOISE))).noise is None
+def test_slow_noise_without_effects_needs_only_to_fit(nothing: Selection, monkeypatch: pytest.MonkeyPatch) -> None:
     vague = replace(NOISE, identified=False)
-    assert noise_beside_effects(_believed(loud, wanders=Wanders(None, vague))).noise is None
+    assert _wandering(nothing, monkeypatch, vague).noise is vague
+    assert _wandering(nothing, monkeypatch, replace(NOISE, fits=False)).noise is None
+    assert slow_noise_is_left(_believed(nothing)).noise is None
 
 
-def test_effects_that_explain_little_and_leave_structure_are_no_names(driven: Selection) -> None:
-    little = replace(driven, end=driven.start, after=LEFT)
-    doubted = little_is_explained(_believed(little))
-    assert (doubted.found, doubted.unexplained) == ((), True)
-    assert little_is_explained(_believed(replace(driven, after=LEFT))).found == driven.found
-    assert little_is_explained(_believed(replace(little, after=CLEAN))).found == driven.found
-    assert little_is_explained(_believed(little, noise=NOISE)).found == driven.found
+def test_slow_noise_beside_effects_must_be_told_and_be_no_form(
+    driven: Selection, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loud = replace(driven, end=driven.start)
+    assert _wandering(loud, monkeypatch, NOISE).noise is NOISE
+    assert _wandering(loud, monkeypatch, replace(NOISE, identified=False)).noise is None
+    large = replace(driven.found[0], evidence=replace(driven.found[0].evidence, strength=1e3))
+    assert _wandering(replace(loud, found=(large,)), monkeypatch, NOISE).noise is None
 
 
 def test_iron_is_asked_only_where_the_model_knows_it() -> None:
@@ -163,7 +146,6 @@ def test_iron_is_asked_only_where_the_model_knows_it() -> None:
     assert "hard_iron" in (found[0].name, *found[0].alternatives)
     ground = replace(selection.end, problem=replace(selection.end.problem, iron_known=False))
     assert iron_differs(_believed(replace(selection, end=ground))).iron == ()
-    assert iron_differs(_believed(selection, unexplained=True)).iron == ()
 
 
 def test_the_iron_of_the_model_itself_has_not_changed(nothing: Selection) -> None:
@@ -180,7 +162,7 @@ def test_a_wander_takes_constants_with_it() -> None:
 
 def test_doubts_are_asked_in_their_order(driven: Selection) -> None:
     assert believed(driven).found == driven.found
-    assert DOUBTS.index(noise_instead_of_effects) < DOUBTS.index(little_is_explained) < DOUBTS.index(iron_differs)
+    assert DOUBTS.index(slow_noise_is_left) < DOUBTS.index(iron_differs) < DOUBTS.index(wander_moves_the_mean)
 
 
 def test_on_a_still_vehicle_everything_looks_like_iron() -> None:

@@ -11,13 +11,8 @@ import pytest
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
-from validation.diagnosis.decision.selection import (
-    Accepted,
-    _is_form,
-    _with_earth_vector,
-    accepted,
-    residual_tests,
-)
+from validation.diagnosis.decision.choice import Accepted, accepted
+from validation.diagnosis.decision.selection import _is_form, _with_earth_vector, residual_tests
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
@@ -33,8 +28,8 @@ def _evidence(effect: type[Effect], gain: float, width: int = 3) -> Evidence:
     return Evidence(Candidate(effect), gain, 1.0, 1.0, 1.0, nothing, nothing, width)
 
 
-def _accepted(effect: type[Effect], gain: float) -> Accepted:
-    return Accepted(_evidence(effect, gain), ())
+def _accepted(effect: type[Effect], strength: float) -> Accepted:
+    return Accepted(replace(_evidence(effect, 100.0), strength=strength), ())
 
 
 def test_nothing_is_accepted_on_too_little_evidence() -> None:
@@ -79,10 +74,9 @@ def test_what_says_that_it_is_another_is_named_after_it(effect: type[Effect]) ->
 
 @pytest.mark.parametrize(("effect", "share"), [(SECOND, STANDARD.form_share), (FIRST, STANDARD.same_form_share)])
 def test_a_much_smaller_effect_is_the_form_of_the_first(effect: type[Effect], share: float) -> None:
-    """Shares are of the size, and evidence grows with its square."""
-    first = _accepted(FIRST, 1000.0)
-    assert _is_form(_accepted(effect, 1000.0 * (0.9 * share) ** 2), [first], STANDARD)
-    assert not _is_form(_accepted(effect, 1000.0 * (1.1 * share) ** 2), [first], STANDARD)
+    first = _accepted(FIRST, 10.0)
+    assert _is_form(_accepted(effect, 9.0 * share), [first], STANDARD)
+    assert not _is_form(_accepted(effect, 11.0 * share), [first], STANDARD)
     assert not _is_form(first, [], STANDARD)
 
 

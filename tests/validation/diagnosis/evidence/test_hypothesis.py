@@ -1,0 +1,110 @@
+"""Hypotheses beside a rest with its own colour: against dense algebra, and what stands beside a wander."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.effects import EFFECTS
+from tests.validation.diagnosis.evidence.test_rest import covariance
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.decision.selection import select
+from validation.diagnosis.evidence.hypothesis import Hypothesis, white
+from validation.diagnosis.evidence.rest import Rest
+from validation.diagnosis.evidence.rows import Rows
+from validation.diagnosis.evidence.standing import gains_along_the_field
+from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.linear import LinearProblem
+
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+HIDDEN = {DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}}
+
+
+def _rows(n: int = 120, q: int = 2, p: int = 2) -> tuple[Rows, np.ndarray]:  # type: ignore[type-arg]
+    rng = np.random.default_rng(5)
+    time_s = np.arange(float(n))
+    base, target, columns = rng.normal(size=(n, p)), rng.normal(size=(n, q)), rng.normal(size=(n, q, 3))
+    return Rows.of(time_s, np.ones(n), base, target, STANDARD), columns
+
+
+def test_coefficients_are_those_of_generalised_least_squares() -> None:
+    rows, columns = _rows()
+    rest = Rest(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
+    found = Hypothesis.given(rows, columns, rest)
+    N, g, ln = np.zeros((7, 7)), np.zeros(7), 0.0
+    for a in range(2):
+        C = covariance(rest, rows.row_s, a)
+        X = np.zeros((len(rows.row_s), 7))
+        X[:, 2 * a : 2 * a + 2], X[:, 4:] = rows.base[:, a], columns[:, a]
+        N, g = N + X.T @ np.linalg.solve(C, X), g + X.T @ np.linalg.solve(C, rows.target[:, a])
+        ln += np.linalg.slogdet(C)[1] + rows.target[:, a] @ np.linalg.solve(C, rows.target[:, a])
+    solution = np.linalg.solve(N, g)
+    np.testing.assert_allclose(np.concatenate([found.beta.ravel(), found.c]), solution, rtol=1e-8)
+    assert found.whole == pytest.approx(-(ln - g @ solution) / 2, rel=1e-10)
+    assert found.held < found.whole
+    assert found.residual(rows, columns).shape == rows.target.shape
+
+
+def test_rows_keep_the_variance_of_white_noise_and_the_sum_of_what_is_usable() -> None:
+    rng = np.random.default_rng(6)
+    usable = (rng.random(30_000) > 0.3).astype(float)
+    y = rng.normal(size=(30_000, 1)) * usable[:, None]
+    rows = Rows.of(np.arange(30_000) / 10, usable, np.ones((30_000, 1)), y, replace(STANDARD, most_rows=4000))
+    assert len(rows.target) <= 4000
+    assert rows.count.sum() == usable.sum()
+    assert rows.target[rows.count > 0].var() == pytest.approx(1.0, abs=0.08)
+    assert set(np.unique(rows.fold)) == set(range(STANDARD.folds))
+
+
+def _wandering(seed: int, hidden: dict[str, object] | None, step_nT: float = 0.6) -> LinearProblem:
+    given = recording(seed=seed, hidden=hidden)
+    walk = np.cumsum(step_nT * np.random.default_rng(seed).normal(size=(len(given), 3)), axis=0)
+    return problem(replace(given, mag_nT=given.mag_nT + walk))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_beside_a_wander_of_its_size_an_effect_is_found(seed: int) -> None:
+    found = select(_wandering(seed, HIDDEN, step_nT=0.1))
+    assert found.found[0].name == DRIVEN.name
+    assert not found.after.clean
+
+
+@pytest.mark.parametrize("seed", range(10, 14))
+def test_in_a_wander_alone_nothing_is_found(seed: int) -> None:
+    found = select(_wandering(seed, None))
+    assert not found.before.clean
+    assert found.found == ()
+
+
+def test_a_candidate_that_explains_little_beside_a_coloured_rest_is_no_name() -> None:
+    posed = _wandering(0, HIDDEN, step_nT=0.1)
+    strict = replace(posed, policy=Policy(least_added=0.9))
+    assert select(strict).found == ()
+
+
+def test_an_error_of_the_attitude_gains_nothing_along_the_field() -> None:
+    given = recording()
+    posed = problem(given)
+    source = proposed(posed)["diurnal_drift"]
+    columns = source[0].columns(posed)
+    course = np.sin(0.011 * given.time_s)[:, None] * np.array([8.0, 25.0, -60.0])
+    sensed = given.mag_nT + np.einsum("nji,nj->ni", posed.state.R_wb, course)
+    turned = np.cross(np.sin(0.011 * given.time_s)[:, None] * [2e-3, -1e-3, 1e-3], posed.state.field_nT)
+    nothing = columns[:, :, :0]
+    assert gains_along_the_field(problem(replace(given, mag_nT=sensed)), nothing, columns)
+    assert not gains_along_the_field(problem(replace(given, mag_nT=given.mag_nT + turned)), nothing, columns)
+
+
+def test_from_white_alone_a_slow_course_is_not_swallowed() -> None:
+    """A drift is a course that a slow rest can follow: of two starts the likelier tells."""
+    rng = np.random.default_rng(7)
+    time_s = np.arange(3000) / 10
+    y = 0.01 * time_s[:, None] + rng.normal(size=(3000, 1))
+    rows = Rows.of(time_s, np.ones(3000), np.ones((3000, 1)), y, STANDARD)
+    drift = rows.taken((time_s - time_s.mean())[:, None, None])
+    poorer = Hypothesis.of(rows, drift[:, :, :0], (white(1),))
+    richer = Hypothesis.of(rows, drift, (poorer.rest, white(1)))
+    assert richer.held - poorer.held > 10

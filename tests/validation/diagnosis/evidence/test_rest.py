@@ -1,0 +1,88 @@
+"""The rest: its spectrum, its variances, and the filter that whitens it, against dense covariances."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from sim.state import Array
+from validation.diagnosis.evidence.rest import Rest, ou_density
+from validation.diagnosis.policy import STANDARD
+
+
+def process(rng: np.random.Generator, n: int, tau_rows: float, std: float) -> Array:
+    """A sampled Ornstein-Uhlenbeck process (n,) by its recursion."""
+    a = np.exp(-1 / tau_rows)
+    drive = rng.normal(size=n) * std * np.sqrt(1 - a * a)
+    drive[0] = rng.normal() * std
+    return np.asarray(lfilter([1.0], [1.0, -a], drive))
+
+
+def covariance(rest: Rest, time_s: Array, a: int) -> Array:
+    """Dense covariance (n, n) of an output."""
+    apart = np.abs(time_s[:, None] - time_s)
+    slow = sum(v * np.exp(-apart / tau) for v, tau in zip(rest.slow[a], rest.tau_s, strict=True))
+    return np.asarray(rest.white[a] * np.eye(len(time_s)) + slow)
+
+
+def test_the_filter_gives_the_likelihood_of_the_dense_covariance_gaps_included() -> None:
+    rng = np.random.default_rng(0)
+    time_s = np.cumsum(rng.uniform(0.5, 1.5, 80)) + np.where(np.arange(80) > 40, 30.0, 0.0)
+    rest = Rest(np.array([2.0, 40.0]), np.array([1.0, 0.3]), np.array([[0.5, 3.0], [0.0, 1.0]]))
+    usable = (rng.random(80) > 0.2).astype(float)
+    y = rng.normal(size=(80, 2, 1))
+    z, ln_S = rest.whitened(time_s, usable, y)
+    use = usable > 0
+    for a in range(2):
+        C = covariance(rest, time_s[use], a)
+        values = y[use, a, 0]
+        exact = np.linalg.slogdet(C)[1] + values @ np.linalg.solve(C, values)
+        assert ln_S[:, a].sum() + (z[:, a, 0] ** 2).sum() == pytest.approx(exact, rel=1e-10)
+
+
+def test_whitening_is_linear_and_leaves_white_noise() -> None:
+    rng = np.random.default_rng(1)
+    y = np.stack([process(rng, 6000, 30.0, 2.0) + rng.normal(size=6000) for _ in range(3)], axis=1)
+    rest = Rest(np.array([30.0]), np.ones(3), np.full((3, 1), 4.0))
+    time_s = np.arange(6000.0)
+    both, _ = rest.whitened(time_s, np.ones(6000), np.stack([y, 2 * y], axis=2))
+    z = both[:, :, 0]
+    np.testing.assert_allclose(both[:, :, 1], 2 * z)
+    assert z.var() == pytest.approx(1.0, abs=0.04)
+    assert all(abs((z[k:] * z[:-k]).mean()) < 0.03 for k in (1, 2, 5, 30, 300))
+
+
+def test_density_is_the_spectrum_of_the_recursion() -> None:
+    rng = np.random.default_rng(2)
+    power = np.mean([np.abs(np.fft.rfft(process(rng, 1024, 12.0, 1.0))) ** 2 / 1024 for _ in range(400)], axis=0)
+    f = np.fft.rfftfreq(1024)
+    expected = ou_density(f, np.array([12.0]), 1.0)[0]
+    np.testing.assert_allclose(
+        power[5:300].reshape(-1, 5).mean(axis=1), expected[5:300].reshape(-1, 5).mean(axis=1), rtol=0.15
+    )
+
+
+def test_variances_are_found_within_the_ladder() -> None:
+    rng = np.random.default_rng(3)
+    y = np.stack([process(rng, 8000, 40.0, 1.5) + rng.normal(size=8000), rng.normal(size=8000)], axis=1)
+    rest = Rest.of(y, 1.0, STANDARD)
+    assert rest.white == pytest.approx([1.0, 1.0], rel=0.07)
+    assert rest.slow[0].sum() == pytest.approx(1.5**2, rel=0.35)
+    assert rest.slow[1].sum() < 0.1
+
+
+def test_a_found_rest_is_as_likely_as_the_true_one() -> None:
+    """A random walk is no process of the ladder; its likelihood is."""
+    rng = np.random.default_rng(4)
+    walk = np.cumsum(0.05 * rng.normal(size=5000))
+    y = (walk - walk.mean() + rng.normal(size=5000))[:, None]
+    time_s, one = np.arange(5000.0), np.ones(5000)
+
+    def likelihood(rest: Rest) -> float:
+        z, ln_S = rest.whitened(time_s, one, y[:, :, None])
+        return -(ln_S.sum() + (z**2).sum()) / 2
+
+    true = Rest(np.array([1e6]), np.ones(1), np.full((1, 1), 0.05**2 * 1e6 / 2))
+    assert likelihood(Rest.of(y, 1.0, STANDARD)) > likelihood(true) - 12
+    assert likelihood(Rest(np.ones(1), np.array([y.var()]), np.zeros((1, 1)))) < likelihood(true) - 100
