@@ -62,7 +62,7 @@ class MotorCurrent(Effect):
         remedy="log the current and take off its field, or twist the supply leads and move them away",
     )
 
-    gain_nT_A: Annotated[Vec3, Quantity("nT/A", -1e5, 1e5, "g forward, left, up", role="linear")] = ZERO3
+    gain_nT_A: Annotated[Vec3, Quantity("nT/A", -1e9, 1e9, "g forward, left, up", role="linear")] = ZERO3
     motor: Motor = 0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
@@ -87,7 +87,7 @@ class CurrentRipple(Effect):
     }
     clues = Clues(apart=OTHER_THRUST, remedy="filter the supply, or sample faster and take the tone out")
 
-    amplitude_nT_A: Annotated[Vec3, Quantity("nT/A", -1e5, 1e5, "a forward, left, up", role="linear")] = ZERO3
+    amplitude_nT_A: Annotated[Vec3, Quantity("nT/A", -1e9, 1e9, "a forward, left, up", role="linear")] = ZERO3
     frequency_hz: Annotated[float, Quantity("Hz", 0.0, 1e5, "f", role="frequency")] = 1.0
     phase_deg: Annotated[float, Quantity("deg", -360.0, 360.0, "phi at the start of the run", role="phase")] = 0.0
     motor: Motor = 0

@@ -32,6 +32,11 @@ class Policy:
     # the linear problem
     least_samples: int = number(200, "shortest recording that is diagnosed: training and held-out segments need length")
     held_attitude: float = number(0.1, "share of repeated attitudes above which their derivative is no rate")
+    still_spread: float = number(0.05, "rms of the field over its mean below which a sensor is at rest")
+    still_share: float = number(0.5, "share of the field's variance that channels explain at rest at least")
+    still_rate: float = number(0.02, "mean rate in rad/s above which a sensor turns")
+    held_rows: float = number(0.02, "share of repeated rows from which on they are no measurements")
+    held_odds: float = number(5.0, "times that rounding alone explains so many repeated rows")
     base_outlier: float = number(8.0, "medians of the rest beyond which a sample is left out of the first fit of iron")
     most_base_outliers: float = number(
         0.2, "share of such samples above which they are no failures but a gap, and stay"

@@ -16,7 +16,7 @@ from validation.diagnosis.decision.iron import absorbed_effects
 from validation.diagnosis.decision.judgement import Case, doubts_of, verdict_of
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.decision.wording import advice_for, sentence_for
-from validation.diagnosis.evidence.direct import direct_evidence
+from validation.diagnosis.evidence.direct import direct_evidence, held_rows
 from validation.diagnosis.evidence.localise import localise
 from validation.diagnosis.library.candidates import missing_channels
 from validation.diagnosis.policy import STANDARD, Policy
@@ -52,7 +52,7 @@ def diagnose(
     say("direct evidence")
     whole = posed(recording, model, field_enu_nT, strength_nT, iron_known=not fitted_base, policy=policy)
     direct = direct_evidence(whole, without)
-    wrong = np.logical_or.reduce([np.zeros(len(recording), bool), *(one.samples for one in direct)])
+    wrong = np.logical_or.reduce([held_rows(whole), *(one.samples for one in direct)])
     problem = whole.without(wrong)
     belief = believed(select(problem, without, say))
     say("the simulator with the new model")

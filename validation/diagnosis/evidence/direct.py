@@ -113,6 +113,16 @@ def _repeated(problem: LinearProblem) -> Mask:
     return np.asarray(np.concatenate([[False], (mag[1:] == mag[:-1]).all(axis=1)]), dtype=np.bool_)
 
 
+def held_rows(problem: LinearProblem) -> Mask:
+    """Rows (n,) that repeat the row before because nothing new was measured; more of them than rounding explains."""
+    again, policy = _repeated(problem), problem.policy
+    lattices = [find_lattice(axis) for axis in problem.recording.mag_nT.T]
+    steps = np.array([0.0 if one is None else one.step for one in lattices])
+    chance = float(np.prod(np.minimum(1.0, steps / (2 * np.sqrt(np.pi) * problem.sigma_nT))))
+    share = float(again.mean())
+    return again & (share > max(policy.held_rows, policy.held_odds * chance))
+
+
 def _beside(problem: LinearProblem, samples: Mask) -> Mask:
     """Samples (n,) and those beside them."""
     width = 2 * problem.policy.spike_margin + 1

@@ -72,7 +72,11 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
 
 def turns_the_field(problem: LinearProblem, residual: Array) -> bool:
     """Whether the slow part of a residual (n, q) has nothing along the field, as an error of the attitude has."""
-    return problem.mode == "vector" and along_field(problem, residual) < problem.policy.least_along_field
+    return (
+        problem.mode == "vector"
+        and not problem.still
+        and along_field(problem, residual) < problem.policy.least_along_field
+    )
 
 
 def along_field(problem: LinearProblem, residual: Array) -> float:

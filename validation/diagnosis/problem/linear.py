@@ -32,6 +32,7 @@ class LinearProblem:
     `predicted_nT` (n, 3): what the model as given predicts. `has`: what was measured, see `Effect.needs`.
     `attitude_std_rad`: the error of navigation's attitude that the model states, 0 if none. `iron_known`: whether the
     model's iron is the instrument's, so that a difference from it is a finding. `policy`: what is held for evidence.
+    `still`: the sensor is at rest, and y is the measured axes about a constant.
     """
 
     recording: Recording
@@ -49,6 +50,7 @@ class LinearProblem:
     attitude_std_rad: float = 0.0
     iron_known: bool = True
     policy: Policy = STANDARD
+    still: bool = False
 
     def whitened(self, contribution_nT: Array, stage: str) -> Array:
         """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""

@@ -14,6 +14,7 @@ from sim.scenario import Model, Scenario
 from sim.state import Array
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.still import at_rest, still_problem
 from validation.diagnosis.problem.strength import strength_problem
 from validation.diagnosis.problem.vector import vector_problem
 
@@ -30,6 +31,8 @@ def pose(
 ) -> LinearProblem:
     """The problem of a recording; with attitude and the field's vector in vector mode, else with its strength only.
 
+    At rest without attitude every axis is compared with a constant.
+
     Raises InputError for a recording too short to cut into training and held-out segments, and in strength mode for
     one whose motion does not determine an ellipsoid.
     """
@@ -38,6 +41,8 @@ def pose(
         raise InputError(what, where="recording", do="give a longer recording")
     if recording.att_q is not None and field_enu_nT is not None:
         return vector_problem(recording, field_enu_nT, effects, policy)
+    if at_rest(recording, policy):
+        return still_problem(recording, effects, policy)
     return strength_problem(recording, strength_nT, effects, policy)
 
 
@@ -60,4 +65,4 @@ def posed(
     strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or NOMINAL_NT
     problem = pose(recording, field_enu_nT, strength, effects, policy)
     stated_deg = model.navigation.attitude_noise_std_deg if isinstance(model, Scenario) else 0.0
-    return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=iron_known)
+    return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=iron_known and not problem.still)

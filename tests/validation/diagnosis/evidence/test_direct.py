@@ -110,3 +110,19 @@ def test_an_error_of_the_earths_frame_is_told_by_its_frame() -> None:
     left = np.einsum("nji,nj->ni", posed.state.R_wb, wave)
     time = next(one for one in localise(posed, left) if one.channel == TIME)
     assert time.frame == "earth"
+
+
+def test_rows_that_a_slower_sensor_repeats_are_no_measurements() -> None:
+    given = recording()
+    slower = np.repeat(given.mag_nT[::2], 2, axis=0)[: len(given)]
+    held = held_rows(problem(replace(given, mag_nT=slower)))
+    assert held.mean() == pytest.approx(0.5, abs=0.01)
+    assert not held[::2].any()
+    assert not held_rows(problem(given)).any()
+
+
+def test_rows_that_rounding_repeats_are_measurements() -> None:
+    still = recording()
+    rounded = np.round((still.mag_nT[:1] + np.random.default_rng(0).normal(size=(len(still), 3))) / 4.0) * 4.0
+    att = np.tile(still.att_q[:1], (len(still), 1))  # type: ignore[index]
+    assert not held_rows(problem(replace(still, mag_nT=rounded, att_q=att))).any()

@@ -1,0 +1,43 @@
+"""A sensor at rest: what counts as one, and that its drivers are found about a constant."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.dataset import Recording
+from sim.scenario import ModelSpec
+from tests.validation.diagnosis.synthetic import recording, without_attitude
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.still import at_rest
+from validation.diagnosis.workflow import diagnose
+
+GAIN = np.array([3e4, -1e4, 2e4])
+
+
+def _bench(n: int = 3000, gain: np.ndarray = GAIN) -> Recording:  # type: ignore[type-arg]
+    """A sensor on a bench beside a coil that is switched now and then."""
+    rng = np.random.default_rng(0)
+    on = np.repeat(rng.integers(0, 2, n // 50), 50).astype(float)
+    mag = np.array([20_000.0, -5_000.0, 43_000.0]) + on[:, None] * gain + 30.0 * rng.normal(size=(n, 3))
+    return Recording(time_s=np.arange(n) / 10, mag_nT=mag, current_A=on[:, None], motor_numbers=(1,))
+
+
+def test_a_coil_as_strong_as_the_field_is_named_with_its_gain() -> None:
+    found = diagnose(_bench(), ModelSpec(), strength_nT=48_000.0, fitted_base=True)
+    assert found.problem.still
+    assert [one.name for one in found.named] == ["motor_current"]
+    assert np.array(found.named[0].effect.gain_nT_A) == pytest.approx(GAIN, abs=10.0)  # type: ignore[attr-defined]
+
+
+def test_rest_is_told_from_motion() -> None:
+    moving = without_attitude(recording())
+    assert not at_rest(moving, STANDARD)
+    assert not at_rest(recording(), STANDARD)
+    assert at_rest(_bench(), STANDARD)
+    quiet = replace(_bench(gain=np.zeros(3)), current_A=None, motor_numbers=())
+    assert at_rest(quiet, STANDARD)
+    turning = np.full((len(quiet), 3), 0.0) + np.sin(np.arange(len(quiet)))[:, None]
+    assert not at_rest(replace(quiet, gyro_rad_s=turning), STANDARD)
