@@ -116,8 +116,7 @@ def _repeated(problem: LinearProblem) -> Mask:
 def held_rows(problem: LinearProblem) -> Mask:
     """Rows (n,) that repeat the row before because nothing new was measured; more of them than rounding explains."""
     again, policy = _repeated(problem), problem.policy
-    lattices = [find_lattice(axis) for axis in problem.recording.mag_nT.T]
-    steps = np.array([0.0 if one is None else one.step for one in lattices])
+    steps = np.array([np.diff(np.unique(axis)).min(initial=np.inf) for axis in problem.recording.mag_nT.T])
     chance = float(np.prod(np.minimum(1.0, steps / (2 * np.sqrt(np.pi) * problem.sigma_nT))))
     share = float(again.mean())
     return again & (share > max(policy.held_rows, policy.held_odds * chance))

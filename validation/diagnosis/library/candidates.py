@@ -62,10 +62,12 @@ class Candidate:
         """Columns (n, 3, k) in nT at the effect's place in the chain.
 
         The signal that the effect meets there is the field, or for the sensor and its electronics what the base
-        predicts.
+        predicts; what remembers meets its course by the body's rate, in which an attitude's noise is no motion.
         """
         state = problem.state
         signal = state.field_nT if self.effect.stage in ("field", "vehicle") else problem.clean_nT
+        if self.effect.clues.memory:
+            signal = problem.course_nT
         if self.effect.linear:
             return np.concatenate([self.effect.basis(state, signal, **one) for one in self.settings], axis=2)
         rng = np.random.default_rng(0)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from calib.numerics.noise import SECOND, clipped_mean, white_noise_std
 from sim.dataset import Recording
@@ -51,6 +53,13 @@ class LinearProblem:
     iron_known: bool = True
     policy: Policy = STANDARD
     still: bool = False
+
+    @cached_property
+    def course_nT(self) -> Array:
+        """What the base predicts (n, 3), as the integral of the field's rate from its first value on."""
+        rate = self.state.field_rate_nT_s @ self.turn.T
+        gone = cumulative_trapezoid(rate, self.state.time_s, axis=0, initial=0.0)
+        return np.asarray(self.clean_nT[0] + gone)
 
     def whitened(self, contribution_nT: Array, stage: str) -> Array:
         """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""

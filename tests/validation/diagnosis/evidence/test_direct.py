@@ -13,7 +13,7 @@ from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.effects.noise import WhiteNoise
 from tests.validation.diagnosis.synthetic import problem, recording
-from validation.diagnosis.evidence.direct import _quiet, direct_evidence
+from validation.diagnosis.evidence.direct import _quiet, direct_evidence, held_rows
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, channels, explained_share, localise
 from validation.diagnosis.evidence.white_noise import more_noise
