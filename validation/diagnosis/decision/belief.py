@@ -40,8 +40,8 @@ Doubt = Callable[[Belief], Belief]
 
 
 def believed(selection: Selection) -> Belief:
-    """What of a selection stands after every doubt of `DOUBTS`, in their order."""
-    belief = Belief(selection, selection.found)
+    """What of a selection stands after every doubt of `DOUBTS`, in their order; the main cause comes first."""
+    belief = Belief(selection, tuple(sorted(selection.found, key=lambda one: -one.evidence.strength)))
     for doubt in DOUBTS:
         belief = doubt(belief)
     return belief

@@ -11,7 +11,7 @@ from validation.diagnosis.evidence.battery import Battery, battery
 from validation.diagnosis.evidence.compare import Evidence, ranked
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.stated import as_stated
-from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -88,12 +88,20 @@ def residual_tests(ground: Ground, found: Sequence[str]) -> Battery:
 
 
 def _is_form(chosen: Accepted, found: Sequence[Accepted], policy: Policy) -> bool:
-    """Whether an effect is so much smaller than the first that it is only the first's form."""
+    """Whether an effect is only the form of what is in: much smaller than the first, or the same at another setting."""
     if not found:
         return False
-    again = chosen.name in {one.name for one in found}
-    share = policy.same_form_share if again else policy.form_share
+    same = [one.evidence.candidate for one in found if one.name == chosen.name]
+    if any(_differs_by_setting(chosen.evidence.candidate, one) for one in same):
+        return True
+    share = policy.same_form_share if same else policy.form_share
     return chosen.evidence.strength < share * found[0].evidence.strength
+
+
+def _differs_by_setting(one: Candidate, other: Candidate) -> bool:
+    """Whether two candidates of one effect differ in what its class lists alone: a lag, a threshold, a cutoff."""
+    here, there = dict(one.nonlinear), dict(other.nonlinear)
+    return bool(one.effect.search) and all(here[key] == there[key] for key in here if key not in one.effect.search)
 
 
 def _with_earth_vector(tests: Battery, ground: Ground) -> Battery:
