@@ -14,6 +14,8 @@ from sim.chain import apply_deterministic
 from sim.state import TEMPERATURE, Array, State
 
 NOISE_NT = 2.0
+ORIGIN_M = 300.0
+"""Farthest origin of a gradient from the path's middle."""
 BASE: dict[str, Any] = {
     "soft_iron": {"matrix": [[0.05, 0.01, -0.02], [0.01, -0.03, 0.015], [0.0, 0.01, 0.02]]},
     "hard_iron": {"offset_nT": [500.0, -300.0, 800.0]},
@@ -39,7 +41,15 @@ def _dipoles(rng: np.random.Generator, state: State) -> Any:
 def _gradient(rng: np.random.Generator, state: State) -> Any:
     g = rng.normal(size=(3, 3)) * 0.1
     g = g + g.T
-    return {"gradient_nT_m": (g - np.eye(3) * np.trace(g) / 3).tolist()}
+    middle = state.pos_enu_m.mean(axis=0)
+    return {"gradient_nT_m": (g - np.eye(3) * np.trace(g) / 3).tolist(), "origin_enu_m": middle.tolist()}
+
+
+def _elsewhere(rng: np.random.Generator, table: Any) -> Any:
+    """The same gradient with an origin within 300 m, evenly in the ball: it brings a constant error of the field."""
+    way = rng.normal(size=3)
+    way *= ORIGIN_M * rng.uniform() ** (1 / 3) / np.linalg.norm(way)
+    return {**table, "origin_enu_m": (np.array(table["origin_enu_m"]) + way).tolist()}
 
 
 def _thrusters(rng: np.random.Generator, state: State) -> Any:
@@ -82,6 +92,8 @@ HIDDEN: dict[str, Draw] = {
     },
 }  # fmt: skip
 """Deterministic effects before they are scaled: name -> (rng, state) -> tables."""
+MOVED: dict[str, Callable[[np.random.Generator, Any], Any]] = {"field_gradient": _elsewhere}
+"""What is changed of an effect after it has been brought to its strength: the strength is that of its form alone."""
 DIRECT: dict[str, Draw] = {
     "hard_iron": lambda rng, state: {"offset_nT": _three(rng, 5.0)},
     "sensor_offset": lambda rng, state: {"offset_nT": _three(rng, 5.0)},
@@ -140,7 +152,8 @@ def hidden(name: str, strength: float, seed: int, state: State) -> Tables:
     felt = felt_by(name, state)
     for _ in range(3):
         factor *= strength / max(strength_of({name: _times(name, tables, factor)}, felt), 1e-12)
-    return {name: _times(name, tables, factor)}
+    found = _times(name, tables, factor)
+    return {name: MOVED[name](rng, found) if name in MOVED else found}
 
 
 def felt_by(name: str, state: State) -> State:

@@ -108,7 +108,7 @@ class FieldGradient(Effect):
             units=UNIT_GRADIENTS,
         ),
     ] = ZERO33
-    origin_enu_m: Annotated[Vec3, Quantity("m", -1e7, 1e7, "where it contributes nothing", role="fixed")] = ZERO3
+    origin_enu_m: Annotated[Vec3, Quantity("m", -1e7, 1e7, "where it contributes nothing", role="origin")] = ZERO3
 
     def problem(self) -> str | None:
         """A matrix that no static source outside can make."""

@@ -20,7 +20,7 @@ from scenarios.errors import InputError
 Vec3 = tuple[float, float, float]
 Mat3 = tuple[Vec3, Vec3, Vec3]
 Role = Literal[
-    "linear", "tangent", "listed", "moment", "place", "frequency", "phase", "motor", "level", "fixed", "free"
+    "linear", "tangent", "listed", "moment", "place", "origin", "frequency", "phase", "motor", "level", "fixed", "free"
 ]
 """What a fit may do with a parameter.
 
@@ -30,15 +30,16 @@ tangent    the contributions of small values add up: least squares about zero, t
 listed     a few values are tried (`tried`), then the best is refined between its neighbours
 moment     a time of the run; every sample is tried, and the best is kept
 place      a position beside the path; a grid is searched, then refined
+origin     where a field that is linear in the place vanishes; found with the constant that another one adds
 frequency  of a tone; the lines of a spectrum are searched, then refined
 phase      of a tone; a sine and a cosine span it
 motor      the number of a motor; each is tried
 level      the size of a random disturbance, of each axis
-fixed      a convention or a form (a reference, an origin, an extent): left as it is given
+fixed      a convention or a form (a reference, an extent): left as it is given
 free       refined from where it stands
 =========  ==========================================================================================================
 """
-SOUGHT = ("moment", "place", "frequency")
+SOUGHT = ("moment", "place", "origin", "frequency")
 """Roles that no short list of values can serve: they need a search of the whole recording."""
 
 

@@ -77,6 +77,30 @@ def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, sc
     _inside(found, truth)
 
 
+@pytest.mark.parametrize(("scenario", "size"), [("quad-calibration", 3.0), ("auv-spiral-excited", 0.5)])
+@pytest.mark.parametrize("origin", [[2.0, -3.0, 10.0], [150.0, -120.0, 180.0]])
+def test_a_gradient_is_one_cause_wherever_its_origin_is(
+    origin: list[float], scenario: str, size: float, flight, model
+) -> None:  # type: ignore[no-untyped-def]
+    G = (size * np.array([[0.4, -0.2, 0.1], [-0.2, 0.3, 0.5], [0.1, 0.5, -0.7]])).tolist()
+    found = diagnose(
+        flight({"field_gradient": {"gradient_nT_m": G, "origin_enu_m": origin}}, scenario), model(scenario)
+    )
+    assert (found.verdict, [one.name for one in found.named]) == ("named", ["field_gradient"])
+    (one,) = found.named
+    for name, truth in (("gradient_nT_m", G), ("origin_enu_m", origin)):
+        error = np.abs(np.asarray(getattr(one.effect, name)) - truth)
+        assert (error < 5 * one.spread[name]).all()
+
+
+def test_a_model_with_fitted_iron_and_an_error_of_the_field_agrees_with_another_run(flight, model) -> None:  # type: ignore[no-untyped-def]
+    hidden = {"regional_field": {"error_enu_nT": [150.0, -80.0, 60.0]}}
+    bare = model()
+    bare = bare.model_copy(update={"effects": Effects({"white_noise": bare.effects.written["white_noise"]})})
+    found = diagnose(flight(hidden), bare, fitted_base=True)
+    assert diagnose(flight(hidden, seed=6), found.model).verdict == "none"
+
+
 def test_where_iron_is_fitted_the_part_along_the_field_is_open(flight, model) -> None:  # type: ignore[no-untyped-def]
     given, truth = model(), np.array([150.0, -80.0, 60.0])
     (one,) = diagnose(flight({"regional_field": {"error_enu_nT": truth.tolist()}}), given, fitted_base=True).named

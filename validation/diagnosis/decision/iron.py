@@ -59,16 +59,25 @@ def survival(problem: LinearProblem, member: Candidate) -> float:
 
 
 def _unfitted(selection: Selection) -> Ground:
-    """Measured minus the model as given, with no base that is fitted, beside the effects that were found."""
+    """Measured minus the model as given, with no base that is fitted, beside the effects that were found.
+
+    Beside one with an origin also a constant of the earth's frame: the origin was found with the iron fitted.
+    """
     problem = selection.end.problem
     target: Array = (problem.recording.mag_nT - problem.predicted_nT) / problem.sigma_nT * problem.usable[:, None]
     bare = replace(problem, base=np.zeros((len(target), 1)), target=target)
-    return Ground.of(bare, selection.end.inside)
+    constant = [
+        problem.whitened(problem.state.R_wb.transpose(0, 2, 1), one.evidence.candidate.effect.stage)
+        for one in selection.found
+        if one.evidence.candidate.effect.with_role("origin")
+    ]
+    return Ground.of(bare, np.concatenate([selection.end.inside, *constant[:1]], axis=2))
 
 
 def _listed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:
-    """Candidates that need no search."""
-    return {name: several for name, several in proposed(problem, without).items() if not several[0].effect.sought()}
+    """Candidates that need no search; a linear field is taken at its given origin."""
+    listed = (None, "origin")
+    return {name: many for name, many in proposed(problem, without).items() if many[0].effect.sought() in listed}
 
 
 def _is_of_no_account(chosen: Accepted, found: list[Accepted], selection: Selection) -> bool:

@@ -11,13 +11,14 @@ from scipy.optimize import minimize_scalar
 from sim.state import Array
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.library.moments import moments
+from validation.diagnosis.library.origins import origins
 from validation.diagnosis.library.places import places
 from validation.diagnosis.library.tones import tones
 from validation.diagnosis.problem.linear import LinearProblem
 
 Search = Callable[[LinearProblem, Array, Candidate], list[Candidate]]
 """(problem, residual (n, q) that the base and the effects already in leave, candidate) -> candidates with values."""
-SEARCHES: dict[str, Search] = {"moment": moments, "frequency": tones, "place": places}
+SEARCHES: dict[str, Search] = {"moment": moments, "frequency": tones, "place": places, "origin": origins}
 """By the role of the parameter that is looked for."""
 
 

@@ -13,6 +13,11 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem, sample_noise
 from validation.diagnosis.problem.motion import course, measured, quieter_rate
 
+FIELD_ERROR = 0.02
+"""Error of a given field over its strength, one standard deviation: a prior, where the motion does not show it."""
+STEPS = 3
+"""Linear steps to the matrix: each leaves the square of the error of the one before."""
+
 
 def vector_problem(
     recording: Recording, field_enu_nT: Array, effects: tuple[Effect, ...], policy: Policy
@@ -34,7 +39,7 @@ def vector_problem(
         target=left / sigma,
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
-        turn=_carried(state.field_nT, clean),
+        turn=_turn(state, base, clean, left, sigma),
         clean_nT=clean,
         predicted_nT=predicted,
         has=measured(recording),
@@ -55,6 +60,24 @@ def _state(recording: Recording, field_enu_nT: Array, policy: Policy) -> State:
         field_rate_nT_s=-cross(rate, field),
         **course(recording),
     )
+
+
+def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array) -> Array:
+    """Matrix (3, 3) from the undisturbed to the measured field, fitted beside a constant error c of the given field.
+
+    Without c the matrix would bend towards it: ``M R^T (F + c) + b`` is fitted in steps that are linear in M, b and c.
+    Where the motion does not show c, a prior of FIELD_ERROR of the field's strength holds it at zero.
+    """
+    turn = _carried(state.field_nT, clean)
+    Q = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
+    prior = np.eye(3) / (FIELD_ERROR * np.linalg.norm(state.field_enu_nT)) ** 2
+    for _ in range(STEPS):
+        E = turn @ state.R_wb.transpose(0, 2, 1)
+        beside = (E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))) / sigma[:, None]
+        flat = beside.reshape(-1, 3)
+        c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ (left / sigma).ravel(), rcond=1e-12)[0]
+        turn = _carried(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
+    return turn
 
 
 def _carried(field: Array, clean: Array) -> Array:

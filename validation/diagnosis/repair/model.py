@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sim.chain import apply_deterministic
 from sim.effects import Effects, as_tables
 from sim.effects.base import Effect
 from sim.effects.iron import HardIron, SoftIron
@@ -39,7 +40,8 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
     new = [one.effect for one in named]
     if not problem.iron_known:
         matrix = problem.turn - np.eye(3)
-        middle = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
+        field_nT = apply_deterministic([one for one in new if one.stage == "field"], problem.state)[0]
+        middle = problem.clean_nT.mean(axis=0) - problem.turn @ field_nT.mean(axis=0)
         new = [SoftIron(matrix.tolist()), HardIron(middle.tolist()), *new]
     given = list(problem.effects)
     if not any(isinstance(effect, WhiteNoise) for effect in given):

@@ -11,10 +11,11 @@ from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.values import Role
 from sim.state import Array
-from tests.validation.diagnosis.synthetic import HZ, problem, recording, without_attitude
+from tests.validation.diagnosis.synthetic import HZ, STRENGTH_NT, problem, recording, without_attitude
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.library.moments import _gains, moments
+from validation.diagnosis.library.origins import origins
 from validation.diagnosis.library.places import ThinnedPath, places
 from validation.diagnosis.library.search import SEARCHES, between_neighbours, found_by_search
 from validation.diagnosis.library.tones import tones
@@ -102,6 +103,21 @@ def test_a_dipole_is_found_at_its_place() -> None:
     found = places(posed, _left(posed), Candidate(_sought("place")))
     assert found
     assert min(np.linalg.norm(_value(one, "place") - place) for one in found) < 0.5
+
+
+@pytest.mark.parametrize("origin", [(5.0, -8.0, 2.0), (200.0, 150.0, -120.0)])
+def test_an_origin_is_found_but_for_what_a_scale_takes_up(origin: tuple[float, float, float]) -> None:
+    """The found and the true origin give the same field across the earth's; no place is nearer to the path."""
+    G = np.array([[0.4, -0.2, 0.1], [-0.2, 0.3, 0.5], [0.1, 0.5, -0.7]])
+    posed = problem(hidden={"field_gradient": {"gradient_nT_m": G.tolist(), "origin_enu_m": list(origin)}})
+    given, found = origins(posed, _left(posed), Candidate(_sought("origin")))
+    assert given.tried == 1 < found.tried
+    F = posed.state.field_enu_nT / STRENGTH_NT
+    constant_nT = G @ (np.array(origin) - _value(found, "origin"))
+    assert constant_nT - F * (F @ constant_nT) == pytest.approx([0, 0, 0], abs=0.02 * np.linalg.norm(G @ origin) + 1)
+    middle = posed.state.pos_enu_m.mean(axis=0)
+    free = np.linalg.solve(G, F)  # along it an origin may move
+    assert abs((_value(found, "origin") - middle) @ free) < 0.02 * np.linalg.norm(origin) * np.linalg.norm(free)
 
 
 def test_unit_dipoles_are_the_effects_own() -> None:

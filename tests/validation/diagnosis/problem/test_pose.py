@@ -36,6 +36,26 @@ def test_the_fitted_turn_is_the_matrix_that_was_applied() -> None:
     assert problem(moved).turn == pytest.approx(MATRIX, abs=1e-4)
 
 
+def test_an_error_of_the_given_field_does_not_bend_the_turn() -> None:
+    """Of 600 nT across the field, with iron: the matrix is the applied one, and the base is still off."""
+    given = recording(noise_nT=0.1)
+    R_wb = problem(given).state.R_wb
+    error_nT = np.array([500.0, 0.0, 0.0]) - FIELD_ENU_NT * (500.0 * FIELD_ENU_NT[0] / STRENGTH_NT**2)
+    seen = given.mag_nT + np.einsum("nji,j->ni", R_wb, error_nT)
+    posed = problem(replace(given, mag_nT=seen @ MATRIX.T + np.array([300.0, -200.0, 100.0])))
+    assert posed.turn == pytest.approx(MATRIX, abs=1e-4)
+    assert np.sqrt((posed.target**2).mean()) > 100
+
+
+def test_where_the_motion_shows_no_error_of_the_field_the_turn_is_that_of_the_base() -> None:
+    """On level circles such an error is a soft iron: the prior holds it at zero."""
+    given = recording()
+    turn = Rotation.from_euler("Z", 0.13 * given.time_s[:, None])
+    mag_nT = turn.inv().apply(FIELD_ENU_NT) + np.random.default_rng(0).normal(scale=NOISE_NT, size=(len(given), 3))
+    level = replace(given, mag_nT=mag_nT, att_q=turn.as_quat()[:, [3, 0, 1, 2]])
+    assert problem(level).turn[:2, :2] == pytest.approx(np.eye(2), abs=1e-4)
+
+
 def test_a_fixed_turn_of_the_sensor_leaves_no_gap() -> None:
     given = recording()
     turned = replace(given, mag_nT=Rotation.from_euler("ZYX", [1.0, 0.4, -0.2]).apply(given.mag_nT))
