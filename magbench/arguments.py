@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -99,6 +99,13 @@ def field_vector(text: str | None) -> tuple[float, float, float] | None:
         do = "give three numbers: east,north,up in nT"
         raise InputError(f"{text!r} is not a field vector", where="--field-enu-nT", do=do) from None
     return east, north, up
+
+
+def none_of(given: Mapping[str, object], what: str, do: str) -> None:
+    """Options that say nothing here; InputError for the first that is given."""
+    for option, value in given.items():
+        if value is not None:
+            raise InputError(what, where=option, do=do)
 
 
 def split(text: str) -> list[str]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from magbench.arguments import field_vector
+from magbench.arguments import field_vector, none_of
 from magbench.options import FieldStrength, FieldVector, Json, Maps, Overrides
-from scenarios.errors import InputError
 from scenarios.names import find
 
 if TYPE_CHECKING:
@@ -86,17 +84,17 @@ def bound(
     of_log = {"--run": run, "--field-strength-nT": field_strength_nT, "--field-enu-nT": field_enu_nT, "--map": map_}
     of_scenario = {"--set": set_, WHAT_IF: what_if}
     if not what_if:
-        _refuse({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
+        none_of({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
     from validation.bound.limit import Tilts
     from validation.bound.question import Question
 
     tilts = Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
     question = Question(knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts)
     if path.suffix == ".toml":
-        _refuse(of_log, "speaks of a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
+        none_of(of_log, "speaks of a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
         _of_scenario(question, path, set_, what_if, out, json)
     else:
-        _refuse(of_scenario, "speaks of a scenario, and this is a log", "leave it out")
+        none_of(of_scenario, "speaks of a scenario, and this is a log", "leave it out")
         _tell(question.answer(_log(path, noise_std_nT, run, map_, field_strength_nT, field_enu_nT)), json)
 
 
@@ -126,13 +124,6 @@ def _log(
     return recording_experiment(
         path, noise_std_nT=noise_std_nT, run=run or 0, maps=maps or (), strength_nT=strength_nT, enu=vector
     )
-
-
-def _refuse(given: Mapping[str, object], what: str, do: str) -> None:
-    """Options that say nothing here; InputError for the first that is given."""
-    for option, value in given.items():
-        if value is not None:
-            raise InputError(what, where=option, do=do)
 
 
 def _sweep(question: Question, scenario: Scenario, text: str, out: Path, json: bool) -> None:

@@ -2,22 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from magbench.arguments import known_scenario
-from magbench.options import CORES, Jobs, Json, Overrides
+from magbench.arguments import field_vector, known_scenario, none_of
+from magbench.options import CORES, FieldVector, Jobs, Json, Maps, Overrides
 
 if TYPE_CHECKING:
+    from validation.bound.goal import Goal
+    from validation.bound.limit import Tilts
+    from validation.planning.onward import Onward
     from validation.planning.plan import Plan
+    from validation.planning.task import Task
 
 LIKE = "standard-full"
 """Field, sensor and noise that are planned for, where nobody says others: the standard case's."""
 TARGET, TILTS = "--target", "--tilt-limits"
-VehicleName = Annotated[str, typer.Argument(metavar="VEHICLE", help="A name of `magbench list vehicles`.")]
-Time = Annotated[float, typer.Option("--time", metavar="S", min=1.0, max=86_400.0, help="The most it may take.")]
+VehicleName = Annotated[str, typer.Argument(metavar="VEHICLE", help="A name of `magbench list vehicles`, or hand.")]
+Time = Annotated[
+    float | None,
+    typer.Option(
+        "--time", metavar="S", min=1.0, max=86_400.0, help="The most it may take.  [default: 600, by hand 120]"
+    ),
+]
+After = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DATA", help="Go on from a recording: the next legs, what each gains, until that no longer pays."
+    ),
+]
 Target = Annotated[
     str | None,
     typer.Option(
@@ -47,12 +63,15 @@ PlanOut = Annotated[Path | None, typer.Option("--out", "-o", help="Output direct
 
 def plan(
     vehicle: VehicleName,
-    time_s: Time = 600.0,
+    time_s: Time = None,
     target: Target = None,
+    after: After = None,
     like: Like = LIKE,
     knowledge: Knowledge = "norm",
     tilt_limits: TiltLimits = None,
     noise_std_nT: Noise = None,
+    field_enu_nT: FieldVector = None,
+    map_: Maps = None,
     trials: Trials = 100,
     jobs: Jobs = CORES,
     set_: Overrides = None,
@@ -65,32 +84,58 @@ def plan(
 
     Example: magbench plan auv --time 600 --target offset_rms_nT=8 -o out/plan
     """
+    enu = field_vector(field_enu_nT)
+    if after is None:
+        none_of({"--field-enu-nT": enu, "--map": map_}, "speaks of a log", "name it with --after, or leave it out")
     from magbench.console import progress
     from sim.scenario import load
+    from validation.comparison.engine import Processes
+    from validation.planning.onward import onward
+    from validation.planning.plan import planned
+    from validation.planning.task import task_of
+
+    goal, size, tilts = _asked(target, tilt_limits)
+    with progress(f"planning for the {vehicle}"):
+        task = task_of(vehicle, load(like, set_ or ()), knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
+        most_s = time_s or task.usual_s
+        if after is not None:
+            return _tell(onward(_after(task, after, noise_std_nT, map_, enu), most_s, size), out, json)
+        found = planned(task, most_s, size)
+        _tell(found.checked(trials, Processes(jobs)) if trials else found, out, json)
+
+
+def _asked(target: str | None, tilt_limits: str | None) -> tuple[Goal, float | None, Tilts | None]:
+    """The figure that is to be good, its size where one is asked for, and the tilts."""
     from validation.bound.goal import OFFSET, parsed_target
     from validation.bound.limit import Tilts
-    from validation.comparison.engine import Processes
-    from validation.planning.plan import planned
-    from validation.planning.task import Task
 
     goal, size = parsed_target(target, TARGET) if target else (OFFSET, None)
-    tilts = Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
-    with progress(f"planning for the {vehicle}"):
-        task = Task.of(vehicle, load(like, set_ or ()), knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
-        found = planned(task, time_s, size)
-        found = found.checked(trials, Processes(jobs)) if trials else found
-    _tell(found, out or Path("out") / found.scenario.name, json)
+    return goal, size, Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
 
 
-def _tell(found: Plan, out: Path, json: bool) -> None:
+def _after(
+    task: Task, log: Path, noise_std_nT: float | None, maps: list[str] | None, enu: Sequence[float] | None
+) -> Task:
+    from validation.bound.files import recording_experiment
+
+    return task.after(recording_experiment(log, noise_std_nT=noise_std_nT, maps=maps or (), enu=enu))
+
+
+def _tell(found: Plan | Onward, place: Path | None, json: bool) -> None:
     from magbench.console import emit, say, show_table
-    from validation.outputs.plan import FILES, write_plan
-    from validation.planning.words import HEADS, headline, rows, summary
+    from validation.outputs.plan import write_plan
+    from validation.planning import onward_words, words
+    from validation.planning.plan import Plan
 
-    file = write_plan(found, out)
-    if json:
-        emit(summary(found, str(file)) | {"out": str(out)})
+    out = place or Path("out") / f"plan-{found.task.name}"
+    told = write_plan(found, out)
+    if isinstance(found, Plan):
+        rows, headline = words.rows(found), words.headline(found)
     else:
-        show_table("", HEADS, rows(found))
-    say(headline(found))
-    say(f"{out}: {FILES.format(found.scenario.name)}")
+        rows, headline = onward_words.rows(found), onward_words.headline(found)
+    if json:
+        emit(told | {"out": str(out)})
+    else:
+        show_table("", words.HEADS, rows)
+    say(headline)
+    say(f"{out}: " + ("" if found.scenario is None else f"{found.scenario.name}.toml, ") + "plan.json, report.html")

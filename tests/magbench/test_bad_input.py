@@ -83,6 +83,10 @@ BAD_COMMANDS = {
     "no recording": ("show", "nowhere"),
     "a run of a scenario": ("bound", "standard-full", "--run", "0"),
     "the field of a scenario": ("bound", "standard-full", "--field-strength-nT", "50000"),
+    "a plan for no log with columns": ("plan", "auv", "--map", "mag_x_nT=bx"),
+    "a plan for no vehicle": ("plan", "submarine"),
+    "a plan for no figure": ("plan", "auv", "--target", "speed=2"),
+    "a plan after no log": ("plan", "auv", "--after", "nowhere.csv"),
     "a strength unknown and known": ("bound", "standard-full", "--knowledge", "vector", "--strength-unknown"),
 }
 

@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 YAW_STEP_DEG = 5.0
 """Of the attitudes that a design is made of; at half the step the limits of the standard case change by under 0.1 %."""
 TILT_STEP_DEG = 10.0
+UPRIGHT_DEG, HALF_TURN_DEG = 90.0, 180.0
 LEAST_TILTS = 9
 """Tilts about each axis, however narrow the limits."""
 GAP = 1e-3
@@ -51,14 +52,26 @@ class Tilts:
     @classmethod
     def of(cls, attitudes: Rotation) -> Tilts:
         """The least that hold these attitudes."""
-        _, pitch, roll = np.abs(attitudes.as_euler("ZYX", degrees=True)).max(axis=0)
+        pitch, roll = tilts_deg(attitudes).max(axis=0)
         return cls(float(roll), float(pitch))
 
+    def angles_deg(self, step_deg: float | None = None) -> Array:
+        """Yaw, pitch, roll (m, 3) of a grid over all that they allow.
+
+        step_deg : whole multiples of so much alone, as a person can show them, and none with the nose straight up or
+        down, where yaw and roll are one.
+        """
+        if step_deg is None:
+            pitch, roll = _grid(self.pitch_deg), _grid(self.roll_deg)
+        else:
+            pitch, roll = _multiples(step_deg, self.pitch_deg), _multiples(step_deg, self.roll_deg)
+            pitch, roll = pitch[np.abs(pitch) < UPRIGHT_DEG], roll[roll > -HALF_TURN_DEG]
+        yaw = np.arange(0.0, 360.0, step_deg or YAW_STEP_DEG)
+        return np.reshape(np.meshgrid(yaw, pitch, roll, indexing="ij"), (3, -1)).T
+
     def attitudes(self) -> Rotation:
-        """A grid over all that they allow."""
-        yaw = np.arange(0.0, 360.0, YAW_STEP_DEG)
-        angles = np.meshgrid(yaw, _grid(self.pitch_deg), _grid(self.roll_deg), indexing="ij")
-        return Rotation.from_euler("ZYX", np.reshape(angles, (3, -1)).T, degrees=True)
+        """The grid as rotations."""
+        return Rotation.from_euler("ZYX", self.angles_deg(), degrees=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +89,10 @@ class Limit:
     weights: Array
 
 
-def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET) -> Limit:
+def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET, before: Array | None = None) -> Limit:
     """A-optimal design for a goal B: min_w tr B^T (sum_k w_k I_k)^-1 B, w >= 0, sum w = 1; B the offset's block.
+
+    before : information (k, k) that there is already beside the samples'
 
     I_k is the information of a sample at attitude k. For so many samples and the noise of the experiment, whichever way
     it moved. Raises InputError where the field's vector is not known, or the knowledge depends on the samples' order.
@@ -88,9 +103,9 @@ def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET) 
         what = f"what {knowledge} tells depends on the order of the samples, and a limit over attitudes has none"
         raise InputError(what, where="--tilt-limits", do=f"ask with --knowledge {' or '.join(SAMPLE)}")
     attitudes = tilts.attitudes()
-    rows = sample_rows(known, knowledge, attitudes)
-    variance, gap, weights = optimal(rows, goal.factor(known, knowledge))
-    return Limit(tilts, goal, float(np.sqrt(variance / len(known.field_nT))), gap, attitudes, weights)
+    rows = sample_rows(known, knowledge, attitudes) * np.sqrt(len(known.field_nT))
+    variance, gap, weights = optimal(rows, goal.factor(known, knowledge), before)
+    return Limit(tilts, goal, float(np.sqrt(variance)), gap, attitudes, weights)
 
 
 def sample_rows(known: Experiment, knowledge: str, attitudes: Rotation) -> Array:
@@ -155,6 +170,17 @@ def inverse(information: Array) -> Array | None:
     if np.linalg.eigvalsh(scaled)[0] < SINGULAR:
         return None
     return np.asarray(np.linalg.inv(scaled) / np.outer(size, size))
+
+
+def tilts_deg(attitudes: Rotation) -> Array:
+    """|pitch| and |roll| (n, 2)."""
+    down = attitudes.as_matrix()[:, 2]
+    pitch, roll = np.arcsin(np.clip(down[:, 0], -1.0, 1.0)), np.arctan2(down[:, 1], down[:, 2])
+    return np.asarray(np.degrees(np.abs(np.column_stack([pitch, roll]))))
+
+
+def _multiples(step_deg: float, most_deg: float) -> Array:
+    return step_deg * np.arange(-(most_deg // step_deg), most_deg // step_deg + 1)
 
 
 def _grid(most_deg: float) -> Array:

@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 from scenarios.toml import to_toml
 from sim.dataset.files import locked_directory, remove_leftovers, write_text
+from validation.planning.onward import Onward
+from validation.planning.onward_words import summary as onward_summary
 from validation.planning.plan import Plan
 from validation.planning.words import summary
-from validation.views.pages.plan import page
-
-FILES = "{}.toml, plan.json, report.html"
+from validation.views.pages.plan import onward_page, page
 
 
-def write_plan(found: Plan, out: Path) -> Path:
-    """Write OUT/plan-VEHICLE.toml, plan.json and report.html; returns the scenario's file. InputError where refused."""
-    file = out / f"{found.scenario.name}.toml"
+def write_plan(found: Plan | Onward, out: Path) -> dict[str, Any]:
+    """Write OUT/plan-WHO.toml, plan.json and report.html; returns what plan.json says. InputError where refused.
+
+    Where no leg after a recording pays there is no scenario.
+    """
+    file = out / f"plan-{found.task.name}.toml"
+    named = str(file) if found.scenario else ""
+    told = summary(found, named) if isinstance(found, Plan) else onward_summary(found, named)
     with locked_directory(out):
         remove_leftovers(out)
-        write_text(file, to_toml(found.scenario))
-        write_text(out / "plan.json", json.dumps(summary(found, str(file)), indent=1, allow_nan=False) + "\n")
-        write_text(out / "report.html", page(found))
-    return file
+        if found.scenario:
+            write_text(file, to_toml(found.scenario))
+        write_text(out / "plan.json", json.dumps(told, indent=1, allow_nan=False) + "\n")
+        write_text(out / "report.html", page(found) if isinstance(found, Plan) else onward_page(found))
+    return told

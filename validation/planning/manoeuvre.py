@@ -127,6 +127,12 @@ class Held(Manoeuvre):
         return Rotation.from_euler("ZYX", reference[:, 9:12])
 
 
+class Shown(Held):
+    """A person who holds the vehicle: no attitude for less than it takes to come to rest in it."""
+
+    least: ClassVar[float] = 3.0
+
+
 class Pushed(Manoeuvre):
     """A vehicle that tilts by accelerating: the leg's amount is pushes to and fro, half of the time at its mirror."""
 

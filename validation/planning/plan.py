@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from scenarios.errors import InputError
 from sim.scenario import Scenario
 from sim.simulate import flown, plan
-from validation.bound.limit import Limit, limit
+from validation.bound.limit import Limit, limit, tilts_deg
 from validation.bound.question import Answer, Question
 from validation.comparison.engine import Engine
 from validation.planning.confirm import Confirmed, confirmed
@@ -74,7 +74,7 @@ def planned(task: Task, time_s: float, target: float | None = None) -> Plan:
 
     Raises InputError where nothing that can be flown in that time tells the goal.
     """
-    search = Search(task)
+    search = Search(task, time_s)
     choice = search.best(time_s) if target is None else search.shortest(target, time_s)
     if not np.isfinite(choice.error):
         do = "give more --time, wider --tilt-limits, or tell more with --knowledge vector"
@@ -93,14 +93,14 @@ def _flown(choice: Choice, target: float | None) -> Plan:
     task, phase = choice.task, choice.phase
     legs = f"{len(choice.legs)} attitudes" if len(choice.legs) > 1 else "an attitude"
     summary = f"Planned for {task.goal.name} from {task.knowledge}: {legs} in {phase.duration_s:.0f} s"
-    scenario = task.scenario(phase, f"plan-{task.base.vehicle.kind}", summary)
+    scenario = task.scenario([phase], summary)
     answer = Question(task.knowledge, noise_std_nT=task.known.noise_std_nT).of_scenario(scenario)
-    error = float(np.sqrt(answer.bound.variance(task.wanted.T).sum()))
+    error = task.error(answer.bound.information.matrix)
     least = limit(answer.known, task.knowledge, task.tilts, task.goal)
     return Plan(choice, target, scenario, answer, error, least, _tilts(scenario))
 
 
 def _tilts(scenario: Scenario) -> tuple[float, float]:
     q = np.concatenate([motion.kinematics.q for motion in flown(plan(scenario))])
-    _, pitch, roll = np.abs(Rotation.from_quat(q, scalar_first=True).as_euler("ZYX", degrees=True)).T
-    return float(np.percentile(roll, USUAL)), float(np.percentile(pitch, USUAL))
+    pitch, roll = np.percentile(tilts_deg(Rotation.from_quat(q, scalar_first=True)), USUAL, axis=0)
+    return float(roll), float(pitch)

@@ -12,13 +12,15 @@ from scipy.spatial.transform import Rotation
 from scenarios.paths import PhaseBase
 from validation.bound.limit import optimal
 from validation.planning.allocation import Legs, whole
-from validation.planning.manoeuvre import PITCH, ROLL, YAW, Leg
+from validation.planning.manoeuvre import Leg
 from validation.planning.order import START, shortest
 from validation.planning.task import Task
 
 Array = NDArray[np.float64]
 FEW = (9, 12, 16, 20, 24, 32)
 """Numbers of legs that are tried: sixteen lose nothing to the optimum in most cases, fewer leave more time to hold."""
+FEWER = (1, 2, 3, 4, 6, 9, 12)
+"""The same for a leg that goes on from a recording."""
 KEPT = 0.6
 """Share of the candidates that each thinning keeps."""
 RARE = 1e-6
@@ -62,6 +64,11 @@ class Choice:
         """The phase that flies them."""
         return self.task.manoeuvre.phase(self.legs)
 
+    @property
+    def information(self) -> Array:
+        """What the flight tells (k, k), beside what was known before."""
+        return self.task.information(self.phase, 0.0, self.phase.duration_s)
+
 
 class Search:
     """The routes through few attitudes of the optimal design, each a flight for any time.
@@ -69,12 +76,14 @@ class Search:
     Routes without the legs that a choice gave no time join them.
     """
 
-    def __init__(self, task: Task) -> None:
-        attitudes = task.tilts.attitudes()
+    def __init__(self, task: Task, time_s: float) -> None:
+        """time_s : against which what is known before the flight counts."""
+        angles = task.angles_deg
+        attitudes = Rotation.from_euler("ZYX", angles, degrees=True)
         halves = [task.rows(one) for one in task.manoeuvre.halves(attitudes)]
-        rows = np.concatenate(halves, axis=1) / np.sqrt(len(halves))
-        chosen = few(rows, task.wanted, FEW, task.before)
-        self.routes = [_route(task, attitudes[places]) for places in chosen]
+        rows = np.concatenate(halves, axis=1) * np.sqrt(time_s / task.interval_s / len(halves))
+        chosen = few(rows, task.wanted, FEW if task.before is None else FEWER, task.before)
+        self.routes = [_route(task, np.round(angles[places], 1)) for places in chosen]
 
     def best(self, time_s: float) -> Choice:
         """The best of all routes for a time."""
@@ -99,7 +108,7 @@ class Search:
         kept = [leg.angles_deg for leg in choice.legs if leg.amount >= least + SHORT * (1.0 - least)]
         if not kept or len(kept) == len(choice.legs):
             return choice
-        route = _ordered(choice.task, np.array(kept))
+        route = _route(choice.task, np.array(kept))
         tried = route.best(choice.time_s)
         if tried.error > choice.error:
             return choice
@@ -120,11 +129,7 @@ def few(rows: Array, wanted: Array, counts: Sequence[int], before: Array | None 
     return found
 
 
-def _route(task: Task, attitudes: Rotation) -> Route:
-    return _ordered(task, np.round(attitudes.as_euler("ZYX", degrees=True)[:, [YAW, PITCH, ROLL]], 1))
-
-
-def _ordered(task: Task, angles: Array) -> Route:
+def _route(task: Task, angles: Array) -> Route:
     """The route through these angles (m, 3) in the order that turns least."""
     manoeuvre = task.manoeuvre
     before = (manoeuvre.yaw_deg, 0.0, 0.0)

@@ -12,20 +12,25 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from scenarios.errors import InputError
-from scenarios.paths import PhaseBase
+from scenarios.paths import Ability, PhaseBase
 from scenarios.toml import as_dict
 from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
 from sim.simulate import flown, plan
 from sim.vehicles import VEHICLES
+from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import scenario_experiment
 from validation.bound.goal import OFFSET, Goal
 from validation.bound.information import SAMPLE
-from validation.bound.limit import Tilts, sample_rows
-from validation.planning.manoeuvre import Leg, Manoeuvre, manoeuvre_of
+from validation.bound.limit import Tilts, inverse, sample_rows
+from validation.planning.manoeuvre import Leg, Manoeuvre, Shown, manoeuvre_of
 
 Array = NDArray[np.float64]
+HAND, HAND_DEG_S, HAND_STEP_DEG = "hand", 45.0, 45.0
+"""A person: the name, how fast attitudes follow each other, and in what steps a person can show them."""
+USUAL_S, USUAL_HAND_S = 600.0, 120.0
+"""Ten minutes of a vehicle, two of a person."""
 PROBE_S = 200.0
 """Simulated at rest to see sensor and noise: two thousand samples at 10 Hz tell the noise to a percent."""
 BEST = {"norm": "ml_geometric", "vector": "vector_least_squares"}
@@ -36,9 +41,11 @@ BEST = {"norm": "ml_geometric", "vector": "vector_least_squares"}
 class Task:
     """What is planned for.
 
-    base : the scenario whose phases are to be found; known : its field, sensor and noise; before : information (k, k)
-    that there is already, None for none
+    name : who flies it; base : the scenario whose phases are to be found; known : its field, sensor and noise;
+    before : information (k, k) that there is already, None for none; step_deg : of attitudes, None: any
     """
+
+    name: str
 
     base: Scenario
     known: Experiment
@@ -47,6 +54,17 @@ class Task:
     goal: Goal
     manoeuvre: Manoeuvre
     before: Array | None = None
+    step_deg: float | None = None
+
+    @classmethod
+    def by_hand(
+        cls, like: Scenario, knowledge: str = "norm", *, goal: Goal = OFFSET, noise_std_nT: float | None = None
+    ) -> Task:
+        """For a person with the vehicle in the hands, attitudes in steps of HAND_STEP_DEG; a turntable stands in."""
+        table = next(name for name, one in VEHICLES.items() if Ability.POINT in one.abilities)
+        task = cls.of(table, like, knowledge, goal=goal, noise_std_nT=noise_std_nT)
+        shown = Shown(HAND_DEG_S, task.manoeuvre.yaw_deg)
+        return replace(task, name=HAND, manoeuvre=shown, tilts=Tilts(180.0, 90.0), step_deg=HAND_STEP_DEG)
 
     @classmethod
     def of(
@@ -72,7 +90,17 @@ class Task:
         yaw_deg = float(np.degrees(np.arctan2(*matrix_from_q(first)[0, [1, 0], 0])))
         manoeuvre = manoeuvre_of(vehicle, round(yaw_deg, 3))
         known = scenario_experiment(_resting(base), noise_std_nT)
-        return cls(base, known, knowledge, tilts or Tilts(*VEHICLES[vehicle].tilts_deg), goal, manoeuvre)
+        return cls(vehicle, base, known, knowledge, tilts or Tilts(*VEHICLES[vehicle].tilts_deg), goal, manoeuvre)
+
+    @property
+    def angles_deg(self) -> Array:
+        """Yaw, pitch, roll (m, 3) of the attitudes that legs are chosen from."""
+        return self.tilts.angles_deg(self.step_deg)
+
+    @property
+    def usual_s(self) -> float:
+        """Time that a plan may take where nobody says it."""
+        return USUAL_HAND_S if self.name == HAND else USUAL_S
 
     @property
     def interval_s(self) -> float:
@@ -94,13 +122,52 @@ class Task:
         flat = rows.reshape(-1, rows.shape[2])
         return np.asarray(flat.T @ flat)
 
-    def scenario(self, phase: PhaseBase, name: str, summary: str) -> Scenario:
-        """The scenario that flies a phase."""
-        return _validated(as_dict(self.base) | {"phases": [_table(phase)], "name": name, "summary": summary})
+    def scenario(self, phases: Sequence[PhaseBase], summary: str) -> Scenario:
+        """The scenario that flies phases."""
+        about = {"phases": [_table(phase) for phase in phases], "name": f"plan-{self.name}", "summary": summary}
+        return _validated(as_dict(self.base) | about)
 
-    def after(self, information: Array) -> Task:
-        """The same with information that there is already."""
-        return replace(self, before=information)
+    def error(self, information: Array) -> float:
+        """The goal's, by information (k, k); infinite where that does not tell it."""
+        covariance = inverse(information)
+        return np.inf if covariance is None else float(np.sqrt(np.sum(self.wanted * (covariance @ self.wanted))))
+
+    @property
+    def error_before(self) -> float:
+        """The goal's, by what is known before anything is flown."""
+        return np.inf if self.before is None else self.error(self.before)
+
+    def going_on(self, information: Array, yaw_deg: float) -> Task:
+        """The same with information that there is already, beginning on a heading."""
+        return replace(self, before=information, manoeuvre=replace(self.manoeuvre, yaw_deg=yaw_deg))
+
+    def after(self, known: Experiment) -> Task:
+        """The same for the field, sensor and noise of a recording, with what it tells.
+
+        Raises InputError where its field's direction is not known.
+        """
+        if known.field_enu_nT is None:
+            do = "give --field-enu-nT E,N,U"
+            raise InputError("the field's direction is not known", where="--after", do=do)
+        field = {"field": {"enu_nT": known.field_enu_nT.tolist()}}
+        told = Bound.of(known, self.knowledge).information.matrix
+        return replace(self, base=_validated(as_dict(self.base) | field), known=known, before=told)
+
+
+def task_of(
+    vehicle: str,
+    like: Scenario,
+    knowledge: str = "norm",
+    *,
+    tilts: Tilts | None = None,
+    goal: Goal = OFFSET,
+    noise_std_nT: float | None = None,
+) -> Task:
+    """`Task.of` a vehicle, or `Task.by_hand`."""
+    if vehicle != HAND:
+        return Task.of(vehicle, like, knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
+    task = Task.by_hand(like, knowledge, goal=goal, noise_std_nT=noise_std_nT)
+    return task if tilts is None else replace(task, tilts=tilts)
 
 
 def based(vehicle: str, like: Scenario, phases: Sequence[PhaseBase], calibrator: str) -> Scenario:

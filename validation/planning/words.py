@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from scenarios.plain import json_ready
+from validation.bound.limit import Limit
 from validation.planning.manoeuvre import Leg
 from validation.planning.plan import Plan
+from validation.planning.search import Choice
 from validation.text import counted, duration, figure, quantity
 
 COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
@@ -39,7 +41,7 @@ def summary(found: Plan, scenario: str) -> dict[str, Any]:
             "flown_roll_deg": found.flown_deg[0],
             "flown_pitch_deg": found.flown_deg[1],
         },
-        "legs": [_leg(leg, times) for leg, times in zip(found.choice.legs, _times(found), strict=True)],
+        "legs": [leg_summary(leg, times) for leg, times in zip(found.choice.legs, times_s(found.choice), strict=True)],
     }
     if found.confirmed is not None:
         one = found.confirmed
@@ -54,17 +56,13 @@ def summary(found: Plan, scenario: str) -> dict[str, Any]:
 
 def headline(found: Plan) -> str:
     """What it promises, how far that is from the limit, and what the trials found."""
-    unit, tilts = found.task.goal.unit, found.task.tilts
-    size, least = quantity(found.error, unit), quantity(found.least.value, unit)
+    unit = found.task.goal.unit
+    size = quantity(found.error, unit)
     legs = counted(len(found.choice.legs), "attitude")
     lines = [f"{legs} in {duration(found.time_s)} tell the {found.task.goal.short} to {size} rms"]
     if found.target is not None and not found.met:
         lines.append(f"the target of {quantity(found.target, unit)} is not met: give more --time")
-    within = f"within a roll of {tilts.roll_deg:g} and a pitch of {tilts.pitch_deg:g} degrees"
-    gap = f"duality gap {figure(100 * found.least.gap, 2)} %"
-    lines.append(
-        f"the limit of any motion {within} in that time is {least} ({gap}): this is {figure(found.ratio)} times that"
-    )
+    lines.append(f"{limit_of(found.least)}: this is {figure(found.ratio)} times that")
     if found.confirmed is not None:
         one = found.confirmed
         failed = f", {one.failures} failed" if one.failures else ""
@@ -72,12 +70,26 @@ def headline(found: Plan) -> str:
     return "\n".join(lines)
 
 
+def limit_of(least: Limit) -> str:
+    """The limit of tilts in a sentence."""
+    within = f"within a roll of {least.tilts.roll_deg:g} and a pitch of {least.tilts.pitch_deg:g} degrees"
+    gap = f"duality gap {figure(100 * least.gap, 2)} %"
+    return f"the limit of any motion {within} in that time is {quantity(least.value, least.goal.unit)} ({gap})"
+
+
 def rows(found: Plan) -> list[tuple[str, ...]]:
     """A row a leg: what to show, its angles, and when."""
     return [
-        (str(number), attitude(leg), *(f"{angle:g}" for angle in leg.angles_deg), figure(begin), figure(length))
-        for number, (leg, (begin, length)) in enumerate(zip(found.choice.legs, _times(found), strict=True), start=1)
+        row(str(number), leg, begin, length)
+        for number, (leg, (begin, length)) in enumerate(
+            zip(found.choice.legs, times_s(found.choice), strict=True), start=1
+        )
     ]
+
+
+def row(name: str, leg: Leg, begin: float, length: float) -> tuple[str, ...]:
+    """A row of a table with HEADS."""
+    return (name, attitude(leg), *(f"{angle:g}" for angle in leg.angles_deg), figure(begin), figure(length))
 
 
 def attitude(leg: Leg) -> str:
@@ -92,11 +104,12 @@ def attitude(leg: Leg) -> str:
     return ", ".join(parts if len(parts) > 1 else [*parts, "level"])
 
 
-def _times(found: Plan) -> Sequence[tuple[float, float]]:
-    return found.task.manoeuvre.times_s(found.choice.phase)
+def times_s(choice: Choice) -> Sequence[tuple[float, float]]:
+    """When each attitude begins to be shown, and for how long."""
+    return choice.task.manoeuvre.times_s(choice.phase)
 
 
-def _leg(leg: Leg, times: tuple[float, float]) -> dict[str, Any]:
+def leg_summary(leg: Leg, times: tuple[float, float]) -> dict[str, Any]:
     yaw, pitch, roll = leg.angles_deg
     told = {"yaw_deg": yaw, "pitch_deg": pitch, "roll_deg": roll, "begins_s": times[0], "lasts_s": times[1]}
     return {"attitude": attitude(leg), **told}

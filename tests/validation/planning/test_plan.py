@@ -73,7 +73,7 @@ def test_less_time_than_circles_that_tilt_as_far() -> None:
 
 
 def test_what_is_written_flies_as_it_is_promised(auv: Plan, tmp_path: Path) -> None:
-    file = write_plan(auv, tmp_path / "out")
+    file = write_plan(auv, tmp_path / "out")["scenario"]
     again = Question(noise_std_nT=10.0).of_scenario(load(file))
     assert again.bound.offset_rms_nT == pytest.approx(auv.error, rel=1e-6)
     told = json.loads((tmp_path / "out" / "plan.json").read_text())
@@ -101,6 +101,14 @@ def test_a_target_that_is_not_met_is_said_so(auv: Plan) -> None:
     found = replace(auv, target=auv.error / 2)
     assert not found.met
     assert "is not met" in headline(found)
+
+
+def test_by_hand_in_few_attitudes_that_a_person_can_show() -> None:
+    found = planned(Task.by_hand(load("standard-full"), noise_std_nT=10.0), 120.0)
+    assert found.error < MOST_RATIO * found.least.value
+    assert all(angle % 45 == 0 for leg in found.choice.legs for angle in leg.angles_deg)
+    assert all(leg.amount >= 3.0 - 1e-6 for leg in found.choice.legs)
+    assert found.scenario.name == "plan-hand"
 
 
 def test_targets_by_name() -> None:

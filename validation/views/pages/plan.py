@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
+from markupsafe import Markup
+
+from validation.bound.goal import Goal
+from validation.planning.onward import Onward
+from validation.planning.onward_words import headline as onward_headline
+from validation.planning.onward_words import rows as onward_rows
 from validation.planning.plan import Plan
 from validation.planning.words import HEADS, headline, rows
-from validation.text import figure, quantity
+from validation.text import figure, symbol
 from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
 from validation.views.plots.plan import draw_angles, draw_design
@@ -21,21 +28,33 @@ PICTURES = (
 
 def page(found: Plan) -> str:
     """The page as HTML; all of it is inside."""
-    unit = found.task.goal.unit
     tiles = [
-        (*quantity(found.error, unit).rsplit(" ", 1), found.task.goal.name),
+        _tile(found.error, found.task.goal),
         (figure(found.ratio), "", "times the limit of its tilts"),
         (figure(found.time_s), "s", "time"),
         (str(len(found.choice.legs)), "", "attitudes"),
     ]
-    return rendered(
-        "plan.html",
-        {
-            "title": found.scenario.name,
-            "lines": headline(found).splitlines(),
-            "tiles": [tile if len(tile) == 3 else (tile[0], "", tile[1]) for tile in tiles],
-            "heads": HEADS,
-            "rows": rows(found),
-            "pictures": [(name, caption, on_page(partial(draw, found), name)) for name, caption, draw in PICTURES],
-        },
-    )
+    pictures = [(name, caption, on_page(partial(draw, found), name)) for name, caption, draw in PICTURES]
+    return _rendered(found.scenario.name, headline(found), tiles, rows(found), pictures)
+
+
+def onward_page(found: Onward) -> str:
+    """The page of legs after a recording."""
+    told = found.task.error_before if found.error is None else found.error
+    tiles = [_tile(told, found.task.goal), (str(len(found.legs)), "", "legs that pay")]
+    return _rendered(f"plan-{found.task.name}", onward_headline(found), tiles, onward_rows(found), [])
+
+
+def _tile(value: float, goal: Goal) -> tuple[str, str, str]:
+    return figure(value), symbol(goal.unit), goal.name
+
+
+def _rendered(
+    title: str,
+    words: str,
+    tiles: Sequence[tuple[str, str, str]],
+    table: Sequence[tuple[str, ...]],
+    pictures: Sequence[tuple[str, str, Markup]],
+) -> str:
+    values = {"title": title, "lines": words.splitlines(), "tiles": tiles, "heads": HEADS, "rows": table}
+    return rendered("plan.html", values | {"pictures": pictures})

@@ -27,10 +27,10 @@ def draw_angles(found: Plan) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
     axes: Any = figure.subplots(3, 1, sharex=True)
     manoeuvre, length_s = found.task.manoeuvre, found.time_s
-    attitudes = manoeuvre.attitudes(found.choice.phase, 0.0, length_s, length_s / STEPS)
-    time_s = np.linspace(0.0, length_s, len(attitudes))
-    angles = attitudes.as_euler("ZYX", degrees=True)
-    angles[:, 0] = np.unwrap(angles[:, 0], period=360.0)
+    R = manoeuvre.attitudes(found.choice.phase, 0.0, length_s, length_s / STEPS).as_matrix()
+    time_s = np.linspace(0.0, length_s, len(R))
+    yaw, roll = np.unwrap(np.arctan2(R[:, 1, 0], R[:, 0, 0])), np.arctan2(R[:, 2, 1], R[:, 2, 2])
+    angles = np.degrees(np.column_stack([yaw, np.arcsin(np.clip(-R[:, 2, 0], -1.0, 1.0)), roll]))
     for axis, values, name, colour in zip(axes, angles.T, ("yaw", "pitch", "roll"), XYZ, strict=True):
         axis.plot(time_s, values, color=colour)
         axis.set_ylabel(f"{name} (°)")

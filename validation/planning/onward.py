@@ -1,0 +1,111 @@
+"""What to fly after a recording: leg by leg, what each gains, until that no longer pays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.errors import InputError
+from scenarios.paths.poses import nearest
+from sim.scenario import Scenario
+from validation.bound.bound import Bound
+from validation.bound.files import scenario_experiment
+from validation.bound.limit import Limit, limit
+from validation.planning.search import Choice, Search
+from validation.planning.task import Task
+
+Array = NDArray[np.float64]
+LEGS_S = (60.0, 120.0, 240.0)
+"""Lengths of a leg that are tried: what is missing may take long to turn to. The one that gains fastest is flown."""
+PAYS = 0.1
+"""A minute that makes the error less by a smaller share no longer pays: as much again as there is gives 30 %."""
+MINUTE_S = 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class Next:
+    """A leg: what is flown, and the goal's error before and after it."""
+
+    choice: Choice
+    before: float
+    after: float
+
+    @property
+    def gain(self) -> float:
+        """By how much the error falls; infinite where there was no limit to it."""
+        return self.before - self.after
+
+    @property
+    def rate(self) -> float:
+        """ln of the error's fall, in a minute."""
+        return float(np.log(self.before / self.after)) * MINUTE_S / self.choice.phase.duration_s
+
+    @property
+    def pays(self) -> bool:
+        """Whether it is worth flying."""
+        return bool(self.rate >= -np.log1p(-PAYS))
+
+
+@dataclass(frozen=True, eq=False)
+class Onward:
+    """The legs that pay, as they are flown, the one that no longer does, and the limit of the tilts for their time.
+
+    error : of the goal, by the recording and the legs as the simulator flies them; None where no leg pays
+    """
+
+    task: Task
+    legs: tuple[Next, ...]
+    idle: Next | None
+    scenario: Scenario | None
+    error: float | None
+    least: Limit | None
+
+
+def onward(task: Task, time_s: float, target: float | None = None) -> Onward:
+    """Legs after a recording (`Task.after`): each the best that goes on from all before, within a time in all.
+
+    They end where the next one no longer pays, or the target is met. Raises InputError where nothing that can be flown
+    in that time tells the goal.
+    """
+    assert task.before is not None
+    told, yaw_deg, left_s = task.before, task.manoeuvre.yaw_deg, time_s
+    legs: list[Next] = []
+    idle = None
+    while left_s > 0 and not (target is not None and legs and legs[-1].after <= target):
+        found = _leg(task.going_on(told, yaw_deg), left_s)
+        if found is None:
+            break
+        if not found.pays:
+            idle = found
+            break
+        legs.append(found)
+        told = told + found.choice.information
+        yaw_deg = nearest(found.choice.legs[-1].yaw_deg)
+        left_s -= found.choice.phase.duration_s
+    if not legs and idle is None:
+        do = "give more --time, wider --tilt-limits, or tell more with --knowledge vector"
+        raise InputError("no leg that is tried tells that in this time", where="--time", do=do)
+    return _flown(task, tuple(legs), idle)
+
+
+def _leg(task: Task, left_s: float) -> Next | None:
+    """The leg from here that gains fastest; None where none in the time that is left tells the goal."""
+    assert task.before is not None
+    before = task.error(task.before)
+    tried = [Search(task, leg_s).best(leg_s) for leg_s in LEGS_S if leg_s <= left_s]
+    found = [Next(choice, before, choice.error) for choice in tried if np.isfinite(choice.error)]
+    return max(found, key=lambda one: (one.rate, -one.after), default=None)
+
+
+def _flown(task: Task, legs: tuple[Next, ...], idle: Next | None) -> Onward:
+    assert task.before is not None
+    if not legs:
+        return Onward(task, legs, idle, None, None, None)
+    phases = [leg.choice.phase for leg in legs]
+    scenario = task.scenario(phases, f"{len(legs)} legs after a recording, for {task.goal.name}")
+    flown = replace(scenario_experiment(scenario, task.known.noise_std_nT), matrix=task.known.matrix)
+    told = task.before + Bound.of(flown, task.knowledge).information.matrix
+    least = limit(flown, task.knowledge, task.tilts, task.goal, task.before)
+    return Onward(task, legs, idle, scenario, task.error(told), least)
