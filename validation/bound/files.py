@@ -58,8 +58,9 @@ def recording_experiment(
 ) -> Experiment:
     """Of a measured recording: field and matrix as a calibration finds them, by its attitude where it has one.
 
-    Where no calibration succeeds, what was measured is taken for the field. The strength tells one component of the
-    noise, |h| - F over |S^-T u|. Turns are the attitude's, else the gyro's.
+    Where no calibration succeeds the field is that by the attitude, S being I, and without one what was measured,
+    hard iron and all. The strength tells one component of the noise, |h| - F over |S^-T u|. Turns are the attitude's,
+    else the gyro's.
     Raises InputError for files, columns and references that cannot be used.
     """
     file = file_of(path, run)
@@ -85,8 +86,7 @@ def _seen(recording: Recording, reference: Reference) -> _Seen:
     fit = _fitted(recording, reference)
     measured_nT = recording.mag_nT if fit is None else fit.apply(recording)
     matrix = np.asarray(np.eye(3) if fit is None else np.linalg.inv(fit.matrix))
-    if fit is not None and fit.name == VECTOR:
-        assert recording.att_q is not None
+    if (fit is None or fit.name == VECTOR) and recording.att_q is not None and reference.field_enu_nT is not None:
         field_nT = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
         return _Seen(field_nT, matrix, (measured_nT - field_nT) @ matrix.T)
     size_nT = np.linalg.norm(measured_nT, axis=1)[:, None]

@@ -51,7 +51,7 @@ def rows(found: Onward) -> list[tuple[str, ...]]:
 
 def _gain(leg: Next, found: Onward) -> str:
     unit, length = found.task.goal.unit, duration(leg.choice.phase.duration_s)
-    before = quantity(leg.before, unit) if isfinite(leg.before) else f"a {found.task.goal.short} that is not told"
+    before = quantity(leg.before, unit) if isfinite(leg.before) else f"an untold {found.task.goal.short}"
     return f"in {length} {before} becomes {quantity(leg.after, unit)}"
 
 

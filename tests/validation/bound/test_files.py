@@ -42,6 +42,16 @@ def test_of_a_scenario() -> None:
     assert scenario_experiment(load("standard-full"), 3.0).noise_std_nT == 3.0
 
 
+def test_iron_is_no_motion_where_the_attitude_is_known(tmp_path: Path) -> None:
+    """Level turns with a strong hard iron that no calibration can take off: the vertical offset stays untold."""
+    flat = standard.level_turns(1200, 0)
+    write_recording(replace(flat, mag_nT=flat.mag_nT + np.array([8000.0, 0.0, 0.0])), tmp_path / "log.parquet")
+    known = recording_experiment(tmp_path / "log.parquet", enu=standard.FIELD_ENU_NT)
+    assert known.noise_std_nT == pytest.approx(standard.NOISE_STD_NT, rel=0.1)
+    assert np.ptp(known.directions[:, 2]) < 1e-9
+    assert np.isinf(Bound.of(known, "vector").offset_std_nT[2])
+
+
 def test_a_level_turn_is_a_bound_and_no_error(tmp_path: Path) -> None:
     write_recording(standard.level_turns(1200, 0), tmp_path / "log.parquet")
     known = recording_experiment(tmp_path / "log.parquet", strength_nT=STRENGTH_NT)
