@@ -39,6 +39,7 @@ def auv() -> Plan:
 def test_an_auv_is_near_the_limit(auv: Plan) -> None:
     assert auv.least.value < auv.error < MOST_RATIO * auv.least.value
     assert auv.time_s <= 600.5
+    assert auv.choice.error == pytest.approx(auv.task.error(auv.choice.information), rel=0.01)
     assert auv.flown_deg[0] < auv.task.tilts.roll_deg + 1.5
     assert auv.flown_deg[1] < auv.task.tilts.pitch_deg + 1.5
 
@@ -47,6 +48,8 @@ def test_a_quadrotor_is_near_the_limit() -> None:
     found = plan_of("quadrotor", 600.0)
     assert found.error < MOST_RATIO * found.least.value
     assert found.choice.error < MOST_RATIO * found.least.value  # within the tilts exactly, before it is flown
+    promised = found.task.error(found.choice.information)
+    assert found.choice.error == pytest.approx(promised, rel=0.01)  # leg by leg, as the whole phase tells
 
 
 @pytest.mark.slow
