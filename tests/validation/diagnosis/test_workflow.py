@@ -14,6 +14,7 @@ from sim import effects as effect_table
 from sim.effects import Effects
 from sim.scenario import ModelSpec, load_model
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
+from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
 
@@ -98,7 +99,20 @@ def test_a_model_with_fitted_iron_and_an_error_of_the_field_agrees_with_another_
     bare = model()
     bare = bare.model_copy(update={"effects": Effects({"white_noise": bare.effects.written["white_noise"]})})
     found = diagnose(flight(hidden), bare, fitted_base=True)
-    assert diagnose(flight(hidden, seed=6), found.model).verdict == "none"
+    again = bare.model_copy(update={"effects": found.model.effects, "effect_order": found.model.effect_order})
+    other = flight(hidden, seed=6)
+    left = other.mag_nT - posed(other, again, None, None).predicted_nT
+    assert np.sqrt((left**2).mean(axis=0)).max() < 2.5
+
+
+def test_a_field_with_the_wrong_dip_is_told_instead_of_effects(flight, model) -> None:  # type: ignore[no-untyped-def]
+    given = model()
+    east, north, up = given.field.enu_nT
+    wrong = given.model_copy(update={"field": given.field.model_copy(update={"enu_nT": (east, north, -up)})})
+    found = diagnose(flight({}), wrong)
+    assert (found.verdict, found.named) == ("unknown", ())
+    assert "vertical part has the other sign" in found.advice[0]
+    assert f"{up:.0f}" in found.advice[0]
 
 
 def test_where_iron_is_fitted_the_part_along_the_field_is_open(flight, model) -> None:  # type: ignore[no-untyped-def]
