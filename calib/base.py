@@ -143,7 +143,7 @@ class Calibrator(ABC):
         if result.status.kind == "unobservable":
             return result
         if not self.sequential:
-            result = widened(result, residual_nT, vector=self._fits_vector)
+            result = widened(result, residual_nT, recording, reference, vector=self._fits_vector)
         worse = None if "scalar" in self.needs else unsupported(result, residual_nT, reference)
         if worse is None or worse.kind == result.status.kind:
             return result

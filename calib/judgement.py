@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.numerics.colour import inflation, lasting_variance
+from calib.models.response import Response, of_strength, of_vector, strength_rows
+from calib.numerics.colour import inflation
+from calib.numerics.flicker import flicker_covariance, flicker_power
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from calib.observability import Extent, covariance_status, planar_status
 from calib.reference import Reference
-from calib.result import OFFSET_NAMES, STRENGTH_NAME, Calibration, Status
+from calib.result import STRENGTH_NAME, Calibration, Status
 from sim.dataset import Recording
 
 Array = NDArray[np.float64]
@@ -43,8 +45,13 @@ def residual_of(fit: Calibration, recording: Recording, reference: Reference, *,
         residual = field_nT - world_to_body(recording.att_q, np.array(reference.field_enu_nT))
     else:
         residual = lengths(field_nT) - reference.strength_nT
+    return in_time(recording, np.asarray(residual))
+
+
+def in_time(recording: Recording, values: Array) -> Array:
+    """Values (n, ...) of the recording's samples in order of time."""
     late = recording.time_s[1:] < recording.time_s[:-1]
-    return np.asarray(residual[np.argsort(recording.time_s, kind="stable")] if late.any() else residual)
+    return values[np.argsort(recording.time_s, kind="stable")] if late.any() else values
 
 
 def extents(recording: Recording) -> Extents:
@@ -72,20 +79,53 @@ def flat_status(fit: Calibration, sensors: Extents, residual_nT: Array) -> Statu
     return planar(sensors, noise_nT)
 
 
-def widened(fit: Calibration, residual_nT: Array, *, vector: bool) -> Calibration:
+def widened(
+    fit: Calibration,
+    residual_nT: Array,
+    recording: Recording,
+    reference: Reference,
+    *,
+    vector: bool,
+    response: Response | None = None,
+) -> Calibration:
     """The fit with its claimed covariance made true to residuals that are not white, see `calib.numerics.colour`.
 
-    With known attitude the residual is an offset's, so noise that lasts is added to the offset's covariance.
+    What flicker noise does to it is added, by how each sample moves the fit, see `calib.numerics.flicker`; not where
+    the fit has not converged, whose own error is taken for noise.
     """
     if fit.covariance is None or fit.offset_covariance_nT2 is None:
         return fit
+    field_nT = in_time(recording, fit.apply(recording))
     factor = inflation(residual_nT)
+    flicker_nT2 = flicker_power(*strength_rows(fit, field_nT, reference.strength_nT))
     covariance = factor * fit.covariance
-    if vector:
-        offset = [fit.covariance_names.index(name) for name in OFFSET_NAMES]
-        S = np.linalg.pinv(fit.matrix)
-        covariance[np.ix_(offset, offset)] += S @ lasting_variance(residual_nT) @ S.T
-    return replace(fit, covariance=covariance, parameters=fit.parameters | {"covariance_inflation": factor})
+    if flicker_nT2 > 0 and fit.status.kind != "not_converged":
+        moved = response or _response(fit, field_nT, recording, reference, vector=vector)
+        _add(covariance, fit.covariance_names, moved, flicker_nT2 * flicker_covariance(moved.K, _rate_hz(recording)))
+    told = {"covariance_inflation": factor, "flicker_nT_sqrt_hz": float(np.sqrt(flicker_nT2))}
+    return replace(fit, covariance=covariance, parameters=fit.parameters | told)
+
+
+def _response(
+    fit: Calibration, field_nT: Array, recording: Recording, reference: Reference, *, vector: bool
+) -> Response:
+    """How the samples, in order of time, move the fit."""
+    if not vector:
+        return of_strength(fit, field_nT, reference.strength_nT)
+    assert recording.att_q is not None
+    assert reference.field_enu_nT is not None
+    return of_vector(in_time(recording, world_to_body(recording.att_q, np.array(reference.field_enu_nT))))
+
+
+def _rate_hz(recording: Recording) -> float:
+    return (len(recording) - 1) / float(np.ptp(recording.time_s))
+
+
+def _add(covariance: Array, names: tuple[str, ...], response: Response, more: Array) -> None:
+    """Add to the rows and columns of the parameters that both name."""
+    both = [name for name in response.names if name in names]
+    rows, those = [names.index(name) for name in both], [response.names.index(name) for name in both]
+    covariance[np.ix_(rows, rows)] += more[np.ix_(those, those)]
 
 
 def unsupported(fit: Calibration, residual_nT: Array, reference: Reference) -> Status | None:

@@ -14,6 +14,7 @@ from calib.models.ellipsoid import SLOTS, SYMMETRIC_NAMES, UPPER
 from calib.models.linked import LEAST_NOISE, Linear, Link, steps
 from calib.models.linked_noise import likeliest_ratio
 from calib.models.linked_start import starts
+from calib.models.response import Response
 from calib.models.vector import SOFT_IRON_NAMES
 from calib.numerics.damped import Minimum, minimised
 from calib.numerics.noise import white_noise_std
@@ -76,7 +77,9 @@ class GyroMl(Calibrator):
         )
         fit = self._calibration(link, found, replace(status, reason=status.reason or _caveat(found)), reference)
         fit = replace(fit, history=history)
-        return widened(fit, residual_of(fit, recording, reference, vector=False), vector=False)
+        residual_nT = residual_of(fit, recording, reference, vector=False)
+        response = self._response(link, found, reference.strength_nT)
+        return widened(fit, residual_nT, recording, reference, vector=False, response=response)
 
     def _link(self, recording: Recording, strength_nT: float) -> Link:
         """The recording in order of time, with the noises that it shows by itself."""
@@ -116,11 +119,20 @@ class GyroMl(Calibrator):
             return likeliest_ratio(link, found.point)
         return self.gyro_std_rad_s / float(np.sqrt(found.normal.variance))
 
+    def _response(self, link: Link, found: Minimum[Linear], strength_nT: float) -> Response:
+        """How each measurement, nT, moves offset, nT, S and bias."""
+        per_nT = np.where(np.arange(link.count) < len(OFFSET_NAMES), 1.0, 1.0 / strength_nT)
+        return Response(per_nT[:, None] * link.response(found.point), self._names)
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return (*OFFSET_NAMES, *(SYMMETRIC_NAMES if self.aligned else SOFT_IRON_NAMES), *BIAS_NAMES)
+
     def _calibration(self, link: Link, found: Minimum[Linear], status: Status, reference: Reference) -> Calibration:
         """The minimum in nT."""
         e, noise = found.point.estimate, float(np.sqrt(found.normal.variance))
         entries = e.root[UPPER] if self.aligned else e.root.ravel()
-        names = (*OFFSET_NAMES, *(SYMMETRIC_NAMES if self.aligned else SOFT_IRON_NAMES), *BIAS_NAMES)
+        names = self._names
         values = np.concatenate((reference.strength_nT * e.centre, entries, e.bias_rad_s))
         units = np.where(np.arange(len(names)) < len(OFFSET_NAMES), reference.strength_nT, 1.0) / found.normal.scale
         inverse = np.linalg.inv(found.normal.square / np.outer(found.normal.scale, found.normal.scale))

@@ -135,6 +135,20 @@ class Link:
         variance = max(found.least / self.free, LEAST_NOISE**2)
         return Normal(found.least, found.square[:-1, -1], found.square[:-1, :-1], variance)
 
+    def response(self, found: Linear) -> Array:
+        """How each measurement moves the parameters, to first order, directions following: (n, k, 3).
+
+        square^-1 (J_i + M_i xi_i)^T,  xi_i (2, k) the states that follow the parameters
+        """
+        e = found.estimate
+        M, J = _measured(self.x, e.directions, found.across, e.centre, e.root, self.slots)
+        units = np.eye(self.count, self.count + 1)
+        following = [states(found.A, found.C, found.turn, found.B, found.std, unit) for unit in units]
+        scale = self.normal(found).scale
+        rows = (J[:, :, :-1] + M @ np.stack(following, axis=2)) / scale
+        inverse = np.linalg.pinv(found.square[:-1, :-1] / np.outer(scale, scale), hermitian=True)
+        return np.asarray(np.einsum("jk,nik->nji", inverse / scale[:, None], rows))
+
     def moved(self, found: Linear, step: Array) -> Linear | None:
         """The parameters a step further and the directions that follow; None where G turns inside out."""
         e = found.estimate

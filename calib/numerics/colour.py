@@ -36,25 +36,6 @@ def white_ratios(total: Array, count: Array) -> Array:
     return np.asarray(total**2 / count[:, None])
 
 
-def lasting_variance(residual: Array) -> Array:
-    """Covariance (k, k) of what passes for a constant in residuals (n, k), in order of time; zero for passing noise.
-
-    Of flicker noise or drift the mean over the whole recording is part of the fitted offset and in no residual. Where
-    W_L is still larger for the longest blocks than for the shortest, by more than chance, that mean is taken to scatter
-    as the longest blocks' means do: for 1/f noise the scatter of means (its Allan deviation) is the same at any length.
-    """
-    n, k = residual.shape
-    excess = _excess(residual)
-    if len(excess) < 2:
-        return np.zeros((k, k))
-    longest, shortest = min(excess), max(excess)
-    chance = np.sqrt(2.0 / k * (1.0 / longest + 1.0 / shortest))
-    if excess[longest] < (1.0 + CHANCE * chance) * excess[shortest]:
-        return np.zeros((k, k))
-    means = residual[: n // longest * longest].reshape(longest, -1, k).mean(axis=1)
-    return np.asarray(np.cov(means.T))
-
-
 def _excess(columns: Array) -> dict[int, float]:
     """W_L of columns (n, k) by number of blocks; none for residuals that vanish."""
     n = len(columns)

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from calib import CALIBRATORS, Calibration, Reference, Status, get
-from calib.judgement import unsupported, widened
+from calib.judgement import residual_of, unsupported, widened
 from calib.result import OFFSET_NAMES
 from sim.dataset import Recording
 from tests.calib.expected import expected
+from tests.calib.flickering import flicker
 from tests.calib.test_contract import with_all
 
 ALL = pytest.mark.parametrize("name", list(CALIBRATORS))
@@ -124,16 +125,29 @@ def test_a_covariance_that_is_none_is_not_believed(covariance):
     assert "positive definite" in status.reason
 
 
-def test_only_the_claim_is_widened_and_the_lasting_noise_goes_to_the_offset():
-    """A step half way: the blocks scatter, and with known attitude their means are in the offset's covariance."""
-    step_nT = np.outer(np.where(np.arange(4000) < 2000, -20.0, 20.0), [1.0, 0.0, 0.0])
-    residual_nT = step_nT + np.random.default_rng(0).normal(0.0, 5.0, (4000, 3))
-    fitted = answer(covariance=np.eye(3) * 1e-4, covariance_names=OFFSET_NAMES, matrix=np.diag([2.0, 1.0, 1.0]))
-    strength, vector = (widened(fitted, residual_nT, vector=known) for known in (False, True))
-    factor = strength.parameters["covariance_inflation"]
-    assert factor > 100
-    np.testing.assert_allclose(strength.covariance, factor * fitted.covariance)
-    lasting = vector.covariance - strength.covariance
-    assert lasting[0, 0] == pytest.approx(0.25 * 400.0, rel=0.2)
-    assert np.abs(lasting[1:, 1:]).max() < 1.0
-    assert widened(answer(), residual_nT, vector=True).covariance is None
+def claimed(standard, added_nT):
+    """A fit of the standard case's truth with a small claim, its recording with noise added, and what that leaves."""
+    recording = standard.recording("full", 0)
+    recording = replace(recording, mag_nT=recording.mag_nT + added_nT)
+    matrix = np.linalg.inv(standard.SOFT)
+    fit = answer(covariance=np.eye(3) * 1e-4, covariance_names=OFFSET_NAMES, matrix=matrix, offset_nT=standard.HARD_NT)
+    return fit, recording, residual_of(fit, recording, standard.REFERENCE, vector=False)
+
+
+@pytest.mark.parametrize("vector", [False, True])
+def test_only_the_claim_is_widened_and_flicker_noise_goes_to_the_offset(vector, standard):
+    """A tone is colour and no flicker; flicker noise of 6 nT is found and adds what lasts of it to the offset."""
+    tone_nT = 20.0 * np.sin(np.arange(3600) / 2.0)[:, None]
+    fit, recording, left_nT = claimed(standard, tone_nT)
+    widest = widened(fit, left_nT, recording, standard.REFERENCE, vector=vector)
+    factor = widest.parameters["covariance_inflation"]
+    assert factor >= 1.0
+    assert widest.parameters["flicker_nT_sqrt_hz"] == 0.0
+    np.testing.assert_allclose(widest.covariance, factor * fit.covariance)
+    fit, recording, left_nT = claimed(standard, 6.0 * flicker(3600, np.random.default_rng(0)))
+    lasting = widened(fit, left_nT, recording, standard.REFERENCE, vector=vector)
+    power_nT2 = lasting.parameters["flicker_nT_sqrt_hz"] ** 2
+    assert 4.0 < np.sqrt(power_nT2) < 8.0
+    added_nT2 = lasting.covariance - lasting.parameters["covariance_inflation"] * fit.covariance
+    np.testing.assert_allclose(np.diag(added_nT2) / power_nT2, 7.5, rtol=0.15)
+    assert widened(answer(), left_nT, recording, standard.REFERENCE, vector=vector).covariance is None

@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from calib import get
-from calib.numerics.colour import BLOCKS, inflation, lasting_variance, white_ratios
+from calib.numerics.colour import BLOCKS, inflation, white_ratios
 from sim.dataset import Recording
 
 
@@ -58,35 +58,3 @@ def test_drift_makes_a_weak_motion_unsure(name: str, standard) -> None:  # type:
     assert calm.status.kind == "ok"
     assert calm.parameters["covariance_inflation"] == 1.0
     assert moved.parameters["covariance_inflation"] > 5.0
-
-
-@pytest.mark.parametrize("persistence", [0.0, 0.9])
-def test_noise_that_averages_down_leaves_no_constant(persistence: float) -> None:
-    for seed in range(100):
-        white = np.random.default_rng(seed).standard_normal((20_000, 3))
-        assert not lasting_variance(lfilter([1.0], [1.0, -persistence], white, axis=0)).any()
-
-
-def test_short_recordings_have_no_blocks_to_compare() -> None:
-    assert not lasting_variance(np.random.default_rng(0).standard_normal((300, 3)).cumsum(axis=0)).any()
-
-
-def flicker(n: int, rng: np.random.Generator) -> np.ndarray:
-    """1/f noise (n, 3) of density one at the sampling rate, cut from a record 64 times as long."""
-    whole = 64 * n
-    spectrum = np.fft.rfft(rng.standard_normal((whole, 3)), axis=0)
-    spectrum[1:] /= np.sqrt(2.0 * np.fft.rfftfreq(whole)[1:, None])
-    spectrum[0] = 0.0
-    return np.asarray(np.fft.irfft(spectrum, whole, axis=0)[:n])
-
-
-@pytest.mark.parametrize("name", ["vector_least_squares", pytest.param("vector_lm", marks=pytest.mark.slow)])
-def test_the_mean_of_flicker_noise_is_in_the_claim(name: str, standard) -> None:  # type: ignore[no-untyped-def]
-    distances = []
-    for seed in range(30):
-        white = standard.recording("full", seed)
-        mag_nT = white.mag_nT + flicker(len(white), np.random.default_rng(seed)) * [5.0, 5.0, 8.0]
-        fit = get(name).fit(replace(white, mag_nT=mag_nT), standard.REFERENCE)
-        assert fit.offset_covariance_nT2 is not None
-        distances.append((fit.offset_nT - standard.HARD_NT) / np.sqrt(np.diag(fit.offset_covariance_nT2)))
-    assert 0.6 < np.sqrt(np.mean(np.square(distances))) < 1.7

@@ -1,0 +1,59 @@
+"""How the noise of a sample moves what a fit finds, to first order: K (n, p, 3), parameters = truth + sum_i K_i n_i."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.models.ellipsoid import SYMMETRIC_NAMES, UPPER
+from calib.numerics.points import lengths
+from calib.result import OFFSET_NAMES, Calibration
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """K (n, p, 3) of the parameters named, in the order of the samples."""
+
+    K: Array
+    names: tuple[str, ...]
+
+
+def strength_rows(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Array, Array]:
+    """What a fit leaves of the strength, r = |h| - F (n,), and how noise enters it: r = a . n, a = S^-T u (n, 3)."""
+    size = lengths(field_nT)
+    return size - strength_nT, np.asarray(field_nT / size[:, None] @ fit.matrix)
+
+
+def of_strength(fit: Calibration, field_nT: Array, strength_nT: float) -> Response:
+    """Of offset and symmetric S, or offset and scale, from the strength: least squares of the distances a . n / |a|.
+
+    K_i = (sum w J J^T)^-1 w_i J_i a_i^T,  w = 1 / |a|^2,  J = a of b, a h^T + h a^T of S's six, a . h of a scale
+    field_nT h (n, 3): the corrected field, in whichever frame.
+    """
+    _, a = strength_rows(fit, field_nT, strength_nT)
+    left, _, right = np.linalg.svd(fit.matrix)
+    h = field_nT @ left @ right / strength_nT
+    if "scale" in fit.covariance_names:
+        return _weighted(a, np.einsum("ni,ni->n", a, h)[:, None], ("scale",), strength_nT)
+    i, j = UPPER
+    return _weighted(a, a[:, i] * h[:, j] + np.where(i == j, 0.0, a[:, j] * h[:, i]), SYMMETRIC_NAMES, strength_nT)
+
+
+def _weighted(a: Array, shape: Array, names: tuple[str, ...], strength_nT: float) -> Response:
+    """Of the offset and of parameters of S with columns `shape` (n, k), times the strength."""
+    J = np.concatenate((a, shape), axis=1)
+    weighted = J / np.einsum("ni,ni->n", a, a)[:, None]
+    found = weighted @ np.linalg.pinv(J.T @ weighted, hermitian=True)
+    found[:, 3:] /= strength_nT
+    return Response(found[:, :, None] * a[:, None, :], (*OFFSET_NAMES, *names))
+
+
+def of_vector(field_nT: Array) -> Response:
+    """Of the offset, with the field h (n, 3) known in the body frame: K_i = (sum x x^T)^-1 x_i, x = (1, h), an axis."""
+    x = np.column_stack((np.ones(len(field_nT)), field_nT / np.abs(field_nT).max()))
+    found = x @ np.linalg.pinv(x.T @ x, hermitian=True)[:, 0]
+    return Response(found[:, None, None] * np.eye(3), OFFSET_NAMES)

@@ -1,0 +1,98 @@
+"""Flicker noise in what a fit leaves of the field's strength: how much there is, and what it does to the fit.
+
+r_i = a_i . n_i,  n the noise of the three measured components, a_i (3,) what the strength sees of them
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from calib.numerics.colour import BLOCKS, LEAST_BLOCK
+
+Array = NDArray[np.float64]
+LOWEST_HZ = 1e-6
+"""Where flicker noise is taken to end: eleven days, for as long as a calibration is used. What is slower is another
+offset. In a recording of minutes it is 7 d^2 of each axis' variance, and 2.3 d^2 more with every tenth of it."""
+SEEN = 3.0
+"""Excess of the covariance at short lags, in its standard deviations under white noise, that is taken for flicker: one
+white recording in 700, and what it is then claimed to be is small."""
+FINER = 4
+"""Frequencies a turn in the recording, at which the noise is summed: it is strongest where turns are few."""
+MOST_PAIRS = 200_000
+"""Pairs of samples that the mean logarithm of the lag is taken over."""
+
+
+def flicker_power(r: Array, a: Array) -> float:
+    """d^2 of flicker noise of one-sided density d^2 / f, equal on the axes, in residuals r (n,) in order of time.
+
+    V_L = sum r_i r_j (a_i . a_j) / sum (a_i . a_j)^2 over all pairs i != j within blocks of L samples is the mean
+    covariance of the noise over such lags, whatever the motion. A constant that the fit has taken out changes it by the
+    same at every L, and flicker noise by d^2 times the difference of the mean logarithms of the lags, with the same
+    weights. Zero where that is within chance of none.
+    """
+    lengths = [len(r) // blocks for blocks in BLOCKS if len(r) // blocks >= LEAST_BLOCK]
+    if len(lengths) < 2:
+        return 0.0
+    (late, late_pairs), (soon, soon_pairs) = (_pairs(r, a, length) for length in (lengths[0], lengths[-1]))
+    chance = float(r @ r) / float(np.sum(a * a)) * np.sqrt(2.0 / late_pairs + 2.0 / soon_pairs)
+    if not soon - late > SEEN * chance:
+        return 0.0
+    return float((soon - late) / (_mean_log_lag(a, lengths[0]) - _mean_log_lag(a, lengths[-1])))
+
+
+@njit(cache=True)
+def _pairs(r: Array, a: Array, length: int) -> tuple[float, float]:
+    """V_L of blocks of a length, and the sum of (a_i . a_j)^2 over its pairs.
+
+    sum over i != j of r_i r_j a_i . a_j = |sum r a|^2 - sum r^2 |a|^2, and likewise of the squares
+    """
+    seen, pairs = 0.0, 0.0
+    pull, spread = np.empty(3), np.empty((3, 3))
+    for first in range(0, len(r) // length * length, length):
+        pull[:], spread[:] = 0.0, 0.0
+        for i in range(first, first + length):
+            square = 0.0
+            for j in range(3):
+                pull[j] += r[i] * a[i, j]
+                square += a[i, j] ** 2
+                for k in range(3):
+                    spread[j, k] += a[i, j] * a[i, k]
+            seen -= r[i] ** 2 * square
+            pairs -= square**2
+        seen += (pull**2).sum()
+        pairs += (spread**2).sum()
+    return seen / pairs, pairs
+
+
+@njit(cache=True)
+def _mean_log_lag(a: Array, length: int) -> float:
+    """Mean of log |i - j| over the pairs within blocks of a length, weighted by (a_i . a_j)^2; of some, where many."""
+    blocks = len(a) // length
+    stride = max(1, int(np.ceil(np.sqrt(blocks * length**2 / 2.0 / MOST_PAIRS))))
+    total, weight = 0.0, 0.0
+    for first in range(0, blocks * length, length):
+        for i in range(first, first + length, stride):
+            for j in range(i + 1, first + length, stride):
+                square = (a[i, 0] * a[j, 0] + a[i, 1] * a[j, 1] + a[i, 2] * a[j, 2]) ** 2
+                weight += square
+                total += square * np.log(j - i)
+    return total / weight
+
+
+def flicker_covariance(K: Array, rate_hz: float) -> Array:
+    """Covariance (p, p) that flicker noise of density one at 1 Hz, on each axis, gives parameters sum_i K_i n_i.
+
+    K (n, p, 3), in order of time at an even rate.  int S(f) k(f) k(f)^* df,  S = 1 / f from LOWEST_HZ on,  k the
+    Fourier sum of K; what is slower than an eighth of a turn in the recording is a constant there.
+    """
+    n = FINER * len(K)
+    m = np.arange(1, n // 2 + 1)
+    slow = np.log(max(rate_hz / (2.0 * n * LOWEST_HZ), 1.0))
+    share = np.sqrt(np.concatenate(([slow], np.log((m + 0.5) / (m - 0.5)))))
+    total = np.zeros((K.shape[1], K.shape[1]))
+    for axis in range(3):
+        k = np.fft.rfft(K[:, :, axis], n, axis=0) * share[:, None]
+        total += (k.T @ k.conj()).real
+    return total
