@@ -185,4 +185,4 @@ def _multiples(step_deg: float, most_deg: float) -> Array:
 
 def _grid(most_deg: float) -> Array:
     count = max(LEAST_TILTS, 2 * int(np.ceil(most_deg / TILT_STEP_DEG)) + 1)
-    return np.linspace(-most_deg, most_deg, count)
+    return np.unique(np.linspace(-most_deg, most_deg, count))

@@ -18,6 +18,7 @@ from validation.diagnosis.decision.selection import select
 from validation.diagnosis.decision.wording import advice_for, sentence_for
 from validation.diagnosis.evidence.direct import direct_evidence, held_rows
 from validation.diagnosis.evidence.localise import localise
+from validation.diagnosis.evidence.reference import doubts_of_reference
 from validation.diagnosis.library.candidates import missing_channels
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
@@ -54,18 +55,28 @@ def diagnose(
     direct = direct_evidence(whole, without)
     wrong = np.logical_or.reduce([held_rows(whole), *(one.samples for one in direct)])
     problem = whole.without(wrong)
-    belief = believed(select(problem, without, say))
+    wrong_reference = doubts_of_reference(problem)
+    belief = believed(select(problem, frozenset(BY_NAME) if wrong_reference else without, say))
+    if wrong_reference:  # its gap resembles many effects
+        belief = replace(belief, iron=(), noise=None)
     say("the simulator with the new model")
     named = names_of(problem, belief, direct)
-    return _told(model, problem, belief, named, Left.of(problem, belief))
+    return _told(model, problem, belief, named, Left.of(problem, belief), wrong_reference)
 
 
-def _told(model: Model, problem: LinearProblem, belief: Belief, named: tuple[Named, ...], left: Left) -> Diagnosis:
+def _told(
+    model: Model,
+    problem: LinearProblem,
+    belief: Belief,
+    named: tuple[Named, ...],
+    left: Left,
+    wrong_reference: tuple[str, ...],
+) -> Diagnosis:
     """The diagnosis of what was found, in words and with the new model."""
     where = localise(problem, left.before)
     case = Case(problem, named, belief.clean, left.gap, where, left.after)
     verdict = verdict_of(case)
-    doubts = doubts_of(case, verdict)
+    doubts = (*wrong_reference, *doubts_of(case, verdict))
     if doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
         verdict, left = Verdict.UNKNOWN, left.undone()
         named = tuple(one for one in named if one.how is How.DIRECT)

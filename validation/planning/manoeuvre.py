@@ -51,6 +51,7 @@ class Manoeuvre(ABC):
     """How legs become a phase of a scenario, and what attitudes the vehicle will have in it, without physics.
 
     turning_deg_s : peak rate of turning between legs; yaw_deg : heading at the start
+    least, whole : of a leg's amount; most_deg : roll and pitch that it can show
     """
 
     turning_deg_s: float
@@ -58,6 +59,7 @@ class Manoeuvre(ABC):
     path: ClassVar[type[PhaseBase]]
     least: ClassVar[float]
     whole: ClassVar[bool]
+    most_deg: ClassVar[float] = 180.0
 
     @abstractmethod
     def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
@@ -139,6 +141,7 @@ class Pushed(Manoeuvre):
     path: ClassVar[type[PhaseBase]] = Pushes
     least: ClassVar[float] = 1.0
     whole: ClassVar[bool] = True
+    most_deg: ClassVar[float] = 45.0
 
     def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
         """The attitude, and that of the opposite acceleration on the same heading."""

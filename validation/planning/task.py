@@ -89,8 +89,12 @@ class Task:
         first = next(iter(flown(plan(base)))).kinematics.q[:1]
         yaw_deg = float(np.degrees(np.arctan2(*matrix_from_q(first)[0, [1, 0], 0])))
         manoeuvre = manoeuvre_of(vehicle, round(yaw_deg, 3))
+        tilts = tilts or Tilts(*VEHICLES[vehicle].tilts_deg)
+        if max(tilts.roll_deg, tilts.pitch_deg) > manoeuvre.most_deg:
+            what = f"{VEHICLES[vehicle].noun} shows at most {manoeuvre.most_deg:g} degrees"
+            raise InputError(what, where="--tilt-limits", do="give narrower ones")
         known = scenario_experiment(_resting(base), noise_std_nT)
-        return cls(vehicle, base, known, knowledge, tilts or Tilts(*VEHICLES[vehicle].tilts_deg), goal, manoeuvre)
+        return cls(vehicle, base, known, knowledge, tilts, goal, manoeuvre)
 
     @property
     def angles_deg(self) -> Array:

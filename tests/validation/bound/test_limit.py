@@ -68,6 +68,15 @@ def test_level_flight_tells_no_offset() -> None:
     assert limit(known_of("auv"), "norm", Tilts(0.0, 0.0)).value == np.inf
 
 
+def test_pitch_alone_tells_the_offset() -> None:
+    """Each attitude is there once, and no motion of the kind is below it."""
+    known, tilts = known_of("pitch"), Tilts(0.0, 45.0)
+    assert len(np.unique(tilts.angles_deg(), axis=0)) == len(tilts.angles_deg())
+    angles = np.column_stack([np.arange(3600) * 7.0, 45.0 * np.sin(np.arange(3600)), np.zeros(3600)])
+    flown = Bound.of(along(Rotation.from_euler("ZYX", angles, degrees=True)), "norm").offset_rms_nT
+    assert 0 < limit(known, "norm", tilts).value < flown < np.inf
+
+
 def test_what_has_no_limit_says_so() -> None:
     with pytest.raises(InputError, match="order of the samples"):
         limit(known_of("auv"), "norm+gyro", Tilts(5.0, 5.0))

@@ -21,6 +21,7 @@ FILES = sorted((ROOT / "validation" / "diagnosis").rglob("*.py"))
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 GUARDS = {
     "pose.py": {"NOMINAL_NT"},
+    "reference.py": {"MISREAD"},
     "vector.py": {"FIELD_ERROR", "STEPS"},
     "linear.py": {"LEAST_NOISE"},
     "places.py": {"MEAN_S", "MOST_MEANS"},

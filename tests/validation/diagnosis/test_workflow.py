@@ -14,6 +14,7 @@ from sim import effects as effect_table
 from sim.effects import Effects
 from sim.scenario import ModelSpec, load_model
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
+from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
 
@@ -65,7 +66,8 @@ def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, sc
     given = model(scenario)
     found = diagnose(flight({name: TURNED[name]}, scenario), given)
     assert found.verdict == "class"
-    assert [(one.name, one.alternatives) for one in found.named] == [("regional_field", ("attitude_misalignment",))]
+    assert [one.name for one in found.named] == ["regional_field"]
+    assert "attitude_misalignment" in found.named[0].alternatives
     assert any("another instrument" in line and "known bearing" in line for line in found.advice)
     field_enu_nT = np.asarray(given.field.enu_nT)
     turn = effect_table.build({name: TURNED[name]}, None, "")[0]
@@ -77,7 +79,7 @@ def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, sc
     _inside(found, truth)
 
 
-@pytest.mark.parametrize(("scenario", "size"), [("quad-calibration", 3.0), ("auv-spiral-excited", 0.5)])
+@pytest.mark.parametrize(("scenario", "size"), [("auv-spiral-excited", 0.5)])
 @pytest.mark.parametrize("origin", [[2.0, -3.0, 10.0], [150.0, -120.0, 180.0]])
 def test_a_gradient_is_one_cause_wherever_its_origin_is(
     origin: list[float], scenario: str, size: float, flight, model
@@ -98,7 +100,20 @@ def test_a_model_with_fitted_iron_and_an_error_of_the_field_agrees_with_another_
     bare = model()
     bare = bare.model_copy(update={"effects": Effects({"white_noise": bare.effects.written["white_noise"]})})
     found = diagnose(flight(hidden), bare, fitted_base=True)
-    assert diagnose(flight(hidden, seed=6), found.model).verdict == "none"
+    again = bare.model_copy(update={"effects": found.model.effects, "effect_order": found.model.effect_order})
+    other = flight(hidden, seed=6)
+    left = other.mag_nT - posed(other, again, None, None).predicted_nT
+    assert np.sqrt((left**2).mean(axis=0)).max() < 2.5
+
+
+def test_a_field_with_the_wrong_dip_is_told_instead_of_effects(flight, model) -> None:  # type: ignore[no-untyped-def]
+    given = model()
+    east, north, up = given.field.enu_nT
+    wrong = given.model_copy(update={"field": given.field.model_copy(update={"enu_nT": (east, north, -up)})})
+    found = diagnose(flight({}), wrong)
+    assert (found.verdict, found.named) == ("unknown", ())
+    assert "vertical part has the other sign" in found.advice[0]
+    assert f"{up:.0f}" in found.advice[0]
 
 
 def test_where_iron_is_fitted_the_part_along_the_field_is_open(flight, model) -> None:  # type: ignore[no-untyped-def]

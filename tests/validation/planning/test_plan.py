@@ -100,6 +100,11 @@ def test_a_time_that_is_too_short_says_so(auv: Plan) -> None:
         planned(auv.task, 20.0)
 
 
+def test_tilts_that_a_push_cannot_reach_are_refused() -> None:
+    with pytest.raises(InputError, match="at most 45 degrees"):
+        Task.of("quadrotor", load("standard-full"), tilts=Tilts(20.0, 60.0))
+
+
 def test_a_target_that_is_not_met_is_said_so(auv: Plan) -> None:
     found = replace(auv, target=auv.error / 2)
     assert not found.met

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from sim.effects import BY_NAME
+from validation.diagnosis.evidence.reference import misread_field, own_compass
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
@@ -32,6 +33,26 @@ def sentence_for(found: Diagnosis) -> str:
 def advice_for(found: Diagnosis) -> tuple[str, ...]:
     """What to do next: every line of `ADVICE` that applies."""
     return tuple(line for advise in ADVICE for line in advise(found))
+
+
+def read_the_field_anew(found: Diagnosis) -> Iterator[str]:
+    """A field that fits when it is read in another way."""
+    if (misread := misread_field(found.problem)) is not None:
+        east, north, up = (f"{value:.0f}" for value in misread.field_enu_nT)
+        yield (
+            f"The given field is not east, north, up: {misread.how}. With ({east}, {north}, {up}) nT the gap falls "
+            f"from {misread.before_nT:.3g} to {misread.after_nT:.3g} nT: correct the field before anything else."
+        )
+
+
+def log_another_heading(found: Diagnosis) -> Iterator[str]:
+    """A heading made from the magnetometer that is examined hides its errors."""
+    if (east := own_compass(found.problem)) is not None:
+        yield (
+            "The heading comes from this magnetometer: towards magnetic east, where a heading shows, the field has "
+            f"{east.noise_nT:.3g} nT of noise, along itself {east.along_noise_nT:.3g} nT. It repeats the "
+            "magnetometer's errors: log a heading of another instrument, or leave the attitude out."
+        )
 
 
 def try_an_actuator(found: Diagnosis) -> Iterator[str]:
@@ -86,6 +107,8 @@ def log_more_channels(found: Diagnosis) -> Iterator[str]:
 
 Advise = Callable[[Diagnosis], Iterator[str]]
 ADVICE: tuple[Advise, ...] = (
+    read_the_field_anew,
+    log_another_heading,
     try_an_actuator,
     fly_another_motion,
     tell_look_alikes_apart,

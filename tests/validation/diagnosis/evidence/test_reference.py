@@ -1,0 +1,102 @@
+"""A field that was misread, and a heading that was made from the magnetometer that is examined."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sim.dataset import Recording, read_recording
+from sim.scenario import ModelSpec
+from sim.state import Array
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, problem, recording
+from validation.diagnosis.evidence.reference import doubts_of_reference, misread_field, own_compass
+from validation.diagnosis.problem.pose import pose, posed
+
+EAST, NORTH, UP = FIELD_ENU_NT
+IRON = np.array([[1.05, 0.02, -0.03], [0.01, 0.96, 0.02], [-0.02, 0.01, 1.03]])
+OFFSET_NT = np.array([900.0, -600.0, 400.0])
+GAPS = {
+    "nothing": {},
+    "a vertical wave": {"diurnal_drift": {"amplitude_enu_nT": [0.0, 0.0, 60.0], "period_s": 200.0}},
+    "a current": {"motor_current": {"gain_nT_A": [30.0, -10.0, 20.0]}},
+}
+
+
+@pytest.mark.parametrize(
+    ("given", "how"), [((EAST, NORTH, -UP), "the other sign"), ((NORTH, EAST, -UP), "north, east, down")]
+)
+def test_a_misread_field_is_told_and_read_right(given: tuple[float, float, float], how: str) -> None:
+    wrong = pose(recording(), np.array(given), STRENGTH_NT, ())
+    found = misread_field(wrong)
+    assert found is not None
+    assert how in found.how
+    assert found.field_enu_nT == pytest.approx(FIELD_ENU_NT)
+    assert found.after_nT == pytest.approx(NOISE_NT, rel=0.05)
+    assert found.before_nT > 1000 * NOISE_NT
+    assert how in doubts_of_reference(wrong)[0]
+
+
+@pytest.mark.parametrize("hidden", GAPS.values(), ids=GAPS)
+def test_neither_is_said_of_a_log_whose_reference_is_right(hidden: dict[str, object]) -> None:
+    right = problem(hidden=hidden)
+    assert misread_field(right) is None
+    assert own_compass(right) is None
+
+
+def _level_circles() -> Recording:
+    given = recording()
+    turn = Rotation.from_euler("Z", 0.13 * given.time_s[:, None])
+    noise = np.random.default_rng(0).normal(scale=NOISE_NT, size=(len(given), 3))
+    return replace(given, mag_nT=turn.inv().apply(FIELD_ENU_NT) + noise, att_q=turn.as_quat()[:, [3, 0, 1, 2]])
+
+
+def test_on_level_circles_neither_can_be_told() -> None:
+    wrong = pose(_level_circles(), np.array([EAST, NORTH, -UP]), STRENGTH_NT, ())
+    assert misread_field(wrong) is None
+    assert own_compass(wrong) is None
+
+
+def _with_compass(tilt_error_deg: float, calibration: Array) -> Recording:
+    """Iron before the sensor's noise; roll and pitch a little off, the heading tilt-compensated from a calibration."""
+    given, rng = recording(noise_nT=0.0), np.random.default_rng(3)
+    n = len(given)
+    mag_nT = given.mag_nT @ IRON.T + OFFSET_NT + rng.normal(scale=50.0, size=(n, 3))
+    assert given.att_q is not None
+    angles = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]).as_euler("ZYX")
+    angles[:, 1:] += np.radians(tilt_error_deg) * rng.normal(size=(n, 2))
+    level = Rotation.from_euler("YX", angles[:, 1:]).apply((mag_nT - OFFSET_NT) @ np.linalg.inv(calibration).T)
+    angles[:, 0] = np.arctan2(NORTH, EAST) - np.arctan2(level[:, 1], level[:, 0])
+    made = Rotation.from_euler("ZYX", angles)
+    return replace(given, mag_nT=mag_nT, att_q=made.as_quat()[:, [3, 0, 1, 2]])
+
+
+@pytest.mark.parametrize("calibration", [IRON, np.eye(3)], ids=["calibrated", "raw"])
+def test_a_heading_made_from_the_magnetometer_is_known(calibration: Array) -> None:
+    found = own_compass(pose(_with_compass(0.3, calibration), FIELD_ENU_NT, STRENGTH_NT, ()))
+    assert found is not None
+    assert found.noise_nT < 1
+    assert found.along_noise_nT > 40
+
+
+def test_a_noisy_heading_of_its_own_is_not_taken_for_it() -> None:
+    given, rng = recording(noise_nT=50.0), np.random.default_rng(4)
+    assert given.att_q is not None
+    off = Rotation.from_euler("ZYX", np.radians([0.1, 0.5, 0.5]) * rng.normal(size=(len(given), 3)))
+    turn = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]) * off
+    noisy = replace(given, att_q=turn.as_quat()[:, [3, 0, 1, 2]])
+    assert own_compass(pose(noisy, FIELD_ENU_NT, STRENGTH_NT, ())) is None
+
+
+def test_a_glider_steers_by_its_own_compass(realdata) -> None:  # type: ignore[no-untyped-def]
+    glider = read_recording(realdata / "glider" / "five_dives.parquet")
+    place = {"latitude_deg": 12.1, "longitude_deg": 85.9, "date": "2024-05-27"}
+    assert own_compass(posed(glider, ModelSpec.model_validate({"field": place}), None, None)) is not None
+
+
+def test_an_optical_attitude_is_no_compass(realdata) -> None:  # type: ignore[no-untyped-def]
+    place = {"latitude_deg": 52.5, "longitude_deg": 13.4, "date": "2019-06-01"}
+    for path in sorted((realdata / "motion-capture").glob("*.parquet")):
+        assert own_compass(posed(read_recording(path), ModelSpec.model_validate({"field": place}), None, None)) is None
