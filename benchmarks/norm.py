@@ -8,7 +8,7 @@ from benchmarks.measure import Row, cpu_s
 from benchmarks.population import STRENGTH_NT, recording
 from calib import CALIBRATORS, Reference
 
-MOST_MS = {"ellipsoid": 1.0, "ml_newton": 10.0}
+MOST_MS = {"ellipsoid": 1.0, "ml_newton": 10.0, "ml_geometric": 20.0}
 REPEATS = 200
 
 
