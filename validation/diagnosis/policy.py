@@ -105,7 +105,7 @@ class Policy:
     search_price_odds: float = number(2.0, "the best of n searched settings is priced at odds of 1 in so many times n")
 
     # a rest with a colour of its own
-    most_rows: int = number(20_000, "rows of means beyond which longer means are taken")
+    most_rows: int = number(12_000, "rows of means beyond which longer means are taken")
     memories: int = number(7, "slow processes that a rest is made of, evenly spaced in log memory")
     shortest_memory: float = number(3.0, "least memory of a slow process, in rows")
     longest_memory: float = number(4.0, "greatest memory, in lengths of the recording: a random walk")

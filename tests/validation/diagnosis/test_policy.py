@@ -33,7 +33,7 @@ GUARDS = {
     "chain.py": {"SCALE_NT"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
     "refine.py": {"ROUNDS", "SAME", "IMPOSSIBLE"},
-    "rest.py": {"ROUNDS", "LEAST_WHITE"},
+    "rest.py": {"ROUNDS", "LEAST_WHITE", "LEAST_SLOW", "SAME_STEP", "SETTLED"},
 }
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""
 COUNTS = {0, 1, 2, 3, 24}

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from sim.effects import BY_NAME, EFFECTS
 from sim.state import Array
 from validation.diagnosis.evidence.compare import Evidence
@@ -71,9 +73,9 @@ def accepted_beside_colour(
     for best in sorted(tried, key=lambda one: -one.gain):
         with_it = ground.beside(best.evidence.candidate.columns(ground.problem))
         coloured = not is_clean(with_it, best.evidence.name)
-        gains = beside.surrogates(best)
-        inflation = max(1.0, 2 * float(gains.mean()) / best.columns.shape[2])
-        if _stands(best, inflation, float(gains.max()), ground, coloured=coloured) and not (
+        by_chance = beside.surrogates(best)
+        inflation = max(1.0, 2 * float(by_chance.mean()) / best.columns.shape[2])
+        if _stands(best, inflation, float(by_chance.max()), ground, coloured=coloured) and not (
             coloured and added_share(start, ground, with_it) < ground.problem.policy.least_added
         ):
             return _named(best, tried, beside, inflation, coloured=coloured)
@@ -88,9 +90,11 @@ def added_share(start: Ground, before: Ground, after: Ground) -> float:
 
 def _first_look(ground: Ground, beside: Beside, ranking: Sequence[Evidence]) -> list[Standing]:
     """The best candidates with the rest as it is, each with a rest of its own."""
-    columns = {e.name: beside.rows.taken(e.candidate.columns(ground.problem)) for e in ranking}
-    rough = sorted(ranking, key=lambda e: -beside.roughly(columns[e.name]))
-    return [beside.standing(e, columns[e.name]) for e in rough[: ground.problem.policy.tried_coloured]]
+    if not ranking:
+        return []
+    columns = [beside.rows.taken(e.candidate.columns(ground.problem)) for e in ranking]
+    best = np.argsort(-beside.roughly(columns), kind="stable")[: ground.problem.policy.tried_coloured]
+    return [beside.standing(ranking[i], columns[i]) for i in best]
 
 
 def _stands(best: Standing, inflation: float, most: float, ground: Ground, *, coloured: bool) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,12 +31,8 @@ class Hypothesis:
         """The hypothesis with columns (n, q, k) and a rest that is known: generalised least squares."""
         stacked = np.concatenate([rows.base, columns, rows.target[:, :, None]], axis=2)
         z, ln_S = rest.whitened(rows.row_s, rows.count, stacked)
-        p = rows.base.shape[2]
-        B, others = z[:, :, :p], z[:, :, p:]
-        through = _onto(B, others)
-        free = others - np.einsum("nqp,qpj->nqj", B, through)
-        folds = [free[rows.fold == fold] for fold in range(rows.policy.folds)]
-        products = np.stack([np.einsum("nqi,nqj->ij", one, one, optimize=True) for one in folds])
+        free, through = _without_base(z, rows.base.shape[2])
+        products = np.stack([_products(free[rows.fold == fold]) for fold in range(rows.policy.folds)])
         total = products.sum(axis=0)
         held = [_squares(one, _solved(total - one)) for one in products]
         c = _solved(total)
@@ -62,11 +59,30 @@ class Hypothesis:
         return np.asarray(left - np.einsum("nqk,k->nq", columns, self.c))
 
 
-def _onto(B: Array, others: Array) -> Array:
-    """Coefficients (q, p, j) of other columns (n, q, j) on those of the base (n, q, p), each output by itself."""
+def gains(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest) -> Array:
+    """Nats (m,) that each of m groups of columns (n, q, k) explains by itself in sample, beside base and `inside`."""
+    stacked = np.concatenate([rows.base, inside, *several, rows.target[:, :, None]], axis=2)
+    z, _ = rest.whitened(rows.row_s, rows.count, stacked)
+    N, k = _products(_without_base(z, rows.base.shape[2])[0]), inside.shape[2]
+    N = N[k:, k:] - N[k:, :k] @ np.linalg.pinv(N[:k, :k], rcond=1e-12, hermitian=True) @ N[:k, k:]
+    ends = np.cumsum([one.shape[2] for one in several])
+    groups = [np.r_[end - one.shape[2] : end, len(N) - 1] for one, end in zip(several, ends, strict=True)]
+    return np.array([(N[-1, -1] - _squares(N[np.ix_(g, g)], _solved(N[np.ix_(g, g)]))) / 2 for g in groups])
+
+
+def _without_base(z: Array, p: int) -> tuple[Array, Array]:
+    """Columns (n, q, j) less their part along the first p, each output by itself, and that part's coefficients."""
+    B, others = z[:, :, :p], z[:, :, p:]
     BB = np.einsum("nqi,nqj->qij", B, B, optimize=True)
     inverse = np.linalg.pinv(BB, rcond=1e-13, hermitian=True)
-    return np.asarray(inverse @ np.einsum("nqi,nqj->qij", B, others, optimize=True))
+    through = inverse @ np.einsum("nqi,nqj->qij", B, others, optimize=True)
+    return others - np.einsum("nqp,qpj->nqj", B, through, optimize=True), through
+
+
+def _products(free: Array) -> Array:
+    """Products (j, j) of columns (n, q, j), summed over rows and outputs."""
+    flat = free.reshape(-1, free.shape[2])
+    return np.asarray(flat.T @ flat)
 
 
 def _solved(products: Array) -> Array:

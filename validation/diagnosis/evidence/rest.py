@@ -15,6 +15,10 @@ ROUNDS = 3000
 """Updates of the variances: after them a random walk's likelihood is within a nat of its limit."""
 LEAST_WHITE = 1e-3
 """Share of the residual's variance that is white at the least: a filter without white noise interpolates."""
+LEAST_SLOW = 1e-7
+"""Variance over the white one below which a process is not there."""
+SAME_STEP, SETTLED = 1e-6, 1e-12
+"""Relative difference of steps that are one, and the change of a gain that is constant from there on."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +55,10 @@ class Rest:
         A Kalman filter with transition exp(-dt / tau_j) at the true times; rows that are not usable teach nothing.
         """
         out, ln_S = np.zeros(columns.shape), np.zeros(columns.shape[:2])
-        for a in range(columns.shape[1]):
-            _filter(
-                time_s, usable, columns[:, a], self.tau_s, self.slow[a], float(self.white[a]), out[:, a], ln_S[:, a]
-            )
+        for a, (white, slow) in enumerate(zip(self.white, self.slow, strict=True)):
+            there = slow > LEAST_SLOW * white
+            one, ln = _filter(time_s, usable, columns[:, a].copy(), self.tau_s[there], slow[there], float(white))
+            out[:, a], ln_S[:, a] = one, ln
         return out, ln_S
 
 
@@ -82,37 +86,47 @@ def _bands(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, A
 
 @fast_kernel
 def _filter(
-    time_s: Array, usable: Array, columns: Array, tau_s: Array, slow: Array, white: float, out: Array, ln_S: Array
-) -> None:
+    time_s: Array, usable: Array, columns: Array, tau_s: Array, slow: Array, white: float
+) -> tuple[Array, Array]:
     n, w = columns.shape
     J = len(tau_s)
-    P = np.diag(slow)
-    x = np.zeros((J, w))
-    gain = np.zeros(J)
+    P, x = np.diag(slow), np.zeros((J, w))
+    gain, kept = np.zeros(J), np.zeros(J)
+    out, ln_S = np.zeros((n, w)), np.zeros(n)
+    S, last_s, settled = white, -1.0, False
     for i in range(n):
         if i > 0:
+            step_s = time_s[i] - time_s[i - 1]
+            settled = settled and abs(step_s - last_s) < SAME_STEP * step_s and usable[i] > 0
+            if not settled:
+                kept[:] = np.exp(-step_s / tau_s)
+                last_s = step_s
+                for j in range(J):
+                    for k in range(J):
+                        P[j, k] *= kept[j] * kept[k]
+                    P[j, j] += (1 - kept[j] * kept[j]) * slow[j]
             for j in range(J):
-                a = np.exp(-(time_s[i] - time_s[i - 1]) / tau_s[j])
                 for c in range(w):
-                    x[j, c] *= a
-                for k in range(J):
-                    P[j, k] *= a
-                    P[k, j] *= a
-                P[j, j] += (1 - a * a) * slow[j]
+                    x[j, c] *= kept[j]
         if usable[i] == 0:
             continue
-        S = white + P.sum()
+        if not settled:
+            S = white + P.sum()
+            change = 0.0
+            for j in range(J):
+                new = P[j].sum() / S
+                change = max(change, abs(new - gain[j]))
+                gain[j] = new
+            for j in range(J):
+                for k in range(J):
+                    P[j, k] -= gain[j] * gain[k] * S
+            settled = i > 0 and change < SETTLED
         ln_S[i] = np.log(S)
-        for j in range(J):
-            gain[j] = P[j].sum() / S
-        root = 1 / np.sqrt(S)
         for c in range(w):
             e = columns[i, c]
             for j in range(J):
                 e -= x[j, c]
-            out[i, c] = e * root
+            out[i, c] = e / np.sqrt(S)
             for j in range(J):
                 x[j, c] += gain[j] * e
-        for j in range(J):
-            for k in range(J):
-                P[j, k] -= gain[j] * gain[k] * S
+    return out, ln_S

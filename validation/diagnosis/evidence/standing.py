@@ -9,7 +9,7 @@ import numpy as np
 
 from sim.state import Array
 from validation.diagnosis.evidence.compare import Evidence, search_price
-from validation.diagnosis.evidence.hypothesis import Hypothesis, white
+from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, white
 from validation.diagnosis.evidence.rows import Rows
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.strength import strength_columns
@@ -48,9 +48,10 @@ class Beside:
         """Columns (n, q, k) after those of the effects already in."""
         return np.concatenate([self.inside, columns], axis=2)
 
-    def roughly(self, columns: Array) -> float:
-        """Nats that columns gain beside the rest as it is without them: no more than a first look."""
-        return Hypothesis.given(self.rows, self.joined(columns), self.poorer.rest).held - self.poorer.held
+    def roughly(self, several: Sequence[Array]) -> Array:
+        """Nats (m,) that groups of columns gain beside the rest as it is without them: no more than a first look."""
+        width = np.array([columns.shape[2] for columns in several])
+        return np.asarray(gains(self.rows, self.inside, several, self.poorer.rest) - width)
 
     def standing(self, evidence: Evidence, columns: Array) -> Standing:
         """A candidate's evidence beside a rest of its own, less the price of its search.
@@ -65,12 +66,10 @@ class Beside:
 
     def surrogates(self, one: Standing) -> Array:
         """Nats that a candidate's columns, mirrored and rolled in time, gain in sample from what it leaves."""
-        rows, rest = self.rows, one.hypothesis.rest
-        left = replace(rows, target=one.hypothesis.residual(rows, self.joined(one.columns)))
-        n, times = len(one.columns), rows.policy.surrogates
-        rolled = (np.roll(one.columns[::-1], n * (2 * k + 1) // (2 * times), axis=0) for k in range(times))
-        nothing = Hypothesis.given(left, one.columns[:, :, :0], rest).whole
-        return np.array([Hypothesis.given(left, columns, rest).whole - nothing for columns in rolled])
+        n, times = len(one.columns), self.rows.policy.surrogates
+        rolled = [np.roll(one.columns[::-1], n * (2 * t + 1) // (2 * times), axis=0) for t in range(times)]
+        left = replace(self.rows, target=one.hypothesis.residual(self.rows, self.joined(one.columns)))
+        return gains(left, one.columns[:, :, :0], rolled, one.hypothesis.rest)
 
     def left_of(self, rival: Standing, best: Standing) -> float:
         """Part of its own gain that a rival keeps once the best is in, with the best's rest."""

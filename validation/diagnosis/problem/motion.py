@@ -33,7 +33,7 @@ def course(recording: Recording) -> dict[str, Any]:
     zero = np.zeros((n, 3))
     return {
         "time_s": time_s,
-        "interval_s": float(time_s[-1] / (n - 1)),
+        "interval_s": float(np.median(np.diff(time_s))),  # of what was sampled, not of gaps and bursts
         "pos_enu_m": zero if recording.pos_enu_m is None else recording.pos_enu_m,
         "channels": scalars_of(recording),
         "attitude": "navigation",
