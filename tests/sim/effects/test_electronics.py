@@ -23,9 +23,20 @@ def test_latency_delays_a_slow_tone(states, delay):
     signal = np.repeat(np.sin(0.3 * state.time_s)[:, None], 3, axis=1)
     out = out_of(Latency(delay), state, signal)[:, 1]
     expected = np.sin(0.3 * (state.time_s - delay))
-    late = state.time_s >= delay
-    np.testing.assert_allclose(out[late], expected[late], atol=1e-5)
-    np.testing.assert_allclose(out[~late], signal[0, 1], atol=1e-12)
+    late = state.time_s >= delay + state.interval_s  # before that a held value is among the three
+    np.testing.assert_allclose(out[late], expected[late], atol=1e-7)
+    np.testing.assert_allclose(out[state.time_s < delay - state.interval_s], signal[0, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize("turn_rad", [0.025, 0.05, 0.1])
+def test_the_label_of_a_latency_does_not_depend_on_the_sample_interval(states, turn_rad):
+    """Of a field that turns by up to a tenth of a radian in a sample, as a hand-held sensor's does."""
+    state = states(2000)
+    w, delay = turn_rad / state.interval_s, 0.3 * state.interval_s
+    signal = np.repeat(3e4 * np.sin(w * state.time_s)[:, None], 3, axis=1)
+    label = Latency(delay).apply(state, signal, np.random.default_rng(0), {})[5:, 0]
+    true = 3e4 * (np.sin(w * (state.time_s - delay)) - np.sin(w * state.time_s))[5:]
+    assert np.abs(label - true).max() < 0.01 * np.abs(true).max()
 
 
 def test_saturation_clips_both_ways_and_leaves_the_rest(states):

@@ -55,6 +55,9 @@ def select(
         chosen = _chosen(ground, ranking, found, start) if not after.clean else accepted(ranking, problem.policy)
         if chosen is None or _is_form(chosen, found, problem.policy):
             break
+        if _is_look_alike(chosen, found):
+            found[:] = [_with_look_alike(one, chosen) for one in found]
+            break
         found.append(chosen)
         ground = ground.beside(chosen.columns(problem))
         after = _with_earth_vector(residual_tests(ground, names_of(found)), ground)
@@ -85,6 +88,23 @@ def residual_tests(ground: Ground, found: Sequence[str]) -> Battery:
     samples = problem.policy.filter_memory if filtered else 1
     tests = battery(left, problem.usable, problem.state.interval_s, fitted, problem.policy, samples)
     return tests if tests.clean or not as_stated(problem, left) else replace(tests, why=())
+
+
+def _is_look_alike(chosen: Accepted, found: Sequence[Accepted]) -> bool:
+    """Whether the data do not tell an effect from one that is in: it takes what that one's form leaves."""
+    return any(_alike(one, chosen) for one in found)
+
+
+def _alike(one: Accepted, chosen: Accepted) -> bool:
+    return one.name != chosen.name and (one.name in chosen.alternatives or chosen.name in one.alternatives)
+
+
+def _with_look_alike(one: Accepted, chosen: Accepted) -> Accepted:
+    """An effect with those that look like it; any of them may have the form that fits."""
+    if not _alike(one, chosen):
+        return one
+    names = dict.fromkeys((*one.alternatives, chosen.name, *chosen.alternatives))
+    return replace(one, alternatives=tuple(name for name in names if name != one.name))
 
 
 def _is_form(chosen: Accepted, found: Sequence[Accepted], policy: Policy) -> bool:

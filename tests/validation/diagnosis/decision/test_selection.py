@@ -7,12 +7,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision.choice import Accepted, accepted
-from validation.diagnosis.decision.selection import _is_form, _with_earth_vector, residual_tests
+from validation.diagnosis.decision.selection import (
+    _is_form,
+    _is_look_alike,
+    _with_earth_vector,
+    _with_look_alike,
+    residual_tests,
+    select,
+)
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
@@ -99,3 +108,26 @@ def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
     posed = problem(hidden={effect.name: {level: [2.0] * 3}})
     assert not residual_tests(Ground.of(posed), ()).clean
     assert residual_tests(Ground.of(replace(posed, effects=(effect(**{level: (2.0,) * 3}),))), ()).clean
+
+
+def test_what_a_look_alike_takes_is_the_form_of_the_first() -> None:
+    one, other = _accepted(FIRST, 10.0), replace(_accepted(SECOND, 5.0), alternatives=(FIRST.name, THIRD.name))
+    assert _is_look_alike(other, [one])
+    assert not _is_look_alike(_accepted(SECOND, 5.0), [one])
+    assert _with_look_alike(one, other).alternatives == (SECOND.name, THIRD.name)
+    assert _with_look_alike(_accepted(THIRD, 3.0), _accepted(SECOND, 5.0)).alternatives == ()
+
+
+@pytest.mark.parametrize(("cutoff_hz", "order"), [(1.0, 2), (2.0, 3)])
+def test_a_low_pass_of_another_order_is_one_class_of_look_alikes(cutoff_hz: float, order: int) -> None:
+    """Several poles, on the field between the samples; the library has one pole, at the samples."""
+    given = recording()
+    fine_s = np.linspace(given.time_s[0], given.time_s[-1], 8 * (len(given) - 1) + 1)
+    field = CubicSpline(given.time_s, problem(given).state.field_nT)(fine_s)
+    sos = butter(order, cutoff_hz, fs=1 / (fine_s[1] - fine_s[0]), output="sos")
+    start = sosfilt_zi(sos)
+    late = np.stack([sosfilt(sos, x, zi=start * x[0])[0][::8] for x in field.T], axis=1)
+    noise = np.random.default_rng(1).normal(size=late.shape)
+    found = select(problem(replace(given, mag_nT=late + noise * 40.0))).found
+    assert len(found) == 1
+    assert {found[0].name, *found[0].alternatives} >= {"latency", "bandwidth"}
