@@ -19,6 +19,7 @@ class Clues:
     remedy : what takes it away, or out of the data.
     absorbed : a fit of hard and soft iron takes it up whole, so that it shows only as a change of the given model.
     same_as : name of an effect that does the same on every motion where iron is fitted too, and that is named first.
+    kin : effects of one kin are the same to first order: their forms alone, which may be in error, tell them apart.
     constant : it adds one constant vector, whose change a slow wander imitates.
     one_run : an event of one run, which another run cannot show.
     memory : after it the noise of neighbouring samples is correlated.
@@ -31,6 +32,7 @@ class Clues:
     remedy: str = ""
     absorbed: bool = False
     same_as: str = ""
+    kin: str = ""
     constant: bool = False
     one_run: bool = False
     memory: bool = False
@@ -39,6 +41,8 @@ class Clues:
     spectrum: Density | None = None
 
 
+LATE = "late"
+"""The kin of what makes a measurement follow the field late."""
 IN_ITS_MOUNT = "turn the sensor in its mount, which turns its own errors and not the vehicle's"
 AT_SEVERAL_RATES = (
     "turn and shake at several rates: a delay grows with the rate, a low-pass and eddy currents fall behind it"

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from sim.effects.base import Memory, Replacement, frozen
-from sim.effects.clues import AT_SEVERAL_RATES, Clues
+from sim.effects.clues import AT_SEVERAL_RATES, LATE, Clues
 from sim.effects.kernels import first_order_lag
 from sim.effects.values import Quantity
 from sim.state import Array, State
@@ -24,7 +24,9 @@ class Bandwidth(Replacement):
     name = "bandwidth"
     stage = "sensor"
     example = {"cutoff_hz": 3.0}
-    clues = Clues(apart=AT_SEVERAL_RATES, remedy="turn more slowly, or raise the sensor's bandwidth", memory=True)
+    clues = Clues(
+        apart=AT_SEVERAL_RATES, remedy="turn more slowly, or raise the sensor's bandwidth", memory=True, kin=LATE
+    )
 
     cutoff_hz: Annotated[
         float,
@@ -55,7 +57,7 @@ class Latency(Replacement):
     name = "latency"
     stage = "electronics"
     example = {"delay_s": 0.11}
-    clues = Clues(apart=AT_SEVERAL_RATES, remedy="correct the time stamps", memory=True)
+    clues = Clues(apart=AT_SEVERAL_RATES, remedy="correct the time stamps", memory=True, kin=LATE)
 
     delay_s: Annotated[
         float, Quantity("s", 0.0, 60.0, "d", role="listed", tried=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0))

@@ -119,10 +119,16 @@ class Policy:
     )  # fmt: skip
     tried_coloured: int = number(4, "candidates that get a rest of their own, the best with the rest as it is")
     same_coloured: float = number(
-        0.35, "part of the best's evidence within which one that is of no use beside it looks like it, in colour",
+        0.12, "part of the best's evidence within which one that is of no use beside it looks like it, in colour",
+        run="a trial before this program",
+    )  # fmt: skip
+    same_kin: float = number(
+        0.03, "the same of its kin beside a white rest: what an error of form gains", run="a trial before this program"
+    )
+    same_kin_coloured: float = number(
+        0.35, "the same of its kin beside a coloured rest",
         run="a hand-held optical log: its delay of 15 ms gains 0.66 to 0.70 of what nine free columns do",
     )  # fmt: skip
-    same_white: float = number(0.03, "the same beside a white one: what an error of form gains")
     look_alike_left: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
     least_added: float = number(0.05, "share of the gap that an effect must explain beside a coloured rest")
 

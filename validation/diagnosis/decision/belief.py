@@ -13,6 +13,7 @@ from validation.diagnosis.decision.iron import iron_changes
 from validation.diagnosis.decision.selection import Selection
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.slow_noise import SlowNoise, wander
+from validation.diagnosis.evidence.stated import states_wander
 
 
 @dataclass(frozen=True)
@@ -72,8 +73,8 @@ def iron_differs(belief: Belief) -> Belief:
 
 
 def wander_moves_the_mean(belief: Belief) -> Belief:
-    """A slow wander changes the mean: beside it no constant has changed."""
-    if belief.noise is None:
+    """A slow wander changes the mean: beside one that was found, or that the model states, no constant has changed."""
+    if belief.noise is None and not states_wander(belief.selection.end.problem):
         return belief
     return replace(belief, iron=tuple(one for one in belief.iron if not BY_NAME[one.name].clues.constant))
 

@@ -108,10 +108,25 @@ def _stands(best: Standing, inflation: float, most: float, ground: Ground, *, co
 
 
 def _named(best: Standing, tried: Sequence[Standing], beside: Beside, inflation: float, *, coloured: bool) -> Accepted:
+    """The simplest of those as good as the best and of its kin, and all others that look like it."""
     policy = beside.rows.policy
-    share = policy.same_coloured if coloured else policy.same_white
+    chance = policy.apart * inflation
     others = [one for one in tried if one is not best]
-    close = [best, *look_alikes(best, others, beside, policy.apart * inflation, share)]
-    evidence = [replace(one.evidence, gain=one.gain, V=inflation) for one in close]
-    chosen = _simplest(evidence, policy)
-    return Accepted(chosen, tuple(one.name for one in evidence if one is not chosen))
+    kin = [one for one in others if are_kin(one.evidence, best.evidence)]
+    as_good = look_alikes(best, others, beside, chance, 0.0)
+    of_its_kin = look_alikes(best, kin, beside, chance, policy.same_kin_coloured if coloured else policy.same_kin)
+    alike = look_alikes(best, others, beside, chance, policy.same_coloured) if coloured else []
+    simplest = [best, *as_good, *(one for one in of_its_kin if one not in as_good)]
+    chosen = _simplest([_deflated(one, inflation) for one in simplest], policy)
+    names = dict.fromkeys(one.evidence.name for one in (*simplest, *alike))
+    return Accepted(chosen, tuple(name for name in names if name != chosen.name))
+
+
+def are_kin(one: Evidence, other: Evidence) -> bool:
+    """Whether two effects are the same to first order."""
+    kin = one.candidate.effect.clues.kin
+    return bool(kin) and kin == other.candidate.effect.clues.kin
+
+
+def _deflated(one: Standing, inflation: float) -> Evidence:
+    return replace(one.evidence, gain=one.gain, V=inflation)

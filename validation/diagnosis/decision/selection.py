@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from sim.effects import BY_NAME
-from validation.diagnosis.decision.choice import Accepted, accepted, accepted_beside_colour
+from validation.diagnosis.decision.choice import Accepted, accepted, accepted_beside_colour, are_kin
 from validation.diagnosis.evidence.battery import Battery, battery
 from validation.diagnosis.evidence.compare import Evidence, ranked
 from validation.diagnosis.evidence.ground import Ground
@@ -52,11 +52,11 @@ def select(
         say(f"candidates, round {len(found) + 1}")
         ranking = ranked(ground, members)
         first = first or ranking
-        chosen = _chosen(ground, ranking, found, start) if not after.clean else accepted(ranking, problem.policy)
-        if chosen is None or _is_form(chosen, found, problem.policy):
+        chosen = _chosen(ground, ranking, found, start, after)
+        if chosen is None:
             break
-        if _is_look_alike(chosen, found):
-            found[:] = [_with_look_alike(one, chosen) for one in found]
+        if _is_form(chosen, found, problem.policy):
+            found = _with_kin(found, chosen)
             break
         found.append(chosen)
         ground = ground.beside(chosen.columns(problem))
@@ -64,8 +64,12 @@ def select(
     return Selection(tuple(found), start, ground, before, after, first, without)
 
 
-def _chosen(ground: Ground, ranking: Sequence[Evidence], found: Sequence[Accepted], start: Ground) -> Accepted | None:
-    """The next effect beside a rest with its own colour."""
+def _chosen(
+    ground: Ground, ranking: Sequence[Evidence], found: Sequence[Accepted], start: Ground, tests: Battery
+) -> Accepted | None:
+    """The next effect: beside white noise where what is left is clean, else beside a rest with its own colour."""
+    if tests.clean:
+        return accepted(ranking, ground.problem.policy)
     before = names_of(found)
     return accepted_beside_colour(
         ground, ranking, start, lambda after, name: residual_tests(after, [*before, name]).clean
@@ -90,27 +94,23 @@ def residual_tests(ground: Ground, found: Sequence[str]) -> Battery:
     return tests if tests.clean or not as_stated(problem, left) else replace(tests, why=())
 
 
-def _is_look_alike(chosen: Accepted, found: Sequence[Accepted]) -> bool:
-    """Whether the data do not tell an effect from one that is in: it takes what that one's form leaves."""
-    return any(_alike(one, chosen) for one in found)
-
-
-def _alike(one: Accepted, chosen: Accepted) -> bool:
-    return one.name != chosen.name and (one.name in chosen.alternatives or chosen.name in one.alternatives)
-
-
-def _with_look_alike(one: Accepted, chosen: Accepted) -> Accepted:
-    """An effect with those that look like it; any of them may have the form that fits."""
-    if not _alike(one, chosen):
-        return one
-    names = dict.fromkeys((*one.alternatives, chosen.name, *chosen.alternatives))
-    return replace(one, alternatives=tuple(name for name in names if name != one.name))
+def _with_kin(found: Sequence[Accepted], chosen: Accepted) -> list[Accepted]:
+    """Effects, those of another's kin with it among their look-alikes: what it takes is their form."""
+    out = []
+    for one in found:
+        if are_kin(one.evidence, chosen.evidence):
+            names = dict.fromkeys((*one.alternatives, chosen.name, *chosen.alternatives))
+            one = replace(one, alternatives=tuple(name for name in names if name != one.name))
+        out.append(one)
+    return out
 
 
 def _is_form(chosen: Accepted, found: Sequence[Accepted], policy: Policy) -> bool:
-    """Whether an effect is only the form of what is in: much smaller than the first, or the same at another setting."""
+    """Whether an effect is only the form of what is in: smaller by far, of its kin, or the same at another setting."""
     if not found:
         return False
+    if any(are_kin(one.evidence, chosen.evidence) for one in found):
+        return True
     same = [one.evidence.candidate for one in found if one.name == chosen.name]
     if any(_differs_by_setting(chosen.evidence.candidate, one) for one in same):
         return True

@@ -101,9 +101,9 @@ def gains_along_the_field(problem: LinearProblem, inside: Array, columns: Array)
 
 
 def look_alikes(
-    best: Standing, others: Sequence[Standing], beside: Beside, least_nats: float, share: float
+    best: Standing, others: Sequence[Standing], beside: Beside, chance: float, share: float
 ) -> list[Standing]:
-    """Those nearly as good as the best, and of no use once it is in."""
-    within = max(least_nats, share * best.gain)
+    """Those that are within a number of nats or a share of the best, and of no use once it is in."""
+    within = max(chance, share * best.gain)
     near = [one for one in others if best.gain - one.gain < within]
     return [one for one in near if beside.left_of(one, best) < beside.rows.policy.look_alike_left]

@@ -19,7 +19,7 @@ def as_stated(problem: LinearProblem, residual: Array) -> bool:
     must be as small as the stated error makes it. Without a stated attitude error every axis must be so.
     """
     if problem.attitude_std_rad == 0 or problem.mode != "vector":
-        return _states_wander(problem) and _as_white_and_wander(problem, residual)
+        return states_wander(problem) and _as_white_and_wander(problem, residual)
     back = np.linalg.inv(problem.turn)
     u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
     nT = (residual * problem.sigma_nT) @ back.T
@@ -30,7 +30,8 @@ def as_stated(problem: LinearProblem, residual: Array) -> bool:
     return _as_white_and_wander(problem, scaled[:, None]) and _small_across(problem, across)
 
 
-def _states_wander(problem: LinearProblem) -> bool:
+def states_wander(problem: LinearProblem) -> bool:
+    """Whether the model has a slow noise of its own."""
     return any(effect.clues.spectrum is not None for effect in problem.effects)
 
 
@@ -50,7 +51,7 @@ def _as_white_and_wander(problem: LinearProblem, values: Array) -> bool:
     policy, interval_s = problem.policy, problem.state.interval_s
     bands = Bands.of(values, interval_s, policy)
     expected = max(2 * interval_s, float(bands.power[-1])) + _wander(problem, bands.f)
-    margin = policy.stated_margin if _states_wander(problem) else 1.0
+    margin = policy.stated_margin if states_wander(problem) else 1.0
     return bool((bands.odds(bands.power / expected / margin) > policy.band_alarm / len(bands.f)).all())
 
 

@@ -16,9 +16,8 @@ from tests.validation.diagnosis.synthetic import problem, recording, without_att
 from validation.diagnosis.decision.choice import Accepted, accepted
 from validation.diagnosis.decision.selection import (
     _is_form,
-    _is_look_alike,
     _with_earth_vector,
-    _with_look_alike,
+    _with_kin,
     residual_tests,
     select,
 )
@@ -110,12 +109,11 @@ def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
     assert residual_tests(Ground.of(replace(posed, effects=(effect(**{level: (2.0,) * 3}),))), ()).clean
 
 
-def test_what_a_look_alike_takes_is_the_form_of_the_first() -> None:
-    one, other = _accepted(FIRST, 10.0), replace(_accepted(SECOND, 5.0), alternatives=(FIRST.name, THIRD.name))
-    assert _is_look_alike(other, [one])
-    assert not _is_look_alike(_accepted(SECOND, 5.0), [one])
-    assert _with_look_alike(one, other).alternatives == (SECOND.name, THIRD.name)
-    assert _with_look_alike(_accepted(THIRD, 3.0), _accepted(SECOND, 5.0)).alternatives == ()
+def test_what_one_of_its_kin_takes_is_the_form_of_the_first() -> None:
+    one, other = [effect for effect in EFFECTS if effect.clues.kin][:2]
+    first, second = _accepted(one, 10.0), _accepted(other, 9.0)
+    assert _is_form(second, [first], STANDARD)
+    assert [found.alternatives for found in _with_kin([first, _accepted(FIRST, 3.0)], second)] == [(other.name,), ()]
 
 
 @pytest.mark.parametrize(("cutoff_hz", "order"), [(1.0, 2), (2.0, 3)])
