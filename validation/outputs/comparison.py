@@ -17,6 +17,7 @@ from sim.dataset.files import locked_directory, remove_leftovers, write_text
 from sim.run import run_in_memory
 from sim.simulate import plan
 from sim.streams import stream
+from validation.bound.ratio import bound_ratio, knowledge_of, least_scores
 from validation.comparison.answer import Answer, answer, overall
 from validation.comparison.design import Design
 from validation.comparison.engine import Engine, run_trials
@@ -130,7 +131,23 @@ def _answered(design: Design, table: Table, asked: Question) -> Comparison:
         sentence=overall(answers, titles),
         reference=asked.reference or answers[0].best.calibrator.split("@")[0],
         looked_at=_looked_at(table, answers[0]),
+        least=_least(design),
     )
+
+
+def _least(design: Design) -> dict[tuple[int, str, str], float]:
+    """The bound on each score by point, calibrator and column."""
+    told = {one.name: knowledge_of(one.name, attitude_free=one.attitude_free) for one in design.candidates}
+    least: dict[tuple[int, str, str], float] = {}
+    for number, point in enumerate(design.points):
+        found = least_scores(point.scenario, {knowledge for knowledge in told.values() if knowledge})
+        least |= {
+            (number, name, column): value
+            for name, knowledge in told.items()
+            for (of, column), value in found.items()
+            if of == knowledge
+        }
+    return least
 
 
 def summary(found: Comparison, seed: int) -> dict[str, Any]:
@@ -149,7 +166,7 @@ def summary(found: Comparison, seed: int) -> dict[str, Any]:
             "calibrators": table.calibrators,
             "scores": table.scores,
             "points": [{"point": point, **values} for point, values in table.points.items()],
-            "table": [_row(table, one) for one in figures(table, found.reference)],
+            "table": [_row(found, one) for one in figures(table, found.reference)],
             "differences": [
                 {"point": point, **vars(one)}
                 for point, answer in enumerate(found.answers)
@@ -160,8 +177,9 @@ def summary(found: Comparison, seed: int) -> dict[str, Any]:
     return result
 
 
-def _row(table: Table, one: Figure) -> dict[str, Any]:
-    ratio = None if one.ratio is None else vars(one.ratio)
+def _row(found: Comparison, one: Figure) -> dict[str, Any]:
+    table, ratio = found.table, None if one.ratio is None else vars(one.ratio)
+    least = found.least.get((one.point, one.calibrator, one.score.column))
     return {
         "point": one.point,
         **table.points[one.point],
@@ -173,7 +191,7 @@ def _row(table: Table, one: Figure) -> dict[str, Any]:
         "high": one.found.high,
         "failures": one.failures,
         "trials": one.trials,
-        "bound_ratio": None,
+        "bound_ratio": bound_ratio(table.values(one.score.column, one.calibrator, one.point), least),
         "reference_ratio": ratio,
     }
 

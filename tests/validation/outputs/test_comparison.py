@@ -46,6 +46,15 @@ def test_files_say_the_same(out: Path, design: Design):
     assert rows[told["reference"], "offset_error"]["reference_ratio"]["value"] == 1.0
 
 
+def test_scores_are_ratios_to_the_bound_of_what_a_method_is_told(out: Path):
+    """Six trials of methods that nearly reach it: within chance of one; no bound on what is not corrected."""
+    told = json.loads((out / "comparison.json").read_text())
+    ratios = {(row["calibrator"], row["score"]): row["bound_ratio"] for row in told["table"]}
+    for name in ("ellipsoid", "vector_least_squares"):
+        assert 0.5 < ratios[name, "offset_error"] < 1.7
+    assert ratios["uncorrected", "offset_error"] is None
+
+
 def test_three_trials_are_recorded_to_look_at(out: Path):
     assert {path.name for path in (out / "recordings").iterdir()} == {"best.rrd", "median.rrd", "worst.rrd"}
 

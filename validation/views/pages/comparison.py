@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -40,7 +40,10 @@ class Cell:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a page shows: the table, an answer a point, the sentence of all, and where the trials to look at are."""
+    """What a page shows: the table, an answer a point, the sentence of all, and where the trials to look at are.
+
+    least: the bound on scores by point, calibrator and column.
+    """
 
     title: str
     table: Table
@@ -48,6 +51,7 @@ class Comparison:
     sentence: str
     reference: str
     looked_at: str
+    least: dict[tuple[int, str, str], float] = field(default_factory=dict)
 
 
 def page(found: Comparison) -> str:

@@ -1,0 +1,61 @@
+"""Scores as ratios to the bound: how far a calibrator is from what any method could reach with what it is told."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib import CALIBRATORS
+from scenarios.errors import InputError
+from sim.effects.noise import WhiteNoise
+from sim.scenario import Scenario
+from sim.simulate import plan
+from validation.bound.bound import Bound
+from validation.bound.files import scenario_experiment
+from validation.bound.uses import uses
+from validation.scoring.meaning import MEANINGS
+
+Array = NDArray[np.float64]
+OTHER_SENSORS = {"scalar", "array"}
+"""What tells a method more than one magnetometer does: no bound is known for it."""
+
+
+def knowledge_of(name: str, *, attitude_free: bool) -> str | None:
+    """What a calibrator is told of the field, by the word of `KNOWLEDGE`; None for other or several sensors."""
+    needs = set(CALIBRATORS[name].needs) if name in CALIBRATORS else set()
+    if "@" in name or needs & OTHER_SENSORS:
+        return None
+    if not attitude_free:
+        return "vector"
+    return "norm+gyro" if "gyro" in needs else "norm"
+
+
+def least_scores(scenario: Scenario, knowledges: set[str]) -> dict[tuple[str, str], float]:
+    """The least rms of scores over runs, by what is known and the score's column; of the scenario's first run.
+
+    Empty where there is no bound: without noise, or where the vehicle cannot do the motion.
+    """
+    try:
+        known = scenario_experiment(scenario, _stated_noise_nT(scenario))
+    except InputError:
+        return {}
+    found: dict[tuple[str, str], float] = {}
+    for knowledge in sorted(knowledges):
+        bound = Bound.of(known, knowledge)
+        found[knowledge, MEANINGS["offset_error"].column] = bound.offset_rms_nT
+        found |= {(knowledge, one.meaning.column): one.value for one in uses(known, bound)}
+    return found
+
+
+def _stated_noise_nT(scenario: Scenario) -> float | None:
+    """Rms over the axes of the white noise of the first sensor, as the scenario states it."""
+    stated = [one.std_nT for one in plan(scenario).effects[0] if isinstance(one, WhiteNoise)]
+    return float(np.sqrt(np.mean(np.square(stated)) * len(stated))) or None if stated else None
+
+
+def bound_ratio(values: Array, least: float | None) -> float | None:
+    """Rms of a score over the trials with an estimate, over the least that any method can reach; None without one."""
+    finite = values[np.isfinite(values)]
+    if least is None or not 0 < least < np.inf or not len(finite):
+        return None
+    return float(np.sqrt(np.mean(finite**2)) / least)
