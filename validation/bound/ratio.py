@@ -50,7 +50,7 @@ def least_scores(scenario: Scenario, knowledges: set[str]) -> dict[tuple[str, st
 def _stated_noise_nT(scenario: Scenario) -> float | None:
     """Rms over the axes of the white noise of the first sensor, as the scenario states it."""
     stated = [one.std_nT for one in plan(scenario).effects[0] if isinstance(one, WhiteNoise)]
-    return float(np.sqrt(np.mean(np.square(stated)) * len(stated))) or None if stated else None
+    return float(np.sqrt(np.mean(np.square(stated)) * len(stated))) if stated else None
 
 
 def bound_ratio(values: Array, least: float | None) -> float | None:
