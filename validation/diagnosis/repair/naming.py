@@ -13,6 +13,7 @@ from sim.state import Array
 from validation.diagnosis.decision.belief import Belief
 from validation.diagnosis.evidence.direct import Direct
 from validation.diagnosis.evidence.white_noise import more_noise
+from validation.diagnosis.problem.blocks import fit, inflation
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.chain import left_with_iron_refitted, predict
 from validation.diagnosis.repair.refine import refined
@@ -58,7 +59,8 @@ class Left:
 
 def _refined(problem: LinearProblem, belief: Belief) -> list[Named]:
     """Effects and changes of the iron with their parameters refined through the simulator's chain."""
-    V = belief.found[0].evidence.V if belief.found else 1.0
+    end = belief.selection.end
+    V = inflation(end.sums, fit(end.sums, end.everything), problem.policy)
     everything = np.ones(len(problem.recording), bool)
     fine = refined(problem, _made(belief), everything, V, refit_iron=not problem.iron_known)
     rests_on = [(one, How.HELD_OUT) for one in belief.found] + [(one, How.IRON) for one in belief.iron]
