@@ -13,6 +13,7 @@ import numpy as np
 from scenarios.errors import InputError
 from scenarios.names import closest
 from sim.scenario import Scenario, load
+from validation.bound.ratio import knowledge_of, least_scores
 from validation.calibrating.candidates import Candidate, candidates
 from validation.comparison.design import Design, Point
 from validation.comparison.trial import Row
@@ -20,23 +21,24 @@ from validation.gates.baseline import read_baseline
 from validation.gates.course import Course, Trial
 from validation.gates.planning import planned
 from validation.gates.sequential import Array
-from validation.gates.spec import FAILURE, Gate, GateFile
+from validation.gates.spec import BOUND, FAILURE, Gate, GateFile
 from validation.scoring.judging import UNCORRECTED
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A gate among the trials of its group: which rows it reads, and how far it got."""
+    """A gate among the trials of its group: which rows it reads, and how far it got; bound: what its limit is of."""
 
     course: Course
     calibrator: str
     reference: str | None = None
     baseline: Array | None = None
+    bound: float = 1.0
 
     def reading(self, run: int, rows: Mapping[str, Row]) -> Trial:
         """What one trial, its rows by calibrator, says to the gate."""
         row, gate = rows[self.calibrator], self.course.plan.gate
-        score, other = value_of(row, gate), 1.0
+        score, other = value_of(row, gate), self.bound
         if self.reference is not None:
             other = value_of(rows[self.reference], gate)
         if self.baseline is not None:
@@ -113,6 +115,19 @@ def _name(text: str) -> str:
     return text.partition("@")[0]
 
 
+def _bound_of(gate: Gate, calibrator: str, design: Design) -> float:
+    """The least rms of a gate's score that any method reaches which is told as much; InputError where none is known."""
+    free = next((one.attitude_free for one in design.candidates if one.name == _name(calibrator)), False)
+    knowledge = knowledge_of(calibrator, attitude_free=free)
+    scenario = design.points[-1].scenario
+    least = least_scores(scenario, {knowledge}) if knowledge and calibrator != UNCORRECTED else {}
+    found = least.get((knowledge or "", gate.meaning.column), math.inf)
+    if not 0 < found < math.inf:
+        what = f"no bound is known on {gate.meaning.name} of {calibrator} in {scenario.name}"
+        raise InputError(what, do="name a calibrator as the reference, or give a limit")
+    return found
+
+
 @dataclass(frozen=True)
 class _Builder:
     file: GateFile
@@ -139,7 +154,8 @@ class _Builder:
 
     def _add_candidates(self, found: dict[str, Candidate], index: int) -> None:
         gate = self.file.gate[index]
-        for key, text in (("calibrator", gate.calibrator), ("reference", gate.reference)):
+        reference = None if gate.reference == BOUND else gate.reference
+        for key, text in (("calibrator", gate.calibrator), ("reference", reference)):
             name = _name(text or UNCORRECTED)
             if name not in found and name != UNCORRECTED:
                 with self._at(index, key):
@@ -161,13 +177,15 @@ class _Builder:
         with self._at(index, "calibrator"):
             calibrator = _row_of(gate.calibrator, rows, design)
         with self._at(index, "reference"):
-            reference = None if gate.reference is None else _row_of(gate.reference, rows, design)
+            bounded = gate.reference == BOUND
+            reference = None if bounded or gate.reference is None else _row_of(gate.reference, rows, design)
+            bound = _bound_of(gate, calibrator, design) if bounded else 1.0
         values = None
         if gate.baseline is not None and self.baselines:
             with self._at(index, "baseline"):
                 file = self.path.parent / gate.baseline
                 values = read_baseline(file, design, calibrator, gate.meaning.name, plan.max_trials)
-        return Entry(Course(plan), calibrator, reference, values)
+        return Entry(Course(plan), calibrator, reference, values, bound)
 
     @contextmanager
     def _at(self, index: int, key: str) -> Iterator[None]:

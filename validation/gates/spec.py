@@ -19,6 +19,8 @@ from validation.scoring.meaning import Meaning, meaning_of
 FALSE_FAIL_RATE, POWER, QUANTILE, SMALLEST_DEFECT, MARGIN = 1e-4, 0.99, 0.5, 1.5, 1.1
 """What a file that says nothing gets: one run of all gates in 10,000 fails without cause, and so on."""
 FAILURE = "failure"
+BOUND = "bound"
+"""The reference that is no calibrator: the least rms of the score that any method can reach, of the first run."""
 NOT_REPEATED = "wall_time"
 """A score that no limit holds for: it is not the same twice."""
 
@@ -29,8 +31,9 @@ Part = Annotated[float, Field(ge=0.5, lt=1)]
 class Gate(Table):
     """One calibrator's score on one scenario, held to a limit: its quantile over the runs is to keep below it.
 
-    The limit is an absolute one, `ratio` times the score of `reference` in the same trial, or `margin` times the score
-    that the calibrator had in the same trial when `baseline` was written. A trial without an estimate is over it.
+    The limit is an absolute one, `ratio` times the score of `reference` in the same trial (or times the bound), or
+    `margin` times the score that the calibrator had in the same trial when `baseline` was written. A trial without an
+    estimate is over it.
     """
 
     name: str = Field(pattern=r"^\S(.*\S)?$", max_length=100, description="what reports call it")
@@ -41,7 +44,7 @@ class Gate(Table):
     score: str = Field(description="of scores.json, with its unit or without; less must be better")
     limit: Positive | None = Field(None, description="in the score's unit")
     ratio: Positive | None = Field(None, description="limit as a multiple of the reference's score in the same trial")
-    reference: str | None = Field(None, description="calibrator that ratio refers to")
+    reference: str | None = Field(None, description="calibrator that ratio refers to; bound: what any can reach")
     baseline: str | None = Field(None, description="file that --write-baseline wrote, beside this one")
     margin: Positive = Field(MARGIN, description="limit as a multiple of the baseline's score in the same trial")
     quantile: Part = Field(QUANTILE, description="which quantile of the score is to keep the limit; 0.5: the median")

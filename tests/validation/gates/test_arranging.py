@@ -26,6 +26,10 @@ Groups = Callable[..., tuple[Group, ...]]
         ({"calibrator": "elipsoid"}, r"gate\.0\.calibrator: .*no calibrator is called 'elipsoid'"),
         ({"limit": None, "ratio": 2.0, "reference": "spere"}, r"gate\.0\.reference: .*no calibrator is called 'spere'"),
         ({"scenario": "gradiometer-turntable"}, r"'ellipsoid' is none of the trial's rows .*ellipsoid@2"),
+        (
+            {"limit": None, "ratio": 2.0, "reference": "bound", "calibrator": "uncorrected"},
+            r"gate\.0\.reference: no bound is known on offset_error of uncorrected in tumble",
+        ),
         ({"max_trials": 3}, r"gate\.0\.max_trials: within 3 trials nothing fails"),
         ({"limit": None, "baseline": "there.parquet"}, r"gate\.0\.baseline: .*there\.parquet: no such file"),
     ],
@@ -36,6 +40,15 @@ def test_a_name_that_stands_for_nothing_is_refused_at_its_place(
     table = {"limit": 2.0} | keys
     with pytest.raises(InputError, match=says):
         groups_of(gate_text("a", **{key: value for key, value in table.items() if value is not None}))
+
+
+def test_a_limit_is_a_multiple_of_what_any_method_can_reach(groups_of: Groups) -> None:
+    keys = {"scenario": "standard-full", "score": "offset_error_nT", "ratio": 1.2, "reference": "bound"}
+    one, other = groups_of(gate_text("a", "ellipsoid", **keys), gate_text("b", "vector_least_squares", **keys))[
+        0
+    ].entries
+    assert one.reading(0, {"ellipsoid": row("ellipsoid", 0.6)}).other == pytest.approx(0.539, rel=0.02)
+    assert other.bound == pytest.approx(0.2938, rel=0.05)
 
 
 def test_a_scenario_is_found_beside_the_file(tmp_path: Path, groups_of: Groups) -> None:
