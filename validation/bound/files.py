@@ -15,8 +15,9 @@ from calib.numerics.noise import white_noise_std
 from calib.numerics.rates import world_to_body
 from calib.result import Calibration
 from scenarios.errors import InputError
-from sim.dataset import Recording, read_recording
+from sim.dataset import Recording, Truth, read_recording
 from sim.dataset.manifest import file_of
+from sim.effects.base import Effect
 from sim.run import run_in_memory
 from sim.scenario import Scenario
 from sim.simulate import plan
@@ -39,12 +40,27 @@ def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None) -
     """
     run = plan(scenario)
     recording, truth = run_in_memory(run)
-    sensor = hold_out(run.effects[0], Surroundings.of(recording, run.field_enu_nT))
+    known = true_experiment(recording, truth, run.effects[0], run.field_enu_nT, scenario.name, noise_std_nT)
+    return replace(known, gyro_std_rad_s=run.drawn.navigation.gyro_noise_std_rad_s)
+
+
+def true_experiment(
+    recording: Recording,
+    truth: Truth,
+    effects: tuple[Effect, ...],
+    field_enu_nT: Array,
+    where: str,
+    noise_std_nT: float | None = None,
+) -> Experiment:
+    """Of a recording with its truth: true field and motion, the matrix of its sensor's effects, and its white noise.
+
+    Raises InputError where there is no noise.
+    """
+    sensor = hold_out(effects, Surroundings.of(recording, field_enu_nT))
     residual_nT = recording.mag_nT - truth.field_nT @ sensor.matrix.T - sensor.offset_nT
     noise = _white(residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
-    known = _along(truth.field_nT, sensor.matrix, noise, recording.time_s, _turns_of(truth.q), scenario.name)
-    gyro_std_rad_s = run.drawn.navigation.gyro_noise_std_rad_s
-    return replace(known, gyro_std_rad_s=gyro_std_rad_s, field_enu_nT=run.field_enu_nT)
+    known = _along(truth.field_nT, sensor.matrix, noise, recording.time_s, _turns_of(truth.q), where)
+    return replace(known, field_enu_nT=field_enu_nT)
 
 
 def recording_experiment(

@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 
 from calib import CALIBRATORS
 from scenarios.errors import InputError
+from sim.effects.base import Effect
 from sim.effects.noise import WhiteNoise
 from sim.scenario import Scenario
 from sim.simulate import plan
 from validation.bound.bound import Bound
+from validation.bound.experiment import Experiment
 from validation.bound.files import scenario_experiment
 from validation.bound.uses import uses
 from validation.scoring.meaning import MEANINGS
@@ -35,10 +37,15 @@ def least_scores(scenario: Scenario, knowledges: set[str]) -> dict[tuple[str, st
 
     Empty where there is no bound: without noise, or where the vehicle cannot do the motion.
     """
+    run = plan(scenario)
     try:
-        known = scenario_experiment(scenario, _stated_noise_nT(scenario))
+        return least_of(scenario_experiment(scenario, stated_noise_nT(run.effects[0])), knowledges)
     except InputError:
         return {}
+
+
+def least_of(known: Experiment, knowledges: set[str]) -> dict[tuple[str, str], float]:
+    """The same of an experiment."""
     found: dict[tuple[str, str], float] = {}
     for knowledge in sorted(knowledges):
         bound = Bound.of(known, knowledge)
@@ -47,9 +54,9 @@ def least_scores(scenario: Scenario, knowledges: set[str]) -> dict[tuple[str, st
     return found
 
 
-def _stated_noise_nT(scenario: Scenario) -> float | None:
-    """Rms over the axes of the white noise of the first sensor, as the scenario states it."""
-    stated = [one.std_nT for one in plan(scenario).effects[0] if isinstance(one, WhiteNoise)]
+def stated_noise_nT(effects: tuple[Effect, ...]) -> float | None:
+    """Rms over the axes of a sensor's white noise, as its effects state it; None where they do not."""
+    stated = [one.std_nT for one in effects if isinstance(one, WhiteNoise)]
     return float(np.sqrt(np.mean(np.square(stated)) * len(stated))) if stated else None
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 import calib
 from calib import Reference
+from scenarios.errors import InputError
 from scenarios.plain import json_ready
 from sim import effects as effect_table
 from sim.dataset import Recording, Truth, read_run
@@ -19,9 +20,12 @@ from sim.dataset.files import locked_directory, write_text
 from sim.effects.base import Effect
 from sim.generate import write_runs
 from sim.scenario import Scenario
+from validation.bound.files import true_experiment
+from validation.bound.ratio import bound_ratio, knowledge_of, least_of, stated_noise_nT
 from validation.calibrating.candidates import Candidate, candidates
 from validation.calibrating.files import write_calibrations
 from validation.scoring.judging import UNCORRECTED, judged
+from validation.scoring.meaning import MEANINGS
 from validation.scoring.outcome import Outcome
 from validation.scoring.scores import Score
 from validation.views.pages.outcome import write_report
@@ -125,15 +129,43 @@ def summary(outcome: Outcome) -> dict[str, Any]:
             "answer": outcome.answer().plain() | {"compare": compare_command(outcome)},
             "ranking": outcome.ranking()[0],
             "tracking": outcome.tracking and asdict(outcome.tracking),
-            "scores": {key: [_row(one) for one in scores] for key, scores in outcome.scores.items()},
+            "scores": _rows(outcome),
             "calibrations": {key: calib.to_dict(c) for key, c in outcome.calibrations.items()},
         }
     )
     return found
 
 
-def _row(one: Score) -> dict[str, Any]:
-    return {"score": one.name, **{key: value for key, value in asdict(one).items() if key != "name"}}
+def _rows(outcome: Outcome) -> dict[str, list[dict[str, Any]]]:
+    """Every score as plain values, with its ratio to the bound of what its calibrator is told, where one is known."""
+    told = {
+        key: knowledge_of(key, attitude_free=any(one.rotation_removed for one in scores))
+        for key, scores in outcome.scores.items()
+        if key != UNCORRECTED
+    }
+    least = _least(outcome, {knowledge for knowledge in told.values() if knowledge})
+    return {
+        key: [_row(one, least.get((told.get(key) or "", MEANINGS[one.name].column))) for one in scores]
+        for key, scores in outcome.scores.items()
+    }
+
+
+def _row(one: Score, least: float | None) -> dict[str, Any]:
+    plain = {key: value for key, value in asdict(one).items() if key != "name"}
+    return {"score": one.name, **plain, "bound_ratio": bound_ratio(np.array([one.value]), least)}
+
+
+def _least(outcome: Outcome, knowledges: set[str]) -> dict[tuple[str, str], float]:
+    """The bound on this run's scores; empty for arrays, without noise, and where the truth does not say its chain."""
+    if outcome.sensors > 1 or not knowledges or "effect_order" not in outcome.truth.parameters:
+        return {}
+    truth, (effects, *_) = outcome.truth, _effects(outcome.truth)
+    enu_nT, name = np.array(truth.parameters["field_enu_nT"]), outcome.scenario.name
+    try:
+        known = true_experiment(outcome.recording, truth, effects, enu_nT, name, stated_noise_nT(effects))
+        return least_of(known, knowledges)
+    except InputError:
+        return {}
 
 
 def _effects(truth: Truth) -> list[tuple[Effect, ...]]:

@@ -17,6 +17,8 @@ from validation.outputs.run import judge, summary
 from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.scoring.scores import Score
 
+NEITHER = {"in_sample": False, "rotation_removed": False, "bound_ratio": None}
+
 
 @pytest.fixture(scope="module")
 def outcome() -> Outcome:
@@ -32,8 +34,8 @@ def test_scores_are_rows_with_their_unit_and_null_for_what_is_not_finite(outcome
     assert [one["calibrator"] for one in found["answer"]["failed"]] == ["psoga", "gyro_ml"]
     assert found["answer"]["compare"].startswith("magbench compare SCENARIO.toml")
     assert found["scores"]["psoga"] == [
-        {"score": "offset_error", "value": None, "unit": "nT", "in_sample": False, "rotation_removed": False},
-        {"score": "heading_rms", "value": None, "unit": "deg", "in_sample": False, "rotation_removed": False},
+        {"score": "offset_error", "value": None, "unit": "nT"} | NEITHER,
+        {"score": "heading_rms", "value": None, "unit": "deg"} | NEITHER,
     ]
     assert found["ranking"] == outcome.ranking()[0]
     assert found["tracking"] is None
@@ -58,3 +60,17 @@ def test_a_run_is_judged_against_its_own_truth(tmp_path_factory: pytest.TempPath
     best = found.ranking()[0][0]
     error = next(s.value for s in found.scores[best] if s.name == RANKED_BY)
     assert error < 0.002 * found.field_strength_nT
+
+
+def test_scores_of_a_run_are_ratios_to_its_bound(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Three components of one run: their rms over the bound's is between 0.15 and 2.3 in 99 of 100."""
+    scenario = load("standard-full", ["phases.0.duration_s=120"])
+    folder = tmp_path_factory.mktemp("ratio") / "data"
+    generate(scenario, folder)
+    rows = summary(judge(scenario, *read_run(folder)))["scores"]
+    ratio = {key: {one["score"]: one["bound_ratio"] for one in some} for key, some in rows.items()}
+    for name in ("ellipsoid", "vector_least_squares"):
+        assert 0.15 < ratio[name]["offset_error"] < 2.3
+        assert ratio[name]["wall_time"] is None
+    assert ratio["sphere"]["offset_error"] > 5
+    assert set(ratio["uncorrected"].values()) == {None}
