@@ -155,6 +155,12 @@ def test_a_wander_that_the_model_has_is_no_gap(seed: int, flight, model) -> None
     assert diagnose(flight(wander, seed=seed), model()).verdict in ("named", "generic")
 
 
+def test_rows_that_a_slower_sensor_repeats_are_left_out(flight, model) -> None:  # type: ignore[no-untyped-def]
+    given = flight({})
+    slower = replace(given, mag_nT=np.repeat(given.mag_nT[::2], 2, axis=0)[: len(given)])
+    assert diagnose(slower, model()).problem.usable.mean() == pytest.approx(0.5, abs=0.01)
+
+
 def test_the_gap_shrinks_on_held_out_segments(flight, model) -> None:  # type: ignore[no-untyped-def]
     gap = diagnose(flight({"nonlinearity": HIDDEN["nonlinearity"]}), model()).gap
     assert gap.before_sigma > 1.1

@@ -72,11 +72,14 @@ def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
 
 
 def _bands(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, Array, Array]:
-    """Frequencies (m,), power (q, m) with white noise at its variance, and independent lines (m,) of bands in log f."""
+    """Frequencies (m,), power (q, m) with white noise at its variance, and independent lines (m,) of bands in log f.
+
+    From the first line on: the course of a random walk over the whole run stands there, and would else be a drift.
+    """
     n = len(residual)
     window = np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2
     power = np.abs(np.fft.rfft((residual - residual.mean(axis=0)) * window, axis=0)) ** 2 / (window**2).sum()
-    edges = np.unique(np.geomspace(policy.first_line, len(power), policy.bands).astype(int))
+    edges = np.unique(np.geomspace(1, len(power), policy.bands).astype(int))
     band = [slice(a, b) for a, b in itertools.pairwise(edges)]
     f = np.fft.rfftfreq(n, interval_s)
     lines = np.array([b.stop - b.start for b in band], dtype=np.float64)

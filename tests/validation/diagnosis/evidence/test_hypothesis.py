@@ -14,7 +14,7 @@ from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.hypothesis import Hypothesis, white
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.rows import Rows
-from validation.diagnosis.evidence.standing import gains_along_the_field
+from validation.diagnosis.evidence.standing import Beside, gains_along_the_field
 from validation.diagnosis.library.candidates import proposed
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
@@ -108,3 +108,12 @@ def test_from_white_alone_a_slow_course_is_not_swallowed() -> None:
     poorer = Hypothesis.of(rows, drift[:, :, :0], (white(1),))
     richer = Hypothesis.of(rows, drift, (poorer.rest, white(1)))
     assert richer.held - poorer.held > 10
+
+
+def test_what_surrogates_gain_as_well_is_no_effect(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By their greatest gain, and by their mean, which deflates the evidence."""
+    posed = _wandering(0, HIDDEN, step_nT=0.1)
+    for by_chance in (np.r_[np.zeros(15), 1e6], np.full(16, 300.0)):
+        with monkeypatch.context() as patch:
+            patch.setattr(Beside, "surrogates", lambda self, one, by_chance=by_chance: by_chance)
+            assert select(posed).found == ()

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from sim.effects import BY_NAME, EFFECTS
 from sim.state import Array
@@ -167,3 +168,14 @@ def test_the_base_leaves_most_of_what_a_free_motion_shows() -> None:
     posed = problem()
     driven = [members[0] for name, members in proposed(posed).items() if BY_NAME[name].with_role("motor")]
     assert all(survival(posed, member) > posed.policy.absorbed_survival for member in driven)
+
+
+def test_a_delay_is_driven_by_the_rate_and_not_by_the_noise_of_an_attitude() -> None:
+    given = recording()
+    exact = problem(given)
+    q = Rotation.from_quat(np.array(given.att_q), scalar_first=True)
+    shake = Rotation.from_rotvec(1e-3 * np.random.default_rng(0).normal(size=(len(given), 3)))
+    noisy = replace(given, att_q=(q * shake).as_quat(scalar_first=True), gyro_rad_s=exact.state.rate_rad_s)
+    late = Candidate(BY_NAME["latency"], (("delay_s", 0.1),))
+    clean, seen = (late.contribution_nT(one)[5:] for one in (exact, problem(noisy)))
+    assert np.sqrt(((seen - clean) ** 2).mean()) < 0.05 * np.sqrt((clean**2).mean())
