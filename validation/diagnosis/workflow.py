@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from validation.diagnosis.decision.iron import absorbed_effects
 from validation.diagnosis.decision.judgement import Case, doubts_of, verdict_of
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.decision.wording import advice_for, sentence_for
-from validation.diagnosis.evidence.direct import direct_evidence, held_rows
-from validation.diagnosis.evidence.localise import localise
+from validation.diagnosis.evidence.direct import Direct, direct_evidence, held_rows
+from validation.diagnosis.evidence.localise import Share, localise
 from validation.diagnosis.evidence.reference import doubts_of_reference
 from validation.diagnosis.library.candidates import missing_channels
 from validation.diagnosis.policy import STANDARD, Policy
@@ -29,6 +29,17 @@ from validation.diagnosis.result import Diagnosis, How, Named
 from validation.diagnosis.verdict import Verdict
 
 Progress = Callable[[str], object]
+
+
+@dataclass(frozen=True)
+class Examined:
+    """A recording beside a model, and what is believed of it: all that the words of a diagnosis rest on."""
+
+    model: Model
+    problem: LinearProblem
+    direct: tuple[Direct, ...]
+    belief: Belief
+    wrong_reference: tuple[str, ...]
 
 
 def diagnose(
@@ -51,37 +62,50 @@ def diagnose(
     Raises InputError as `validation.diagnosis.problem.pose.pose` does, and for a bad effect table of the model.
     """
     say("direct evidence")
-    whole = posed(recording, model, field_enu_nT, strength_nT, iron_known=not fitted_base, policy=policy)
-    direct = direct_evidence(whole, without)
-    wrong = np.logical_or.reduce([held_rows(whole), *(one.samples for one in direct)])
-    problem = whole.without(wrong)
+    problem = posed(recording, model, field_enu_nT, strength_nT, iron_known=not fitted_base, policy=policy)
+    seen = examined(problem, model, without, say)
+    say("the simulator with the new model")
+    return told(seen)
+
+
+def examined(
+    whole: LinearProblem, model: Model, without: frozenset[str] = frozenset(), say: Progress = lambda what: None
+) -> Examined:
+    """What is believed of a problem that was posed with a model, wrong samples left out."""
+    direct = tuple(direct_evidence(whole, without))
+    problem = whole.without(np.logical_or.reduce([held_rows(whole), *(one.samples for one in direct)]))
     wrong_reference = doubts_of_reference(problem)
     belief = believed(select(problem, frozenset(BY_NAME) if wrong_reference else without, say))
     if wrong_reference:  # its gap resembles many effects
         belief = replace(belief, iron=(), noise=None)
-    say("the simulator with the new model")
-    named = names_of(problem, belief, direct)
-    return _told(model, problem, belief, named, Left.of(problem, belief), wrong_reference)
+    return Examined(model, problem, direct, belief, wrong_reference)
 
 
-def _told(
-    model: Model,
-    problem: LinearProblem,
-    belief: Belief,
-    named: tuple[Named, ...],
-    left: Left,
-    wrong_reference: tuple[str, ...],
-) -> Diagnosis:
-    """The diagnosis of what was found, in words and with the new model."""
+def told(seen: Examined) -> Diagnosis:
+    """The diagnosis of what is believed, in words and with the new model."""
+    problem, belief = seen.problem, seen.belief
+    named, left = names_of(problem, belief, seen.direct), Left.of(problem, belief)
     where = localise(problem, left.before)
     case = Case(problem, named, belief.clean, left.gap, where, left.after)
     verdict = verdict_of(case)
-    doubts = (*wrong_reference, *doubts_of(case, verdict))
+    doubts = (*seen.wrong_reference, *doubts_of(case, verdict))
     if doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
         verdict, left = Verdict.UNKNOWN, left.undone()
         named = tuple(one for one in named if one.how is How.DIRECT)
-    selection, names = belief.selection, {one.name for one in named}
-    found = Diagnosis(
+    found = _without_words(seen, named, verdict, doubts, where, left)
+    return replace(found, sentence=sentence_for(found), advice=advice_for(found))
+
+
+def _without_words(
+    seen: Examined,
+    named: tuple[Named, ...],
+    verdict: Verdict,
+    doubts: tuple[str, ...],
+    where: tuple[Share, ...],
+    left: Left,
+) -> Diagnosis:
+    problem, selection, names = seen.problem, seen.belief.selection, {one.name for one in named}
+    return Diagnosis(
         verdict=verdict,
         sentence="",
         named=named,
@@ -92,13 +116,12 @@ def _told(
         doubts=doubts,
         ranking=tuple((one.name, one.nats, one.strength) for one in selection.first_ranking),
         before=selection.before,
-        after=belief.after,
-        model=patched(model, named, problem),
+        after=seen.belief.after,
+        model=patched(seen.model, named, problem),
         problem=problem,
         before_nT=left.before * problem.sigma_nT,
         after_nT=left.after * problem.sigma_nT,
     )
-    return replace(found, sentence=sentence_for(found), advice=advice_for(found))
 
 
 def _untested(problem: LinearProblem) -> tuple[str, ...]:
