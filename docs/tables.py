@@ -108,8 +108,6 @@ def _equations(cls: type[Effect]) -> str:
 
 
 def _parameter(p: Parameter) -> str:
-    if p.options:
-        return f"`{p.name}`: {p.doc}"
     return f"`{p.name}`: {p.doc}" + (f" [{p.unit}]" if p.unit else "")
 
 

@@ -117,7 +117,7 @@ def channels_of(vehicle: str) -> tuple[str, ...]:
 def _check_channels(vehicle: str, effects: Iterable[Effect]) -> None:
     there = dict.fromkeys(channels_of(vehicle))
     for effect in effects:
-        for name in sorted(set(effect.needs) - MOTION - set(there)):
+        for name in sorted(set(effect.causes) - MOTION - set(there)):
             problem, place = missing_channel(name, there), f"effects.{effect.name}"
             raise InputError(f"{problem.what}, which the {vehicle} has not", where=place, do=problem.do)
 

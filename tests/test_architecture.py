@@ -32,6 +32,7 @@ WORDS = {
     "validation/inspection/frames.py": {"scale"},
     "validation/inspection/values.py": {"spikes"},
     "sim/dataset/units.py": {"scale"},
+    "sim/effects/channels.py": {"scale"},
     "scenarios/paths/turntable.py": {"turntable"},
 }
 """Where the word is a quantity's, a factor's, a fault's or a phase's and no effect or vehicle is meant."""

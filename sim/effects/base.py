@@ -61,8 +61,9 @@ class Effect(ABC):
 
     ``signal_out = signal_in + apply(state, signal_in, rng, memory)``: what it returns is also its label.
 
-    A parameter is a field annotated with a `Quantity` (unit, range, meaning, role) or a `Choice` (a word), and has a
-    default; with all defaults the effect does nothing. The roles say what a fit may do, see `values.Role`.
+    A parameter is a field annotated with a `Quantity` (unit, range, meaning, role), a `Choice` (a word) or a
+    `ChannelName`, and has a default; with all defaults the effect does nothing. The roles say what a fit may do, see
+    `values.Role`.
 
     A subclass also says: `name`; `stage`, where in the chain it acts; `needs`, what must be known of the motion
     ("attitude", "rate", "position") and the channels that it depends on, by column; `example`, values with which it
@@ -105,6 +106,13 @@ class Effect(ABC):
     def problem(self) -> str | None:
         """What is wrong with the parameters taken together, if anything; each alone is checked before."""
         return None
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """What must be known for it: what its class needs, and the channel that it names."""
+        name = self.with_role("channel")
+        named = getattr(self, name) if name else ""
+        return (*self.needs, named) if named else self.needs
 
     @classmethod
     def describe_parameters(cls) -> None:

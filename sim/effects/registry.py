@@ -10,6 +10,7 @@ import difflib
 
 from scenarios.errors import InputError
 from sim.effects.base import Effect
+from sim.effects.channels import ChannelEffect
 from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
 from sim.effects.drift import OffsetJump, OffsetRandomWalk, SensorOffset
 from sim.effects.dynamic import Bandwidth, Latency
@@ -46,6 +47,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     TemperatureOffset,
     Hysteresis,
     Bandwidth,
+    ChannelEffect,
     SensorOffset,
     OffsetJump,
     OffsetRandomWalk,
@@ -87,6 +89,7 @@ def describe(name: str) -> str:
     lines = [f"{name} ({cls.stage}): {summary(name)}"]
     lines += ["    " + line.strip() for line in (cls.__doc__ or "").split("\n")[1:] if line.strip()]
     for p in cls.parameters():
-        values = ", ".join(p.options) or f"{p.low:g} to {p.high:g} {p.unit}".rstrip()
+        span = p.expected if p.worded else f"{p.low:g} to {p.high:g} {p.unit}".rstrip()
+        values = ", ".join(p.options) or span
         lines.append(f"  {p.name} = {p.default}  ({values}): {p.doc}")
     return "\n".join(lines)

@@ -20,7 +20,19 @@ from scenarios.errors import InputError
 Vec3 = tuple[float, float, float]
 Mat3 = tuple[Vec3, Vec3, Vec3]
 Role = Literal[
-    "linear", "tangent", "listed", "moment", "place", "origin", "frequency", "phase", "motor", "level", "fixed", "free"
+    "linear",
+    "tangent",
+    "listed",
+    "moment",
+    "place",
+    "origin",
+    "frequency",
+    "phase",
+    "motor",
+    "channel",
+    "level",
+    "fixed",
+    "free",
 ]
 """What a fit may do with a parameter.
 
@@ -34,6 +46,7 @@ origin     where a field that is linear in the place vanishes; found with the co
 frequency  of a tone; the lines of a spectrum are searched, then refined
 phase      of a tone; a sine and a cosine span it
 motor      the number of a motor; each is tried
+channel    the name of a channel; each that a recording holds is tried, after every effect that says its own causes
 level      the size of a random disturbance, of each axis
 fixed      a convention or a form (a reference, an extent): left as it is given
 free       refined from where it stands
@@ -90,11 +103,21 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class ChannelName:
+    """Annotation of a parameter that names a channel by its column; the empty text names none."""
+
+    doc: str
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return handler(schema) | {"description": self.doc}
+
+
+@dataclass(frozen=True)
 class Parameter:
     """One parameter of an effect class: its name, default and shape beside what its annotation says.
 
-    `options`: the words that it takes, if it takes words; it then has no range. `several`: a number, or any number of
-    them. `integer`: a count or an index.
+    `options`: the words that it takes, if it takes one of a few. `several`: a number, or any number of them.
+    `integer`: a count or an index.
     """
 
     name: str
@@ -107,10 +130,11 @@ class Parameter:
 
     @classmethod
     def of(cls, name: str, info: FieldInfo) -> Parameter:
-        """The parameter of a field annotated with a `Quantity` or a `Choice`."""
-        about = next(note for note in info.metadata if isinstance(note, Quantity | Choice))
-        if isinstance(about, Choice):
-            words = Quantity("", 0.0, 0.0, about.doc, role="fixed")
+        """The parameter of a field annotated with a `Quantity`, a `Choice` or a `ChannelName`."""
+        about = next(note for note in info.metadata if isinstance(note, Quantity | Choice | ChannelName))
+        if not isinstance(about, Quantity):
+            role: Role = "fixed" if isinstance(about, Choice) else "channel"
+            words = Quantity("", 0.0, 0.0, about.doc, role=role)
             return cls(name, info.default, (), words, options=get_args(info.annotation))
         several = get_origin(info.annotation) is not tuple and bool(get_args(info.annotation))
         return cls(name, info.default, np.shape(info.default), about, several=several, integer=info.annotation is int)
@@ -141,10 +165,15 @@ class Parameter:
         return self.quantity.role
 
     @property
+    def worded(self) -> bool:
+        """Whether it takes a word, which has no range, and no number."""
+        return isinstance(self.default, str)
+
+    @property
     def expected(self) -> str:
         """What a value looks like, for messages."""
-        if self.options:
-            return "one of " + ", ".join(self.options)
+        if self.worded:
+            return "one of " + ", ".join(self.options) if self.options else "the name of a channel"
         if self.integer:
             return "a whole number"
         if self.several:

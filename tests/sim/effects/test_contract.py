@@ -106,7 +106,7 @@ def test_basis_times_coefficients_is_the_contribution(cls, states, active):
 def test_parameters_say_unit_bounds_and_meaning(cls):
     for p in cls.parameters():
         assert p.doc
-        assert p.options or p.low < p.high
+        assert p.worded or p.low < p.high
         assert getattr(cls(**{p.name: p.default}), p.name) == p.default
         for unit in ("nT", "deg", "_hz", "_s"):
             assert not p.name.endswith(unit) or p.unit
@@ -137,10 +137,11 @@ def test_an_effect_is_frozen(cls):
 @every
 def test_values_out_of_bounds_are_refused(cls):
     for p in cls.parameters():
-        wrong = "nonsense" if p.options else np.broadcast_to(p.high * 1.01 + 1.0, p.shape).tolist()
+        out = np.broadcast_to(p.high * 1.01 + 1.0, p.shape).tolist()
+        wrong = "nonsense" if p.options else out
         with pytest.raises(InputError, match=p.name):
             build({cls.name: {p.name: wrong}}, None, "file.toml")
-        if not p.options:
+        if not p.worded:
             with pytest.raises(InputError, match="finite"):
                 build({cls.name: {p.name: np.full(p.shape, np.nan).tolist()}}, None, "file.toml")
 

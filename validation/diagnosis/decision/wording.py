@@ -129,5 +129,5 @@ def _words(one: Named) -> str:
 
 def _main(one: Named) -> str:
     """The parameter that says how large an effect is."""
-    names: Sequence[str] = one.effect.linear or [p.name for p in one.effect.parameters() if not p.options]
+    names: Sequence[str] = one.effect.linear or [p.name for p in one.effect.parameters() if not p.worded]
     return names[0]

@@ -136,10 +136,10 @@ def missing_channels(effect: type[Effect], problem: LinearProblem) -> tuple[str,
 
 
 def _is_linear(effect: type[Effect]) -> bool:
-    """Whether an effect becomes columns beside the base."""
-    return (
-        not effect.clues.absorbed and not effect.stochastic and bool(effect.linear or effect.search or effect.tangents)
-    )
+    """Whether an effect becomes columns beside the base, and says its own causes."""
+    if effect.clues.absorbed or effect.stochastic or effect.with_role("channel"):
+        return False
+    return bool(effect.linear or effect.search or effect.tangents)
 
 
 def _is_measured(effect: type[Effect], problem: LinearProblem) -> bool:

@@ -100,5 +100,5 @@ def _field(model: ModelSpec, enu_nT: Array) -> Any:
 
 def _motion(effects: Sequence[Effect]) -> dict[str, Any]:
     given = channels_of(TABLE["vehicle"]["kind"])
-    needed = {name for effect in effects for name in effect.needs} - MOTION
+    needed = {name for effect in effects for name in effect.causes} - MOTION
     return TABLE if needed <= set(given) else CIRCLES

@@ -12,8 +12,8 @@ from sim.effects.base import Effect
 from sim.effects.values import Role
 from sim.state import Array
 
-STAY: tuple[Role, ...] = ("moment", "motor", "fixed")
-"""Roles of parameters that are not refined: a sample that a search found, a whole number, a convention."""
+STAY: tuple[Role, ...] = ("moment", "motor", "channel", "fixed")
+"""Roles of parameters that are not refined: a sample that a search found, a whole number, a name, a convention."""
 FIRST_STEP, LEAST_STEP = 0.1, 1e-6
 """Step of a number, over the largest of its kind, from which its scale is taken where it is zero."""
 
@@ -59,7 +59,6 @@ def _others(effect: Effect) -> tuple[str, ...]:
         p.name
         for p in effect.parameters()
         if p.name not in effect.linear
-        and not p.options
         and p.role not in STAY
         and (p.role == "phase" or bool(np.any(np.asarray(getattr(effect, p.name)) != 0)))
     )

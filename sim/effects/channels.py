@@ -1,0 +1,74 @@
+"""A disturbance that follows a channel in a way that no law says."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+
+from sim.effects.base import ZERO3, Effect, Memory, array, frozen
+from sim.effects.clues import Clues
+from sim.effects.kernels import first_order_lag
+from sim.effects.values import ChannelName, Quantity, Vec3
+from sim.state import TEMPERATURE, Array, State
+
+LAGS_S = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
+
+
+@frozen
+class ChannelEffect(Effect):
+    """Curve of any channel x: ``c1 u + c2 u^2 + c3 u^3``, ``u = (x - centre) / scale``, x felt late by a lag.
+
+    It names the channel and not the mechanism. Where |u| > 1 the curve goes on along its tangent at the end. Several
+    channels are several effects, whose curves add up.
+    """
+
+    name = "channel_effect"
+    stage = "sensor"
+    static = True
+    example = {
+        "channel": TEMPERATURE,
+        "centre": 18.0,
+        "scale": 4.0,
+        "linear_nT": (20.0, -10.0, 30.0),
+        "square_nT": (4.0, 3.0, -5.0),
+        "cube_nT": (-6.0, 2.0, 1.0),
+        "lag_s": 3.0,
+    }
+    clues = Clues(
+        apart="change the channel while all else is held",
+        remedy="log the channel and take its curve off, or look for what it drives",
+    )
+
+    channel: Annotated[str, ChannelName("column of x: a recorded or simulated channel")] = ""
+    centre: Annotated[float, Quantity("", -1e12, 1e12, "x at which it contributes nothing", role="fixed")] = 0.0
+    scale: Annotated[float, Quantity("", 1e-12, 1e12, "x - centre that is u = 1, in the unit of x", role="fixed")] = 1.0
+    order: Annotated[int, Quantity("", 1, 3, "highest power that is in use", role="fixed")] = 3
+    linear_nT: Annotated[Vec3, Quantity("nT", -1e9, 1e9, "c1 of the axes x, y, z", role="linear")] = ZERO3
+    square_nT: Annotated[Vec3, Quantity("nT", -1e9, 1e9, "c2 of the axes x, y, z", role="linear")] = ZERO3
+    cube_nT: Annotated[Vec3, Quantity("nT", -1e9, 1e9, "c3 of the axes x, y, z", role="linear")] = ZERO3
+    lag_s: Annotated[
+        float, Quantity("s", 0.0, 1e5, "time constant with which x is felt; 0: at once", role="listed", tried=LAGS_S)
+    ] = 0.0
+
+    def problem(self) -> str | None:
+        acts = any(value != 0 for power in (self.linear_nT, self.square_nT, self.cube_nT) for value in power)
+        return "it has a curve, but no channel" if acts and not self.channel else None
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        if not self.channel:
+            return np.zeros((len(state), 3))
+        x = state.channel(self.channel)[:, None]
+        felt = x if self.lag_s == 0 else first_order_lag(x, self.lag_s, state.interval_s, memory)
+        coefficients = array((self.linear_nT, self.square_nT, self.cube_nT))[: self.order]
+        return np.asarray(powers((felt[:, 0] - self.centre) / self.scale, self.order) @ coefficients)
+
+
+def powers(u: Array, order: int) -> Array:
+    """Powers 1 to `order` (n, order) of u (n,), which go on along their tangents beyond -1 and 1.
+
+    ``w^p + p w^(p-1) (u - w)``, w = u within -1 and 1 or the nearer of the two.
+    """
+    w = np.clip(u, -1.0, 1.0)[:, None]
+    p = np.arange(1, order + 1)
+    return np.asarray(w**p + p * w ** (p - 1) * (u[:, None] - w))
