@@ -61,7 +61,7 @@ def test_a_channel_that_nobody_gives_is_refused_with_those_there_are(states):
     with pytest.raises(InputError, match="payload_A"):
         label_of(ChannelEffect(X, linear_nT=(1, 0, 0)), states(3))
     scenario = load("auv-spiral", [f'effects.channel_effect={{channel="{X}", linear_nT=[1, 0, 0]}}'])
-    with pytest.raises(InputError, match="payload_A.*which the auv has not") as refused:
+    with pytest.raises(InputError, match=r"payload_A.*which the auv has not") as refused:
         plan(scenario)
     assert "temperature_degC" in refused.value.do
     plan(load("auv-spiral", ['effects.channel_effect={channel="current_1_A", linear_nT=[1, 0, 0]}']))
