@@ -23,8 +23,8 @@ BAR: tuple[tuple[str, str, float, bool], ...] = (
         (f"single, {s} sigma", what, limit, least)
         for s in ("0.3", "1")
         for what, limit, least in (
-            ("in_class", 0.95, True), ("first_right", 0.9, True), ("class_size", 1.5, False),
-            ("confidently_wrong", 0.005, False),
+            ("in_class", 0.95, True), ("first_right", 0.92, True), ("one_name", 0.85, True),
+            ("class_size", 1.5, False), ("extra_names", 0.05, False), ("confidently_wrong", 0.005, False),
         )
     ),
     ("left out", "misnamed", 0.01, False),
@@ -34,6 +34,22 @@ BAR: tuple[tuple[str, str, float, bool], ...] = (
     ("two effects, 1 to 1", "extra_names", 0.1, False),
     ("two effects, 3 to 1", "both", 0.8, True),
     ("two effects, 3 to 1", "extra_names", 0.1, False),
+    ("wide null, white", "named", 0.01, False),
+    ("wide null, coloured", "named", 0.02, False),
+    ("measured rest, shifted", "named", 0.02, False),
+    ("measured rest, random phases", "named", 0.02, False),
+    ("wide single, 0.1 sigma", "in_class", 0.85, True),
+    ("wide single, 0.1 sigma", "confidently_wrong", 0.02, False),
+    *(
+        (f"wide single, {s} sigma", what, limit, least)
+        for s in ("0.3", "1")
+        for what, limit, least in (
+            ("in_class", 0.95, True), ("first_right", 0.92, True), ("one_name", 0.85, True),
+            ("class_size", 1.5, False), ("extra_names", 0.05, False), ("confidently_wrong", 0.005, False),
+        )
+    ),
+    ("wide two effects, 1 to 1", "both", 0.85, True),
+    ("wide two effects, 1 to 1", "extra_names", 0.05, False),
     ("gap", "median", 0.97, True),
     ("gap", "tenth_percentile", 0.85, True),
     ("seconds", "slowest", 30.0, False),

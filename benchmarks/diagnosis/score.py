@@ -11,11 +11,14 @@ import numpy as np
 from benchmarks.diagnosis.outside import OUTSIDE
 from benchmarks.diagnosis.truth import EQUIVALENT, EXACT
 from sim.effects import EFFECTS
+from validation.diagnosis.result import How
 from validation.diagnosis.verdict import Verdict
 
 Row = dict[str, Any]
 NOISES = {effect.name for effect in EFFECTS if effect.clues.spectrum is not None}
 CONFIDENT = (Verdict.NAMED, Verdict.COMPOSITE)
+IN_TIME = {"offset_jump", "hard_iron_drift", "diurnal_drift"} | NOISES
+"""Effects whose cause is time alone."""
 WITHIN = {"time_s": (0.25, "s"), "position_enu_m": (0.5, "m"), "frequency_hz": (1e-3, "Hz"), "delay_s": (0.05, "")}
 """Most error of a parameter that a search finds, and its unit; without one it is relative."""
 
@@ -35,7 +38,7 @@ def figures(rows: Sequence[Row]) -> dict[str, Any]:
 
 def confusion(rows: Sequence[Row]) -> tuple[list[str], list[str], Any]:
     """Hidden effects, what was named first, and how often (hidden, first) over single and direct trials."""
-    some = [r for r in rows if r["kind"] in ("single", "direct")]
+    some = [r for r in rows if _sort(r) in ("single", "direct")]
     hidden = sorted({r["hidden"][0] for r in some})
     firsts = [_first(r) or r["verdict"] for r in some]
     columns = hidden + sorted(set(firsts) - set(hidden))
@@ -50,16 +53,18 @@ def failures(rows: Sequence[Row]) -> list[str]:
     missed: dict[str, Callable[[Row], bool]] = {
         "null": lambda r: bool(r["names"]),
         "coloured": lambda r: bool({name for name, _, _ in r["names"]} - NOISES),
-        "single": lambda r: not _hit(r),
+        "single": lambda r: not _alone(r),
         "direct": lambda r: not _hit(r),
         "left-out": _misnamed,
         "outside": lambda r: r["verdict"] != Verdict.UNKNOWN or not _driver(r),
-        "two": lambda r: len(_found(r)) < 2,
+        "two": lambda r: len(_found(r)) < 2 or len(r["names"]) > 2,
+        "shifted": lambda r: bool(_driven(r)),
+        "random": lambda r: bool(_driven(r)),
     }
     return [
-        f"{r['key']}: {r['verdict']} {[name for name, _, _ in r['names']]}, goes with {r['where'][:2]}"
+        f"{r['key']}: {r['verdict']} {[(name, others) for name, others, _ in r['names']]}, goes with {r['where'][:2]}"
         for r in rows
-        if missed[r["kind"]](r)
+        if missed[_sort(r)](r)
     ]
 
 
@@ -68,15 +73,41 @@ def _nulls(rows: Sequence[Row], allowed: set[str]) -> Row:
     return {"runs": len(rows), "named": len(named) / len(rows), "verdicts": dict(Counter(r["verdict"] for r in rows))}
 
 
+def _share(rows: Sequence[Row], holds: Callable[[Row], bool]) -> float:
+    return float(np.mean([holds(r) for r in rows]))
+
+
 def _single(rows: Sequence[Row]) -> Row:
     sizes = [1 + len(r["names"][0][1]) for r in rows if r["names"]]
     return {
         "runs": len(rows),
-        "in_class": float(np.mean([_hit(r) for r in rows])),
-        "first_right": float(np.mean([_right(r) for r in rows])),
+        "in_class": _share(rows, _hit),
+        "first_right": _share(rows, _right),
         "class_size": float(np.mean(sizes)) if sizes else None,
+        "one_name": _share(rows, _alone),
         "extra_names": float(np.mean([max(0, len(r["names"]) - 1) for r in rows])),
-        "confidently_wrong": float(np.mean([r["verdict"] in CONFIDENT and not _hit(r) for r in rows])),
+        "confidently_wrong": _share(rows, lambda r: r["verdict"] in CONFIDENT and not _hit(r)),
+        "verdicts": dict(Counter(r["verdict"] for r in rows)),
+        **({"white_rest": _white_rest(rows)} if any("colour" in r for r in rows) else {}),
+    }
+
+
+def _white_rest(rows: Sequence[Row]) -> Row:
+    """The same of those whose rest is white."""
+    white = [r for r in rows if not r.get("colour")]
+    return {
+        "runs": len(white),
+        **({"in_class": _share(white, _hit), "one_name": _share(white, _alone)} if white else {}),
+    }
+
+
+def _measured_rests(rows: Sequence[Row]) -> Row:
+    """Names for what was shifted or has random phases; what happens once, in time, may be in a log itself."""
+    return {
+        "runs": len(rows),
+        "named": _share(rows, lambda r: bool(_driven(r))),
+        "any_name": _share(rows, lambda r: bool(_of_data(r))),
+        "of": dict(Counter(name for r in rows for name in _driven(r))),
         "verdicts": dict(Counter(r["verdict"] for r in rows)),
     }
 
@@ -163,8 +194,29 @@ def _same(truth: str) -> set[str]:
     return {truth} | EQUIVALENT.get(truth, set())
 
 
+def _sort(r: Row) -> str:
+    """The kind of a trial, whoever makes its truth."""
+    return str(r["kind"].removeprefix("wide-").removeprefix("rest-"))
+
+
 def _hit(r: Row) -> bool:
-    return bool(_class(r) & ({r["hidden"][0]} if r["kind"] == "single" else _same(r["hidden"][0])))
+    """Whether the answer lists the truth; an iron that is of several kinds at once is any of them."""
+    return bool(_class(r) & ({r["hidden"][0]} if _sort(r) == "single" else _same(r["hidden"][0])))
+
+
+def _alone(r: Row) -> bool:
+    """Whether the truth, with its look-alikes, is all that the answer names."""
+    return _hit(r) and len(r["names"]) == 1 and r["verdict"] in (Verdict.NAMED, Verdict.CLASS)
+
+
+def _of_data(r: Row) -> set[str]:
+    """Names that rest on held-out data."""
+    return {name for name, _, how in r["names"] if how == How.HELD_OUT}
+
+
+def _driven(r: Row) -> set[str]:
+    """Those of them that are driven by what a log records."""
+    return _of_data(r) - IN_TIME
 
 
 def _first(r: Row) -> str:
@@ -172,7 +224,8 @@ def _first(r: Row) -> str:
 
 
 def _right(r: Row) -> bool:
-    return _first(r) in _same(r["hidden"][0])
+    """Whether the truth is first; a declared equivalent is right only in an answer that lists the truth too."""
+    return _first(r) in _same(r["hidden"][0]) and _hit(r)
 
 
 def _misnamed(r: Row) -> bool:
@@ -180,7 +233,7 @@ def _misnamed(r: Row) -> bool:
 
 
 def _found(r: Row) -> set[str]:
-    return {truth for truth in r["hidden"] if _class(r) & _same(truth)}
+    return {truth for truth in r["hidden"] if truth in _class(r)}
 
 
 def _driver(r: Row) -> bool:
@@ -196,6 +249,13 @@ GROUPS: tuple[tuple[str, str, bool, Score], ...] = (
     ("left-out", "left out", False, _left_out),
     ("outside", "outside the library", False, _outside),
     ("two", "two effects, {:g} to 1", True, _two),
+    ("wide-null", "wide null, white", False, _white_nulls),
+    ("wide-coloured", "wide null, coloured", False, _coloured_nulls),
+    ("wide-single", "wide single, {:g} sigma", True, _single),
+    ("wide-direct", "wide direct", False, _single),
+    ("wide-two", "wide two effects, {:g} to 1", True, _two),
+    ("rest-shifted", "measured rest, shifted", False, _measured_rests),
+    ("rest-random", "measured rest, random phases", False, _measured_rests),
 )
 """Kind of trial, title, whether each strength of the first effect is a group of its own, score."""
 

@@ -12,6 +12,12 @@ import numpy as np
 from benchmarks.diagnosis.motion import flown, jittered, motions, turned
 from benchmarks.diagnosis.outside import OUTSIDE, disturbed
 from benchmarks.diagnosis.truth import BASE, DIRECT, FLICKER, HIDDEN, PAIRS, Tables, felt_by, hidden
+from benchmarks.diagnosis.wide import rests
+from benchmarks.diagnosis.wide.courses import DRAWN
+from benchmarks.diagnosis.wide.making import Made, hidden_in, null, vehicle_for
+from benchmarks.diagnosis.wide.noises import COLOURS as WIDE_COLOURS
+from benchmarks.diagnosis.wide.table import FAMILIES, FAULTS
+from benchmarks.diagnosis.wide.table import PAIRS as WIDE_PAIRS
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.dataset import Recording
@@ -25,6 +31,12 @@ STRENGTHS = (0.1, 0.3, 1.0)
 NULLS, COLOURED = 15, 10
 """Null runs of each motion for one seed of the others: 300 and 200 for ten seeds."""
 COLOURS = ("attitude", "flicker", "jitter", "all")
+WIDE_NULLS, WIDE_COLOURED = 10, 7
+"""Null runs of each wide motion for one seed."""
+ANY = "any"
+"""A motion that is drawn with the truth."""
+WIDE, REST = "wide-", "rest-"
+"""How kinds of trials begin whose truth is of a wide family, and whose rest was measured."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +60,8 @@ class Trial:
 def trials(first_seed: int, seeds: int) -> Iterator[Trial]:
     """Every trial of the bench, a seed at a time."""
     for seed in range(first_seed, first_seed + seeds):
+        yield from _wide(seed)
+        yield from _measured_rests(seed)
         for motion in motions():
             for k in range(NULLS):
                 yield Trial("null", motion, (), (), seed * NULLS + k)
@@ -67,18 +81,68 @@ def trials(first_seed: int, seeds: int) -> Iterator[Trial]:
                 yield Trial("two", motion, pair[:: 1 - 2 * (seed % 2)], (3.0, 1.0), seed)
 
 
+def _wide(seed: int) -> Iterator[Trial]:
+    """Truths of wide families: every form at every strength, every fault, pairs, and nulls."""
+    for motion in DRAWN:
+        for k in range(WIDE_NULLS):
+            yield Trial(f"{WIDE}null", motion, (), (), seed * WIDE_NULLS + k)
+        for k in range(WIDE_COLOURED):
+            number = seed * WIDE_COLOURED + k
+            yield Trial(f"{WIDE}coloured", motion, (WIDE_COLOURS[number % len(WIDE_COLOURS)],), (), number)
+    for name in FAMILIES:
+        for strength in STRENGTHS:
+            yield Trial(f"{WIDE}single", ANY, (name,), (strength,), seed)
+    for name in FAULTS:
+        yield Trial(f"{WIDE}direct", ANY, (name,), (1.0,), seed)
+    for pair in WIDE_PAIRS:
+        yield Trial(f"{WIDE}two", ANY, pair, (1.0, 1.0), seed)
+
+
+def _measured_rests(seed: int) -> Iterator[Trial]:
+    """Measured rests, where the logs are there: with a channel shifted in time, and as the rest of a simulation."""
+    for name in rests.shifted_names(seed):
+        yield Trial(f"{REST}shifted", name, (), (), seed)
+    for name in rests.rest_names():
+        yield Trial(f"{REST}random", name, (), (), seed)
+
+
 def run(trial: Trial, policy: Policy = STANDARD) -> dict[str, Any]:
     """Make the recording, diagnose it, and tell what came out beside what was hidden."""
+    if trial.kind.startswith((WIDE, REST)):
+        return _run_wide(trial, policy)
     recording, truth, field = made(trial)
     without = frozenset(trial.hidden if trial.kind == "left-out" else ())
     model = ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field.tolist()}})
     begun = time.perf_counter()
     found = diagnose(recording, model, without=without, policy=policy)
+    return _row(trial, found, time.perf_counter() - begun) | {"parameters": _against(found, truth)}
+
+
+def _run_wide(trial: Trial, policy: Policy) -> dict[str, Any]:
+    """The row of a truth of a wide family or of a measured rest."""
+    made = _made_wide(trial)
+    begun = time.perf_counter()
+    found = diagnose(made.recording, made.model, fitted_base=made.fitted_base, policy=policy)
+    return _row(trial, found, time.perf_counter() - begun) | {"parameters": {}, "colour": made.colour}
+
+
+def _made_wide(trial: Trial) -> Made:
+    kind, seed = trial.kind, trial.seed
+    if kind.startswith(REST):
+        return rests.shifted(trial.motion, seed) if kind == f"{REST}shifted" else rests.beside(trial.motion, seed)
+    if kind == f"{WIDE}null":
+        return null(trial.motion, None, seed // WIDE_NULLS, seed)
+    if kind == f"{WIDE}coloured":
+        return null(trial.motion, trial.hidden[0], seed // WIDE_COLOURED, seed)
+    return hidden_in(vehicle_for(trial.hidden, seed), trial.hidden, trial.strengths, seed)
+
+
+def _row(trial: Trial, found: Diagnosis, seconds: float) -> dict[str, Any]:
     return {
-        **asdict(trial), "key": trial.key, "verdict": found.verdict, "seconds": time.perf_counter() - begun,
+        **asdict(trial), "key": trial.key, "verdict": found.verdict, "seconds": seconds,
         "names": [(one.name, list(one.alternatives), one.how) for one in found.named],
         "explained": found.gap.explained, "before_sigma": found.gap.before_sigma,
-        "where": [channel for channel, _, _ in found.where], "parameters": _against(found, truth),
+        "where": [channel for channel, _, _ in found.where],
     }  # fmt: skip
 
 
