@@ -12,6 +12,7 @@ from sim.effects.base import Effect
 from sim.scenario import Scenario
 from sim.state import Array
 from validation.diagnosis.evidence.battery import Battery
+from validation.diagnosis.evidence.judged import Judged
 from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
@@ -50,8 +51,8 @@ class Reach(StrEnum):
 class Named:
     """One effect that is missing in the model: fitted, with 95 % intervals, and those that it may be mistaken for.
 
-    nats: evidence on held-out data; strength: rms after the base refit, in noise; spread: standard deviations of each
-    parameter's components.
+    nats: evidence on held-out data, of which so many were `needed`; strength: rms after the base refit, in noise;
+    spread: standard deviations of each parameter's components.
     """
 
     effect: Effect
@@ -61,6 +62,7 @@ class Named:
     strength: float
     spread: dict[str, Array] = field(default_factory=dict)
     evidence: Reach = Reach.SINGLE_RUN
+    needed: float | None = None
 
     @property
     def name(self) -> str:
@@ -81,6 +83,17 @@ class GapSize:
     after_sigma: float
     explained: float | None
 
+    @property
+    def noise_nT(self) -> float:
+        """The noise of a sample."""
+        return self.before_nT / self.before_sigma
+
+    @property
+    def structure_nT(self) -> tuple[float, float]:
+        """What of the rms before and after is no noise: ``sqrt(rms^2 - noise^2)``."""
+        before, after = (max(rms_nT**2 - self.noise_nT**2, 0.0) ** 0.5 for rms_nT in (self.before_nT, self.after_nT))
+        return before, after
+
     @classmethod
     def of(cls, before: Array, after: Array, sigma_nT: Array, policy: Policy) -> GapSize:
         """The size of what is left before and after (n, q), in units of the noise (q,)."""
@@ -96,8 +109,8 @@ class Diagnosis:
     """All that is reported of one recording against one model.
 
     where: channels that the gap goes with; absorbed: effects that look like iron on this motion; untested: effects
-    whose causes the recording does not hold; doubts: why names were taken back; ranking: name, evidence and strength
-    of every candidate in the first round; before_nT, after_nT (n, q): what is left.
+    whose causes the recording does not hold; doubts: why names were taken back; ranking: every candidate as the first
+    round judged it; before_nT, after_nT (n, q): what is left.
     """
 
     verdict: Verdict
@@ -108,7 +121,7 @@ class Diagnosis:
     absorbed: tuple[str, ...]
     untested: tuple[str, ...]
     doubts: tuple[str, ...]
-    ranking: tuple[tuple[str, float, float], ...]
+    ranking: tuple[Judged, ...]
     before: Battery
     after: Battery
     model: Scenario
@@ -140,7 +153,7 @@ class Diagnosis:
                 "explained": self.gap.explained,
             },
             "left": list(self.after.why),
-            "candidates": [{"name": n, "evidence_nats": d, "strength_sigma": s} for n, d, s in self.ranking],
+            "candidates": [_candidate(one) for one in self.ranking],
             "not_observable": list(self.not_observable),
             "advice": list(self.advice),
         }
@@ -175,5 +188,16 @@ def _effect(one: Named) -> dict[str, Any]:
         "evidence": one.evidence,
         "how": one.how,
         "evidence_nats": one.nats,
+        "needed_nats": one.needed,
         "strength_sigma": one.strength,
+    }
+
+
+def _candidate(one: Judged) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "evidence_nats": one.nats,
+        "needed_nats": one.needed,
+        "strength_sigma": one.evidence.strength,
+        "outcome": one.outcome,
     }

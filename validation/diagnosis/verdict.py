@@ -60,8 +60,8 @@ class Verdict(StrEnum):
     )
     UNKNOWN = (
         "unknown",
-        "no effect of the library explains the gap",
-        "Something is missing that no effect of the library explains ({left}){goes_with}.",
+        "no effect of the library explains the gap well enough",
+        "Something is missing that no effect of the library explains well enough ({left}){nearest}{goes_with}.",
         False,
     )
     NOT_OBSERVABLE = (
@@ -71,6 +71,6 @@ class Verdict(StrEnum):
         False,
     )
 
-    def sentence(self, *, causes: str, share: str, left: str, goes_with: str) -> str:
+    def sentence(self, *, causes: str, share: str, left: str, nearest: str, goes_with: str) -> str:
         """The finding in one sentence for a field engineer."""
-        return self.template.format(causes=causes, share=share, left=left, goes_with=goes_with)
+        return self.template.format(causes=causes, share=share, left=left, nearest=nearest, goes_with=goes_with)

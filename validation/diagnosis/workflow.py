@@ -17,6 +17,7 @@ from validation.diagnosis.decision.judgement import Case, doubts_of, verdict_of
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.decision.wording import advice_for, sentence_for
 from validation.diagnosis.evidence.direct import Direct, direct_evidence, held_rows
+from validation.diagnosis.evidence.judged import taken_back
 from validation.diagnosis.evidence.localise import Share, localise
 from validation.diagnosis.evidence.reference import doubts_of_reference
 from validation.diagnosis.library.candidates import missing_channels
@@ -114,7 +115,7 @@ def _without_words(
         absorbed=tuple(name for name in absorbed_effects(problem) if name not in names),
         untested=_untested(problem),
         doubts=doubts,
-        ranking=tuple((one.name, one.nats, one.strength) for one in selection.first_ranking),
+        ranking=taken_back(selection.judged) if verdict is Verdict.UNKNOWN else selection.judged,
         before=selection.before,
         after=seen.belief.after,
         model=patched(seen.model, named, problem),

@@ -7,7 +7,13 @@ import json
 from validation.diagnosis.verdict import Verdict
 
 WORDS = ["none", "named", "class", "composite", "partial", "generic", "unknown", "not_observable"]
-FACTS = {"causes": "drift", "share": ", explaining all", "left": "means", "goes_with": "; it goes with heading"}
+FACTS = {
+    "causes": "drift",
+    "share": ", explaining all",
+    "left": "means",
+    "nearest": "; nearest is latency",
+    "goes_with": "; it goes with heading",
+}
 
 
 def test_the_words_are_those_of_the_contract() -> None:

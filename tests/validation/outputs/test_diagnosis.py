@@ -68,9 +68,11 @@ def test_every_file_is_written_and_the_recording_is_valid(found: Diagnosis, tmp_
 
 
 def test_the_summary_is_json_even_where_a_figure_is_none(found: Diagnosis, tmp_path: Path) -> None:
-    write_diagnosis(replace(found, ranking=(("latency", np.nan, np.inf),)), tmp_path, "Diagnosis")
+    write_diagnosis(
+        replace(found, ranking=(replace(found.ranking[0], nats=np.nan, needed=np.inf),)), tmp_path, "Diagnosis"
+    )
     summary = json.loads((tmp_path / "diagnosis.json").read_text(), parse_constant=pytest.fail)
-    assert summary["candidates"] == [{"name": "latency", "evidence_nats": None, "strength_sigma": None}]
+    assert (summary["candidates"][0]["evidence_nats"], summary["candidates"][0]["needed_nats"]) == (None, None)
     assert summary["model_out"] == "model.toml"
 
 
@@ -193,7 +195,7 @@ def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
     page = page_html(found, "Diagnosis <of> a log")
     text = page.partition("<img")[0]
     assert "Diagnosis &lt;of&gt; a log" in text
-    for answer in (found.verdict, found.named[0].name, "nats", "could also be", "of the gap explained", *found.advice):
+    for answer in (found.verdict, found.named[0].name, "nats", "could also be", "of it gone", *found.advice):
         assert answer in text
     assert "along the path" in page
     assert not re.search(r"(src|href)=\"(?!data:|#)", without_scripts(page))

@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from sim.effects import BY_NAME
-from validation.diagnosis.decision.choice import Accepted, accepted, accepted_beside_colour, are_kin
+from validation.diagnosis.decision.choice import Accepted, Round, are_kin, beside_white_noise
+from validation.diagnosis.decision.hearing import beside_colour
 from validation.diagnosis.evidence.battery import Battery, battery
 from validation.diagnosis.evidence.compare import Evidence, ranked
 from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.judged import Judged
 from validation.diagnosis.evidence.stated import as_stated
 from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.policy import Policy
@@ -22,7 +24,7 @@ Progress = Callable[[str], object]
 class Selection:
     """What the loop found: effects in order, the ground with all of them in, and the tests before and after.
 
-    without: names that were left out of the library; first_ranking: every candidate, the strongest first.
+    without: names that were left out of the library; judged: every candidate of the first round, the strongest first.
     """
 
     found: tuple[Accepted, ...]
@@ -30,7 +32,7 @@ class Selection:
     end: Ground
     before: Battery
     after: Battery
-    first_ranking: tuple[Evidence, ...]
+    judged: tuple[Judged, ...]
     without: frozenset[str]
 
 
@@ -47,12 +49,11 @@ def select(
         return Selection((), start, start, before, before, (), without)
     members = proposed(problem, without)
     found: list[Accepted] = []
-    first: tuple[Evidence, ...] = ()
+    first: tuple[Judged, ...] = ()
     while len(found) < problem.policy.most_effects and not (found and after.clean):
         say(f"candidates, round {len(found) + 1}")
-        ranking = ranked(ground, members)
-        first = first or ranking
-        chosen = _chosen(ground, ranking, found, start, after)
+        this = _round(ground, ranked(ground, members), found, start, after)
+        first, chosen = first or this.judged, this.chosen
         if chosen is None:
             break
         if _is_form(chosen, found, problem.policy):
@@ -64,16 +65,14 @@ def select(
     return Selection(tuple(found), start, ground, before, after, first, without)
 
 
-def _chosen(
+def _round(
     ground: Ground, ranking: Sequence[Evidence], found: Sequence[Accepted], start: Ground, tests: Battery
-) -> Accepted | None:
+) -> Round:
     """The next effect: beside white noise where what is left is clean, else beside a rest with its own colour."""
     if tests.clean:
-        return accepted(ranking, ground.problem.policy)
+        return beside_white_noise(ranking, ground.problem.policy)
     before = names_of(found)
-    return accepted_beside_colour(
-        ground, ranking, start, lambda after, name: residual_tests(after, [*before, name]).clean
-    )
+    return beside_colour(ground, ranking, start, lambda after, name: residual_tests(after, [*before, name]).clean)
 
 
 def names_of(found: Sequence[Accepted]) -> list[str]:

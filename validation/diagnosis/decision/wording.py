@@ -11,7 +11,7 @@ from validation.diagnosis.evidence.reference import misread_field, own_compass
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
-from validation.text import short
+from validation.text import digits, short
 
 LISTED_CHANNELS, TRIED_CHANNELS = 3, 2
 """Channels that a sentence lists, and that are offered as actuators."""
@@ -19,15 +19,30 @@ LISTED_CHANNELS, TRIED_CHANNELS = 3, 2
 
 def sentence_for(found: Diagnosis) -> str:
     """The finding in one sentence for a field engineer."""
-    explained = found.gap.explained
-    seen = explained is not None and any(one.how is How.HELD_OUT for one in found.named)
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
     return found.verdict.sentence(
         causes="; ".join(_words(one) for one in found.named),
-        share=f", explaining {100 * (explained or 0.0):.0f} % of the gap on held-out data" if seen else "",
+        share=_share(found),
         left="; ".join(found.after.why),
+        nearest=_nearest(found),
         goes_with=f"; it goes with {channels}" if channels else "",
     )
+
+
+def _share(found: Diagnosis) -> str:
+    gap = found.gap
+    if gap.explained is None or all(one.how is not How.HELD_OUT for one in found.named):
+        return ""
+    amount = f"{digits(gap.structure_nT[0])} nT of structure in {digits(gap.noise_nT)} nT of noise"
+    return f"; of {amount} {100 * max(gap.explained, 0.0):.0f} % is gone on held-out data"
+
+
+def _nearest(found: Diagnosis) -> str:
+    """The best candidate that is no name, where it has evidence at all."""
+    if not found.ranking or found.ranking[0].nats <= found.problem.policy.apart:
+        return ""
+    best = found.ranking[0]
+    return f"; nearest is {best.name}, {digits(best.nats)} nats where {digits(best.needed)} are needed: {best.outcome}"
 
 
 def advice_for(found: Diagnosis) -> tuple[str, ...]:

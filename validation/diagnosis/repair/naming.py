@@ -65,7 +65,7 @@ def _refined(problem: LinearProblem, belief: Belief) -> list[Named]:
     fine = refined(problem, _made(belief), everything, V, refit_iron=not problem.iron_known)
     rests_on = [(one, How.HELD_OUT) for one in belief.found] + [(one, How.IRON) for one in belief.iron]
     return [
-        Named(effect, one.alternatives, how, one.evidence.nats, one.evidence.strength, spread)
+        Named(effect, one.alternatives, how, one.evidence.nats, one.evidence.strength, spread, needed=one.needed)
         for effect, spread, (one, how) in zip(fine.effects, fine.spread, rests_on, strict=True)
     ]
 
@@ -84,7 +84,8 @@ def _noise(belief: Belief, others: Sequence[Named]) -> list[Named]:
         if noisier is None or noisier.name in selection.without:
             return []
         return [Named(noisier, (), How.SPECTRUM, None, 0.0)]
-    slow = [one.name for one in selection.first_ranking if one.nats > problem.policy.apart]
+    by_white = sorted((one.evidence for one in selection.judged), key=lambda one: -one.gain)
+    slow = [one.name for one in by_white if one.nats > problem.policy.apart]
     listed = () if noise.identified else slow[: problem.policy.listed_noises]
     return [Named(noise.effect, (*noise.alternatives, *listed), How.SPECTRUM, noise.gain, 0.0)]
 

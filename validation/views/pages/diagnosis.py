@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from scenarios.toml import to_toml
-from sim.effects import EFFECTS
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
@@ -19,7 +18,7 @@ from validation.views.pages.template import rendered
 from validation.views.plots import diagnosis as plots
 from validation.views.plots.style import Figure
 from validation.views.series import as_they_stand, gap_to_show, places, rms_nT, travels
-from validation.views.words.diagnosis import gap_rows, parameter_rows
+from validation.views.words.diagnosis import CANDIDATE_HEADS, candidate_rows, gap_rows, parameter_rows
 
 Draw = Callable[[Diagnosis], Figure]
 FITTED = (How.HELD_OUT, How.IRON)
@@ -39,7 +38,8 @@ REST: tuple[tuple[str, str, Draw], ...] = (
      plots.draw_channel),
     ("The gap by frequency", "A clean rest lies on the dashed line.", plots.draw_spectrum),
     ("What each candidate explains",
-     "Each effect alone, beside hard and soft iron fitted anew. Blue: named; red: not told from it.",
+     "Each effect alone, beside hard and soft iron fitted anew and the rest it was judged by. Blue: named; red: not "
+     "told from it; a tick: the evidence needed.",
      plots.draw_ranking),
 )  # fmt: skip
 
@@ -60,6 +60,8 @@ def _page(found: Diagnosis, title: str) -> dict[str, Any]:
         "effects": [_row(one) for one in found.named],
         "classes": [(one.name, one.alternatives) for one in found.named if one.alternatives],
         "gaps": gap_rows(found),
+        "candidate_heads": CANDIDATE_HEADS,
+        "candidates": candidate_rows(found),
         "left": "; ".join((*found.after.why, *found.doubts)),
         "advice": found.advice,
         "not_observable": found.not_observable,
@@ -102,8 +104,9 @@ def _share(found: Diagnosis) -> tuple[str, str]:
         return ("its amount", "noise cannot be foretold sample by sample: the gap stays, the new model has its size")
     if gap.explained is None:
         return ("–", "no gap beyond the noise once iron is fitted anew")
-    sizes = f"{digits(gap.before_nT)} → {digits(gap.after_nT)} nT"
-    return (f"{100 * max(gap.explained, 0):.0f} %", f"of the gap explained: {sizes}, held out")
+    before, after = (digits(size) for size in gap.structure_nT)
+    how = f"structure in {digits(gap.noise_nT)} nT of noise, {100 * max(gap.explained, 0):.0f} % of it gone, held out"
+    return (f"{before} → {after} nT", how)
 
 
 def _all_left_out(found: Diagnosis) -> bool:
@@ -120,8 +123,8 @@ def _sure(found: Diagnosis) -> tuple[str, str]:
     again = "a second recording agrees" if one.evidence is Reach.TRANSFERRED else "one recording; confirm with a second"
     if one.nats is None or one.how not in FITTED:
         return (one.how.words, f"is the evidence{whose}; {again}")
-    accepted = found.problem.policy.accepted(len(EFFECTS))
-    return (f"{digits(one.nats)} nats", f"of evidence on held-out data{whose}; {accepted:.1f} are needed; {again}")
+    needed = f"; {digits(one.needed)} are needed" if one.needed else ""
+    return (f"{digits(one.nats)} nats", f"of evidence on held-out data{whose}{needed}; {again}")
 
 
 def _row(one: Named) -> dict[str, Any]:

@@ -28,12 +28,27 @@ def parameter_rows(one: Named) -> Iterator[tuple[str, str, str | None, str | Non
             yield name, short(p["value"]), None, None, p["unit"]
 
 
+CANDIDATE_HEADS = ("candidate", "evidence, nats", "needed, nats", "alone, nT", "outcome")
+
+
+def candidate_rows(found: Diagnosis) -> list[tuple[str, ...]]:
+    """Every candidate as it was judged, the strongest first: `CANDIDATE_HEADS`; alone: rms beside the refitted iron."""
+    noise = found.gap.noise_nT
+    return [
+        (one.name, digits(one.nats), digits(one.needed), digits(one.evidence.strength * noise), one.outcome)
+        for one in found.ranking
+    ]
+
+
 def gap_rows(found: Diagnosis) -> list[tuple[str, ...]]:
     """The gap as rows: what, rms before and after in nT, and in units of the noise, and the share explained."""
     gap = found.gap
     share = "no gap" if gap.explained is None else f"{100 * gap.explained:.1f} %"
     sizes = [digits(v) for v in (gap.before_nT, gap.after_nT, gap.before_sigma, gap.after_sigma)]
-    rows = [("held-out segments, iron fitted anew", *sizes, share)]
+    rows: list[tuple[str, ...]] = [("held-out segments, iron fitted anew", *sizes, share)]
+    if gap.explained is not None:
+        beyond = [digits(v) for v in gap.structure_nT]
+        rows.append((f"of this, structure beyond {digits(gap.noise_nT)} nT of noise", *beyond, "", "", ""))
     if found.problem.mode == "vector":
         both = sides(found)
         sizes = [digits(rms_nT(found, both.measured_nT - side)) for side in (both.before_nT, both.after_nT)]

@@ -27,6 +27,7 @@ from validation.diagnosis.decision.selection import Selection, _with_earth_vecto
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.judged import NAMED
 from validation.diagnosis.evidence.slow_noise import SlowNoise
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD, Policy
@@ -84,7 +85,8 @@ def test_one_effect_is_found_and_leaves_nothing(driven: Selection) -> None:
     assert [one.name for one in driven.found] == [DRIVEN.name]
     assert driven.after.clean
     assert not driven.before.clean
-    assert driven.first_ranking[0].name == DRIVEN.name
+    assert driven.judged[0].name == DRIVEN.name
+    assert driven.judged[0].outcome == NAMED
 
 
 def test_two_effects_are_found_one_after_the_other() -> None:

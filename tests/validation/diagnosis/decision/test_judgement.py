@@ -97,7 +97,7 @@ def _diagnosis(verdict: Verdict = Verdict.NAMED, *named: Named, **changes: Any) 
 def test_the_sentence_says_cause_size_and_share() -> None:
     told = sentence_for(_diagnosis(Verdict.NAMED, FOUND))
     assert told.startswith(f"Missing in the model: {DRIVEN.name}: {DRIVEN.linear[0]} (1, 0, 0) nT/A, 1 sigma")
-    assert "97 % of the gap" in told
+    assert "of 19.9 nT of structure in 2.00 nT of noise 97 % is gone" in told
     unknown = sentence_for(_diagnosis(Verdict.UNKNOWN, where=(Share("pump", "body", 0.5),)))
     assert "means over 5 s" in unknown
     assert "it goes with pump" in unknown

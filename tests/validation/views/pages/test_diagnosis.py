@@ -21,7 +21,7 @@ CASES: dict[str, tuple[float, dict[str, Any], tuple[str, str, str]]] = {
     "fitted": (
         NOISE_NT,
         {MotorCurrent.name: {"gain_nT_A": [20.0, -10.0, 40.0]}},
-        (MotorCurrent.name, "of evidence on held-out data", "of the gap explained"),
+        (MotorCurrent.name, "of evidence on held-out data", "% of it gone"),
     ),
     "faults": (
         NOISE_NT,

@@ -1,0 +1,44 @@
+"""What is said of each candidate of a round."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sim.effects import EFFECTS
+from validation.diagnosis.evidence.compare import Evidence
+from validation.diagnosis.evidence.judged import (
+    BEHIND,
+    NAMED,
+    TAKEN_BACK,
+    TOO_LITTLE,
+    Judged,
+    taken_back,
+    with_outcomes,
+)
+from validation.diagnosis.library.candidates import Candidate
+
+BEST, ALIKE, WEAKER, REFUSED, LEAST = EFFECTS[:5]
+
+
+def _judged(number: int, nats: float, outcome: str = "") -> Judged:
+    nothing: Any = None
+    evidence = Evidence(Candidate(EFFECTS[number]), nats, 1.0, 1.0, 1.0, nothing, nothing, 3)
+    return Judged(evidence, nats, 25.0, outcome)
+
+
+def test_every_candidate_learns_what_came_of_it() -> None:
+    judged = [
+        _judged(4, 3.0),
+        _judged(2, 40.0),
+        _judged(1, 97.0),
+        _judged(3, 120.0, "next to nothing"),
+        _judged(0, 99.0),
+    ]
+    told = {one.name: one.outcome for one in with_outcomes(judged, BEST.name, (ALIKE.name,))}
+    assert list(told) == [REFUSED.name, BEST.name, ALIKE.name, WEAKER.name, LEAST.name]
+    assert list(told.values()) == ["next to nothing", NAMED, f"not told from {BEST.name}", BEHIND, TOO_LITTLE]
+
+
+def test_a_name_that_is_not_believed_is_said_to_be_taken_back() -> None:
+    judged = with_outcomes([_judged(0, 99.0), _judged(4, 3.0)], BEST.name, ())
+    assert [one.outcome for one in taken_back(judged)] == [TAKEN_BACK, TOO_LITTLE]

@@ -1,0 +1,131 @@
+"""The choice of an effect where what is left is coloured: each candidate beside a rest of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim.effects import EFFECTS
+from validation.diagnosis.decision.choice import Accepted, Round, are_kin, simplest
+from validation.diagnosis.evidence.compare import Evidence
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
+from validation.diagnosis.evidence.standing import Beside, Standing, gains_along_the_field, look_alikes
+from validation.diagnosis.policy import Policy
+
+IsClean = Callable[[Ground, str], bool]
+"""(ground with an effect in, its name) -> whether what is left is white."""
+
+
+def beside_colour(ground: Ground, ranking: Sequence[Evidence], start: Ground, is_clean: IsClean) -> Round:
+    """The candidate that beats a rest with its own colour; one rest for all would swallow it, or take it for granted.
+
+    start : the ground without any effect, whose gap a share is of.
+    """
+    beside = Beside.of(ground.problem, ground.inside)
+    columns = [beside.rows.taken(e.candidate.columns(ground.problem)) for e in ranking]
+    rough = beside.roughly(columns)
+    first = np.argsort(-rough, kind="stable")
+    most = ground.problem.policy.tried_coloured
+    tried = sorted((beside.standing(ranking[i], columns[i]) for i in first[:most]), key=lambda one: -one.gain)
+    trials = _until_one_stands(Hearing(ground, beside, start, is_clean), tried)
+    chosen = _named(trials[-1], tried, beside) if trials and not trials[-1].refusal else None
+    others = [(ranking[i], float(rough[i])) for i in first[most:]]
+    return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, ground.problem.policy)])
+
+
+def added_share(start: Ground, before: Ground, after: Ground) -> float:
+    """Share of the first gap that an effect explains beside those before it, by ordinary least squares."""
+    first, poorer, richer = (float((ground.residual() ** 2).mean()) for ground in (start, before, after))
+    return (poorer - richer) / max(first - 1, 1e-9)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate tried beside a rest of its own: what chance inflates its evidence by, and why it does not stand."""
+
+    one: Standing
+    inflation: float
+    coloured: bool
+    needed: float
+    refusal: str
+
+
+@dataclass(frozen=True)
+class Hearing:
+    """What candidates of a round are tried against."""
+
+    ground: Ground
+    beside: Beside
+    start: Ground
+    is_clean: IsClean
+
+    def of(self, one: Standing) -> Trial:
+        """A candidate on trial."""
+        policy = self.ground.problem.policy
+        with_it = self.ground.beside(one.evidence.candidate.columns(self.ground.problem))
+        coloured = not self.is_clean(with_it, one.evidence.name)
+        by_chance = self.beside.surrogates(one)
+        inflation = max(1.0, 2 * float(by_chance.mean()) / one.columns.shape[2])
+        needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
+        if one.gain / inflation <= needed:
+            refusal = TOO_LITTLE
+        elif one.gain <= by_chance.max():
+            refusal = "no more than its columns moved in time"
+        else:
+            refusal = self._refusal_in_colour(one, with_it) if coloured else ""
+        return Trial(one, inflation, coloured, needed, refusal)
+
+    def _refusal_in_colour(self, one: Standing, with_it: Ground) -> str:
+        problem, candidate = self.ground.problem, one.evidence.candidate
+        if added_share(self.start, self.ground, with_it) < problem.policy.least_added:
+            return "explains next to nothing of the gap"
+        source = problem.mode == "vector" and candidate.effect.clues.source
+        if source and not gains_along_the_field(problem, self.ground.inside, candidate.columns(problem)):
+            return "nothing along the field: an error of the attitude"
+        return ""
+
+
+def _until_one_stands(hearing: Hearing, tried: Sequence[Standing]) -> list[Trial]:
+    trials: list[Trial] = []
+    for one in tried:
+        trials.append(hearing.of(one))
+        if not trials[-1].refusal:
+            break
+    return trials
+
+
+def _heard(trials: Sequence[Trial], tried: Sequence[Standing]) -> list[Judged]:
+    """The candidates with a rest of their own; those that were not tried any more by the last one's inflation."""
+    if not trials:
+        return []
+    last = trials[-1]
+    rest = [replace(last, one=one, refusal="") for one in tried[len(trials) :]]
+    return [Judged(t.one.evidence, t.one.gain / t.inflation, t.needed, t.refusal) for t in (*trials, *rest)]
+
+
+def _unheard(trials: Sequence[Trial], others: Sequence[tuple[Evidence, float]], policy: Policy) -> list[Judged]:
+    """The candidates that gain less beside the rest as it is, by what they gain there."""
+    inflation = trials[-1].inflation if trials else 1.0
+    return [Judged(e, gain / inflation, policy.coloured_nats, "") for e, gain in others]
+
+
+def _named(trial: Trial, tried: Sequence[Standing], beside: Beside) -> Accepted:
+    """The simplest of those as good as the best and of its kin, and all others that look like it."""
+    policy, best, coloured = beside.rows.policy, trial.one, trial.coloured
+    chance = policy.apart * trial.inflation
+    others = [one for one in tried if one is not best]
+    kin = [one for one in others if are_kin(one.evidence, best.evidence)]
+    as_good = look_alikes(best, others, beside, chance, 0.0)
+    of_its_kin = look_alikes(best, kin, beside, chance, policy.same_kin_coloured if coloured else policy.same_kin)
+    alike = look_alikes(best, others, beside, chance, policy.same_coloured) if coloured else []
+    narrow = [best, *as_good, *(one for one in of_its_kin if one not in as_good)]
+    chosen = simplest([_deflated(one, trial.inflation) for one in narrow], policy)
+    names = dict.fromkeys(one.evidence.name for one in (*narrow, *alike))
+    return Accepted(chosen, tuple(name for name in names if name != chosen.name), trial.needed)
+
+
+def _deflated(one: Standing, inflation: float) -> Evidence:
+    return replace(one.evidence, gain=one.gain, V=inflation)

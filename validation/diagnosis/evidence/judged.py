@@ -1,0 +1,47 @@
+"""A candidate as it was judged in a round: its evidence, what was needed, and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from validation.diagnosis.evidence.compare import Evidence
+
+NAMED, BEHIND, TOO_LITTLE = "named", "explains less", "below what is needed"
+TAKEN_BACK = "named, then taken back: see what is left over"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A candidate with its evidence and the evidence needed, in nats beside the rest that the round judged by.
+
+    outcome : what came of it, in words.
+    """
+
+    evidence: Evidence
+    nats: float
+    needed: float
+    outcome: str
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.evidence.name
+
+
+def with_outcomes(judged: Sequence[Judged], named: str | None, alternatives: Sequence[str]) -> tuple[Judged, ...]:
+    """Candidates, the strongest first, with what the choice of one of them says of each that has no outcome yet."""
+
+    def outcome(one: Judged) -> str:
+        if one.name == named:
+            return NAMED
+        if one.name in alternatives:
+            return f"not told from {named}"
+        return one.outcome or (BEHIND if one.nats > one.needed else TOO_LITTLE)
+
+    return tuple(sorted((replace(one, outcome=outcome(one)) for one in judged), key=lambda one: -one.nats))
+
+
+def taken_back(judged: Sequence[Judged]) -> tuple[Judged, ...]:
+    """The same where no name is believed in the end."""
+    return tuple(replace(one, outcome=TAKEN_BACK) if one.outcome == NAMED else one for one in judged)
