@@ -164,10 +164,11 @@ def draw_ranking(found: Diagnosis) -> Figure:
     colour |= {one.name: AFTER for one in found.named}
     figure = Figure(figsize=(WIDTH_IN, 0.26 * max(len(rows), 2) + 0.9), layout="constrained")
     axis: Any = figure.subplots()
-    for one in rows:
-        bar = axis.barh(one.name, one.nats, color=colour.get(one.name, RAW))
+    for y, one in enumerate(rows):
+        bar = axis.barh(y, one.nats, color=colour.get(one.name, RAW))
         axis.bar_label(bar, [f"{one.evidence.strength:.2g} sigma"], padding=3, fontsize=8, color=SOFT)
-        axis.plot(one.needed, one.name, "|", color=SOFT, markersize=10)
+        axis.plot(one.needed, y, "|", color=SOFT, markersize=10)
+    axis.set_yticks(range(len(rows)), [one.name for one in rows])
     axis.set_xscale("symlog", linthresh=5)
     axis.margins(x=0.12)
     axis.set_xlabel("evidence on held-out data (nats); the ticks are what is needed")
