@@ -26,9 +26,9 @@ class Link:
     def step(self, state: State, signal_nT: Array) -> tuple[Array, Array]:
         """The signal that leaves, and the contribution (label), both (n, 3)."""
         if isinstance(self.effect, Replacement):
-            out = self.effect.replace(state, signal_nT, self.rng, self.memory)
+            out = self.effect.replaced(state, signal_nT, self.rng, self.memory)
             return out, out - signal_nT
-        label = self.effect.apply(state, signal_nT, self.rng, self.memory)
+        label = self.effect.contribution(state, signal_nT, self.rng, self.memory)
         return signal_nT + label, label
 
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import Field
 from typing import Any, ClassVar, Literal, Self, TypeVar, cast, dataclass_transform
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ConfigDict, ValidationError
 from pydantic.dataclasses import dataclass
 from pydantic.fields import FieldInfo
 
 from scenarios.errors import InputError
 from sim.effects.clues import Clues
-from sim.effects.values import SOUGHT, Mat3, Parameter, Role, Vec3, input_error
+from sim.effects.values import SOUGHT, SWITCH, Mat3, Parameter, Role, Vec3, Window, input_error
 from sim.state import Array, State
 
 ZERO3: Vec3 = (0.0, 0.0, 0.0)
@@ -46,7 +48,7 @@ def frozen(cls: type[E]) -> type[E]:
         try:
             fill(self, *args, **values)
         except ValidationError as error:
-            known = self.parameters()
+            known = (*self.parameters(), SWITCH)
             given = {p.name: value for p, value in zip(known, args, strict=False)} | values
             problem = input_error(error, known, given)
             place = ".".join(filter(None, (self.name, problem.where)))
@@ -56,10 +58,12 @@ def frozen(cls: type[E]) -> type[E]:
     return made
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Effect(ABC):
     """One disturbance: a class decorated with `frozen`, of physical parameters with their unit in the name.
 
-    ``signal_out = signal_in + apply(state, signal_in, rng, memory)``: what it returns is also its label.
+    ``signal_out = signal_in + apply(state, signal_in, rng, memory)``: what it returns is also its label. With
+    `active_s` that holds from one time of the run until another, and outside the effect contributes nothing.
 
     A parameter is a field annotated with a `Quantity` (unit, range, meaning, role), a `Choice` (a word) or a
     `ChannelName`, and has a default; with all defaults the effect does nothing. The roles say what a fit may do, see
@@ -91,7 +95,13 @@ class Effect(ABC):
     __pydantic_fields__: ClassVar[dict[str, FieldInfo]]
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
+    active_s: Window = None
+
     def __post_init__(self) -> None:
+        if self.active_s is not None and self.clues.lasting:
+            raise ValueError(f"{SWITCH.name} is not for {self.name}: it is a course of the whole run")
+        if self.active_s is not None and self.active_s[0] >= self.active_s[1]:
+            raise ValueError(f"{SWITCH.name} must end after it begins, found {list(self.active_s)}")
         if problem := self.problem():
             raise ValueError(problem)
 
@@ -102,6 +112,16 @@ class Effect(ABC):
         `memory` is empty at the start of a run and handed on from block to block: filter states, last samples,
         sub-streams of rng. Cutting a run into other blocks gives the same contribution.
         """
+
+    def acts(self, time_s: Array) -> NDArray[np.bool_]:
+        """Whether it acts at times (n,) of the run."""
+        low, high = self.active_s or (-np.inf, np.inf)
+        return np.asarray((time_s >= low) & (time_s < high))
+
+    def contribution(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        """What `apply` gives while the effect acts, else zero; its memory and its random numbers know no switch."""
+        label = self.apply(state, signal_nT, rng, memory)
+        return label if self.active_s is None else np.where(self.acts(state.time_s)[:, None], label, 0.0)
 
     def problem(self) -> str | None:
         """What is wrong with the parameters taken together, if anything; each alone is checked before."""
@@ -117,7 +137,8 @@ class Effect(ABC):
     @classmethod
     def describe_parameters(cls) -> None:
         """Keep what the annotations say of the parameters; once, when the class is made."""
-        known = tuple(Parameter.of(name, info) for name, info in cls.__pydantic_fields__.items())
+        own = {name: info for name, info in cls.__pydantic_fields__.items() if name != SWITCH.name}
+        known = tuple(Parameter.of(name, info) for name, info in own.items())
         cls._parameters = known
         cls._spans = {p.name: _span(p) for p in known if p.role == "linear"}
         cls.linear = tuple(cls._spans)
@@ -155,8 +176,9 @@ class Effect(ABC):
         rng = np.random.default_rng(0)
         columns = np.zeros((len(state), 3, len(cls.linear_units())))
         for k, (name, unit) in enumerate(cls.linear_units()):
-            effect = cls(**{name: unit * high[name]}, **nonlinear)
-            columns[:, :, k] = effect.apply(state, signal_nT, rng, {}) / high[name]
+            values: dict[str, Any] = {name: unit * high[name], **nonlinear}
+            effect = cls(**values)
+            columns[:, :, k] = effect.contribution(state, signal_nT, rng, {}) / high[name]
         return columns
 
     def coefficients(self) -> Array:
@@ -169,7 +191,8 @@ class Effect(ABC):
     @classmethod
     def combine(cls, coefficients: Sequence[float] | Array, **nonlinear: Any) -> Self:
         """The effect whose linear parameters have the given (k,) coefficients; the inverse of `coefficients`."""
-        factors, values = np.asarray(coefficients, dtype=np.float64), {}
+        factors = np.asarray(coefficients, dtype=np.float64)
+        values: dict[str, Any] = {}
         for p in cls._parameters:
             if p.name in cls._spans:
                 span = cls._spans[p.name]
@@ -188,6 +211,11 @@ class Replacement(Effect):
     @abstractmethod
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         """The signal (n, 3) that leaves the effect."""
+
+    def replaced(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        """The signal (n, 3) that leaves: what `replace` gives while the effect acts, else what came."""
+        out = self.replace(state, signal_nT, rng, memory)
+        return out if self.active_s is None else np.where(self.acts(state.time_s)[:, None], out, signal_nT)
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         """Contribution (n, 3): the signal that leaves minus the signal that came."""

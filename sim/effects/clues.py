@@ -22,6 +22,7 @@ class Clues:
     kin : effects of one kin are the same to first order: their forms alone, which may be in error, tell them apart.
     constant : it adds one constant vector, whose change a slow wander imitates.
     one_run : an event of one run, which another run cannot show.
+    lasting : a course of the whole run, which no switch begins or ends.
     memory : after it the noise of neighbouring samples is correlated.
     converter : done by the converter to each value: seen in the values themselves, left out of a smooth prediction.
     source : a field of its own, with a part along the earth's, which no error of the attitude has.
@@ -35,6 +36,7 @@ class Clues:
     kin: str = ""
     constant: bool = False
     one_run: bool = False
+    lasting: bool = False
     memory: bool = False
     converter: bool = False
     source: bool = False

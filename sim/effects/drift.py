@@ -42,7 +42,7 @@ class OffsetJump(Effect):
     stage = "sensor"
     static = True
     example = {"time_s": 10.01, "step_nT": (50.0, -20.0, 10.0)}
-    clues = Clues(apart=LONG_AT_REST, remedy="calibrate each side of the jump by itself", one_run=True)
+    clues = Clues(apart=LONG_AT_REST, remedy="calibrate each side of the jump by itself", one_run=True, lasting=True)
 
     time_s: Annotated[float, Quantity("s", 0.0, 1e7, "t_0 since the start of the run", role="moment")] = 0.0
     step_nT: Annotated[Vec3, Quantity("nT", -1e6, 1e6, "b of the axes x, y, z", role="linear")] = ZERO3

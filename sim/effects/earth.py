@@ -70,6 +70,7 @@ class DiurnalDrift(Effect):
     clues = Clues(
         apart="log a base station beside the run",
         remedy="take off the record of a base station or an observatory",
+        lasting=True,
         source=True,
     )
 
@@ -143,6 +144,7 @@ class AttitudeMisalignment(Effect):
         apart=ANOTHER_INSTRUMENT,
         remedy="align the navigation anew, or calibrate against the field's strength alone",
         same_as=RegionalField.name,
+        lasting=True,
     )
 
     angles_deg: Annotated[Vec3, Quantity("deg", -180.0, 180.0, "turn about east, north, up", role="tangent")] = ZERO3

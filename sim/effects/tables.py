@@ -138,8 +138,8 @@ def as_tables(effects: Sequence[Effect]) -> tuple[dict[str, Any], tuple[str, ...
 
 
 def table(effect: Effect) -> dict[str, Any]:
-    """The effect as a table for TOML: every parameter, tuples as lists."""
-    plain: dict[str, Any] = TypeAdapter(type(effect)).dump_python(effect, mode="json")
+    """The effect as a table for TOML: every parameter, tuples as lists, and its window if it has one."""
+    plain: dict[str, Any] = TypeAdapter(type(effect)).dump_python(effect, mode="json", exclude_none=True)
     return plain
 
 

@@ -19,6 +19,10 @@ from scenarios.errors import InputError
 
 Vec3 = tuple[float, float, float]
 Mat3 = tuple[Vec3, Vec3, Vec3]
+_Time = Annotated[float, Field(ge=0.0, le=1e9, strict=True, allow_inf_nan=False)]
+Window = Annotated[
+    tuple[_Time, _Time] | None, Field(description="from when to when it acts, in the run's time; without: always [s]")
+]
 Role = Literal[
     "linear",
     "tangent",
@@ -178,8 +182,14 @@ class Parameter:
             return "a whole number"
         if self.several:
             return "a number or a list of numbers"
-        plain = {(): "a number", (3,): "three numbers", (3, 3): "three rows of three numbers"}[self.shape]
+        plain = {(): "a number", (2,): "two numbers", (3,): "three numbers", (3, 3): "three rows of three numbers"}[
+            self.shape
+        ]
         return f"a number or {plain}" if self.quantity.per_axis else plain
+
+
+SWITCH = Parameter("active_s", None, (2,), Quantity("s", 0.0, 1e9, "from when to when it acts", role="fixed"))
+"""What every effect has beside its own parameters, see `Effect.acts`."""
 
 
 def input_error(error: ValidationError, parameters: Sequence[Parameter], given: Mapping[str, Any]) -> InputError:
@@ -194,7 +204,9 @@ def input_error(error: ValidationError, parameters: Sequence[Parameter], given: 
     known = {p.name: p for p in parameters}
     name = list(known)[first] if isinstance(first, int) and first < len(known) else str(first)
     if name not in known:
-        return InputError(f"no parameter {name!r}", do="it has " + ", ".join(known))
+        return InputError(
+            f"no parameter {name!r}", do="it has " + ", ".join(one for one in known if one != SWITCH.name)
+        )
     return InputError(_what(known[name], problem, given[name]), where=name)
 
 

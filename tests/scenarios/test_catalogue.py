@@ -213,7 +213,7 @@ def test_schema_is_complete_to_the_parameters_of_each_effect() -> None:
         one, several = known["Effects"]["properties"][name]["anyOf"]
         table = known[one["$ref"].rsplit("/", 1)[1]]
         assert several["items"] == one
-        assert list(table["properties"]) == [p.name for p in cls.parameters()]
+        assert list(table["properties"]) == [*(p.name for p in cls.parameters()), "active_s"]
         assert table["additionalProperties"] is False
     offset = known["HardIron"]["properties"]["offset_nT"]
     assert (offset["minItems"], offset["prefixItems"][2]) == (3, {"type": "number", "minimum": -1e6, "maximum": 1e6})

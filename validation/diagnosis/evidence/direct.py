@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,7 +129,7 @@ def _beside(problem: LinearProblem, samples: Mask) -> Mask:
     return np.asarray(np.convolve(samples, np.ones(width), mode="same") > 0, dtype=np.bool_)
 
 
-def _possible(effect: type[Effect], samples: Array | Mask, **values: float) -> Direct | None:
+def _possible(effect: type[Effect], samples: Array | Mask, **values: Any) -> Direct | None:
     """The evidence, where the effect takes such values."""
     try:
         return Direct(effect(**values), np.asarray(samples, dtype=np.bool_))
