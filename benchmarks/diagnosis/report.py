@@ -48,6 +48,7 @@ BAR: tuple[tuple[str, str, float, bool], ...] = (
             ("class_size", 1.5, False), ("extra_names", 0.05, False), ("confidently_wrong", 0.005, False),
         )
     ),
+    ("wide left out", "misnamed", 0.01, False),
     ("wide two effects, 1 to 1", "both", 0.85, True),
     ("wide two effects, 1 to 1", "extra_names", 0.05, False),
     ("gap", "median", 0.97, True),

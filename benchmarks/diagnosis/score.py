@@ -85,6 +85,7 @@ def _single(rows: Sequence[Row]) -> Row:
         "first_right": _share(rows, _right),
         "class_size": float(np.mean(sizes)) if sizes else None,
         "one_name": _share(rows, _alone),
+        "partial": _share(rows, lambda r: r["verdict"] == Verdict.PARTIAL),
         "extra_names": float(np.mean([max(0, len(r["names"]) - 1) for r in rows])),
         "confidently_wrong": _share(rows, lambda r: r["verdict"] in CONFIDENT and not _hit(r)),
         "verdicts": dict(Counter(r["verdict"] for r in rows)),
@@ -206,7 +207,7 @@ def _hit(r: Row) -> bool:
 
 def _alone(r: Row) -> bool:
     """Whether the truth, with its look-alikes, is all that the answer names."""
-    return _hit(r) and len(r["names"]) == 1 and r["verdict"] in (Verdict.NAMED, Verdict.CLASS)
+    return _hit(r) and len(r["names"]) == 1
 
 
 def _of_data(r: Row) -> set[str]:
@@ -253,6 +254,7 @@ GROUPS: tuple[tuple[str, str, bool, Score], ...] = (
     ("wide-coloured", "wide null, coloured", False, _coloured_nulls),
     ("wide-single", "wide single, {:g} sigma", True, _single),
     ("wide-direct", "wide direct", False, _single),
+    ("wide-left-out", "wide left out", False, _left_out),
     ("wide-two", "wide two effects, {:g} to 1", True, _two),
     ("rest-shifted", "measured rest, shifted", False, _measured_rests),
     ("rest-random", "measured rest, random phases", False, _measured_rests),

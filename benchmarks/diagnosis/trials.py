@@ -92,6 +92,7 @@ def _wide(seed: int) -> Iterator[Trial]:
     for name in FAMILIES:
         for strength in STRENGTHS:
             yield Trial(f"{WIDE}single", ANY, (name,), (strength,), seed)
+        yield Trial(f"{WIDE}left-out", ANY, (name,), (1.0,), seed)
     for name in FAULTS:
         yield Trial(f"{WIDE}direct", ANY, (name,), (1.0,), seed)
     for pair in WIDE_PAIRS:
@@ -122,7 +123,8 @@ def _run_wide(trial: Trial, policy: Policy) -> dict[str, Any]:
     """The row of a truth of a wide family or of a measured rest."""
     made = _made_wide(trial)
     begun = time.perf_counter()
-    found = diagnose(made.recording, made.model, fitted_base=made.fitted_base, policy=policy)
+    without = frozenset(trial.hidden if trial.kind.endswith("left-out") else ())
+    found = diagnose(made.recording, made.model, fitted_base=made.fitted_base, without=without, policy=policy)
     return _row(trial, found, time.perf_counter() - begun) | {"parameters": {}, "colour": made.colour}
 
 

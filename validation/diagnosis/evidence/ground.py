@@ -54,10 +54,23 @@ class Ground:
         both = np.concatenate([self.inside, columns], axis=2) if self.inside.size else columns
         return sums(self.cut, self.problem.base, both, self.problem.target, self.problem.usable)
 
-    def held_samples(self, split: int = 0) -> NDArray[np.bool_]:
-        """The samples (n,) that a split holds out."""
-        held = np.repeat(self.splits[split], self.cut.length)
-        return np.concatenate([held, np.zeros(len(self.problem.recording) - len(held), bool)])
+    def held_samples(self) -> NDArray[np.bool_]:
+        """The samples (n,) that the first split holds out, in segments short enough to show what is in.
+
+        An event that lies in one segment would be trained on whole, or held out whole: segments are halved until those
+        held out have `least_held` of the power of the columns that are in.
+        """
+        policy, n = self.problem.policy, len(self.problem.recording)
+        c = fit(self.sums, self.everything).c
+        power = (np.einsum("nqk,k->nq", self.inside, c) ** 2).sum(axis=1)
+        length = self.cut.length * policy.segment_blocks
+        while True:
+            held = np.arange(n) // length % policy.splits < policy.held_segments
+            share = float(power[held].sum() / max(power.sum(), 1e-300))
+            enough = policy.least_held < share < 1 - policy.least_held
+            if enough or not power.any() or length * self.problem.state.interval_s < 2 * policy.least_segment_s:
+                return np.asarray(held)
+            length //= 2
 
     def mean_gain(self, gains: list[float]) -> float:
         """Nats of the whole record from the gains on each split: every sample is held out `held_segments` times."""

@@ -9,10 +9,11 @@ import numpy as np
 
 from sim.state import Array
 from validation.diagnosis.evidence.compare import Evidence, search_price
+from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, white
 from validation.diagnosis.evidence.rows import Rows
+from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.problem.strength import strength_columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,23 +82,24 @@ class Beside:
         return (joint.held - best.hypothesis.held) / max(alone.held - without.held, 1e-9)
 
 
-def gains_along_the_field(problem: LinearProblem, inside: Array, columns: Array) -> bool:
-    """Whether columns (N, 3, k) explain the part along the field too, where an error of the attitude has nothing."""
+def gains_along_the_field(before: Ground, after: Ground) -> bool:
+    """Whether what was taken in explains the part along the field too, where an error of the attitude has nothing.
+
+    Nats of means over `slow_mean_s` of that part, ``(b - a) / 2``, over what is still coloured, ``max(1, a / n)``.
+    """
+    poorer, richer = (along_the_field(ground) for ground in (before, after))
+    gained = float((poorer**2).sum() - (richer**2).sum()) / 2
+    return gained / max(1.0, float((richer**2).mean())) > before.problem.policy.apart
+
+
+def along_the_field(ground: Ground) -> Array:
+    """Means (m,) of what a ground leaves along the field, over `slow_mean_s`; white noise has a variance of one."""
+    problem = ground.problem
     u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
     back = u @ np.linalg.inv(problem.turn) * problem.sigma_nT
-    unit = np.linalg.norm(back, axis=1)
-
-    def along(values: Array) -> Array:
-        return np.asarray(np.einsum("ni,ni...->n...", back, values) / unit.reshape(-1, *[1] * (values.ndim - 2)))[
-            :, None
-        ]
-
-    base = strength_columns(u) * (problem.usable / unit)[:, None]
-    rows = Rows.of(problem.state.time_s, problem.usable, base, along(problem.target), problem.policy)
-    beside = Beside.in_rows(rows, rows.taken(along(inside)))
-    part = rows.taken(along(columns))
-    richer = Hypothesis.of(rows, beside.joined(part), (beside.poorer.rest, white(1)))
-    return richer.held - beside.poorer.held > problem.policy.apart
+    along = np.einsum("ni,ni->n", back, ground.residual()) / np.linalg.norm(back, axis=1)
+    length = max(1, min(round(problem.policy.slow_mean_s / problem.state.interval_s), len(along) // 2))
+    return np.asarray(Cut(length, len(along) // length).means(along) * np.sqrt(length))
 
 
 def look_alikes(

@@ -11,6 +11,7 @@ from sim.effects import EFFECTS
 from tests.validation.diagnosis.evidence.test_rest import covariance
 from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.decision.selection import select
+from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.hypothesis import Hypothesis, white
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.rows import Rows
@@ -87,15 +88,13 @@ def test_a_candidate_that_explains_little_beside_a_coloured_rest_is_no_name() ->
 
 def test_an_error_of_the_attitude_gains_nothing_along_the_field() -> None:
     given = recording()
-    posed = problem(given)
-    source = proposed(posed)["diurnal_drift"]
-    columns = source[0].columns(posed)
+    columns = proposed(problem(given))["diurnal_drift"][0].columns(problem(given))
     course = np.sin(0.011 * given.time_s)[:, None] * np.array([8.0, 25.0, -60.0])
-    sensed = given.mag_nT + np.einsum("nji,nj->ni", posed.state.R_wb, course)
-    turned = np.cross(np.sin(0.011 * given.time_s)[:, None] * [2e-3, -1e-3, 1e-3], posed.state.field_nT)
-    nothing = columns[:, :, :0]
-    assert gains_along_the_field(problem(replace(given, mag_nT=sensed)), nothing, columns)
-    assert not gains_along_the_field(problem(replace(given, mag_nT=given.mag_nT + turned)), nothing, columns)
+    sensed = given.mag_nT + np.einsum("nji,nj->ni", problem(given).state.R_wb, course)
+    turned = np.cross(np.sin(0.011 * given.time_s)[:, None] * [2e-3, -1e-3, 1e-3], problem(given).state.field_nT)
+    grounds = [Ground.of(problem(replace(given, mag_nT=mag))) for mag in (sensed, given.mag_nT + turned)]
+    gains = [gains_along_the_field(ground, ground.beside(columns)) for ground in grounds]
+    assert gains == [True, False]
 
 
 def test_from_white_alone_a_slow_course_is_not_swallowed() -> None:
