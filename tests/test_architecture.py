@@ -17,7 +17,7 @@ from tests.measure import functions
 
 FLOORS = (
     {"signals", "scoring", "calibrating"},
-    {"inspection", "diagnosis", "bound", "comparison"},
+    {"inspection", "diagnosis", "bound", "comparison", "worth"},
     {"gates", "planning"},
     {"views"},
     {"outputs", "reproduce"},

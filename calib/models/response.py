@@ -31,25 +31,29 @@ def strength_rows(fit: Calibration, field_nT: Array, strength_nT: float) -> tupl
 def of_strength(fit: Calibration, field_nT: Array, strength_nT: float) -> Response:
     """Of offset and symmetric S, or offset and scale, from the strength: least squares of the distances a . n / |a|.
 
-    K_i = (sum w J J^T)^-1 w_i J_i a_i^T,  w = 1 / |a|^2,  J = a of b, a h^T + h a^T of S's six, a . h of a scale
+    K_i = (sum w J J^T)^-1 w_i J_i a_i^T,  w = 1 / |a|^2
     field_nT h (n, 3): the corrected field, in whichever frame.
+    """
+    a, J, names = strength_columns(fit, field_nT, strength_nT)
+    weighted = J / np.einsum("ni,ni->n", a, a)[:, None]
+    found = weighted @ np.linalg.pinv(J.T @ weighted, hermitian=True)
+    found[:, 3:] /= strength_nT
+    return Response(found[:, :, None] * a[:, None, :], names)
+
+
+def strength_columns(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Array, Array, tuple[str, ...]]:
+    """a (n, 3), and d |h| / d p (n, k) up to sign with the names of p, S's parameters times the strength.
+
+    J = a of b, a h^T + h a^T of S's six, a . h of a scale
     """
     _, a = strength_rows(fit, field_nT, strength_nT)
     left, _, right = np.linalg.svd(fit.matrix)
     h = field_nT @ left @ right / strength_nT
     if "scale" in fit.covariance_names:
-        return _weighted(a, np.einsum("ni,ni->n", a, h)[:, None], ("scale",), strength_nT)
+        return a, np.column_stack((a, np.einsum("ni,ni->n", a, h))), (*OFFSET_NAMES, "scale")
     i, j = UPPER
-    return _weighted(a, a[:, i] * h[:, j] + np.where(i == j, 0.0, a[:, j] * h[:, i]), SYMMETRIC_NAMES, strength_nT)
-
-
-def _weighted(a: Array, shape: Array, names: tuple[str, ...], strength_nT: float) -> Response:
-    """Of the offset and of parameters of S with columns `shape` (n, k), times the strength."""
-    J = np.concatenate((a, shape), axis=1)
-    weighted = J / np.einsum("ni,ni->n", a, a)[:, None]
-    found = weighted @ np.linalg.pinv(J.T @ weighted, hermitian=True)
-    found[:, 3:] /= strength_nT
-    return Response(found[:, :, None] * a[:, None, :], (*OFFSET_NAMES, *names))
+    shape = a[:, i] * h[:, j] + np.where(i == j, 0.0, a[:, j] * h[:, i])
+    return a, np.concatenate((a, shape), axis=1), (*OFFSET_NAMES, *SYMMETRIC_NAMES)
 
 
 def of_vector(field_nT: Array) -> Response:

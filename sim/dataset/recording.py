@@ -69,6 +69,15 @@ class Recording:
             raise IndexError("the recording has one magnetometer, not an array")
         return replace(self, mag_nT=self.array_mag_nT[index], array_mag_nT=None)
 
+    def taken(self, samples: slice | NDArray[np.bool_]) -> Recording:
+        """Some of the samples, in order."""
+        own = {item.name: getattr(self, item.name) for item in fields(self)}
+        changed: dict[str, Any] = {name: v[samples] for name, v in own.items() if isinstance(v, np.ndarray)}
+        changed["channels"] = {name: values[samples] for name, values in self.channels.items()}
+        if self.array_mag_nT is not None:
+            changed["array_mag_nT"] = self.array_mag_nT[:, samples]
+        return replace(self, **changed)
+
 
 @dataclass(frozen=True, repr=False)
 class Truth:

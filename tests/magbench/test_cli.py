@@ -130,6 +130,15 @@ def test_calibrate_a_measured_log_in_other_units(tmp_path: Path, capsys: pytest.
     assert json.loads((tmp_path / "out" / "calibration.json").read_text())["ellipsoid"]["status"] == "ok"
 
 
+def test_calibrate_tells_what_is_worth_its_parameters(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = run_json(capsys, "calibrate", str(place), "--worth")
+    assert isinstance(told["worth"], list)
+    assert {"sensor", "knowledge", "legs", "legs_by", "comparisons"} <= set(told["worth"][0])
+    assert "worth" not in run_json(capsys, "calibrate", str(place))
+    assert main(["calibrate", str(place), "--worth"]) == 0
+    assert "Held out in turn" in capsys.readouterr().out
+
+
 def test_every_scenario_is_listed_with_its_summary(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", "scenarios"]) == 0
     told = capsys.readouterr().out

@@ -70,24 +70,20 @@ def sensors(recording: Recording, name: str) -> dict[str, Recording]:
     return {f"{name}@{k + 1}": recording.sensor(k) for k in range(len(recording.array_mag_nT))}
 
 
-def calibrate_file(
+def recording_and_reference(
     path: Path,
-    chosen: Sequence[Candidate],
     *,
     run: int = 0,
     maps: Sequence[str] = (),
     strength_nT: float | None = None,
     enu: Sequence[float] | None = None,
-) -> dict[str, Calibration]:
-    """Fit the chosen calibrators to a run, a dataset or a measured log.
+) -> tuple[Recording, Reference]:
+    """What a run, a dataset or a measured log holds, and the reference: what is stated, else what a run's file says.
 
-    The reference is what the caller states, else what a simulated run's file says of its field.
     Raises InputError for a file that cannot be used and where no reference is known.
     """
     file = file_of(path, run)
-    recording = read_recording(file, maps=maps)
-    reference = reference_of(file, strength_nT, enu)
-    return fit_all(recording, reference, chosen)
+    return read_recording(file, maps=maps), reference_of(file, strength_nT, enu)
 
 
 def not_applicable(results: Mapping[str, Calibration]) -> list[str]:
