@@ -47,6 +47,13 @@ def present(path: Path | None) -> Path | None:
     return path
 
 
+def all_present(paths: list[Path]) -> list[Path]:
+    """Files and directories that are there; raises InputError."""
+    for path in paths:
+        present(path)
+    return paths
+
+
 def known_calibrators(text: str | None) -> str | None:
     """Names with commas between them, module:object among them, which is left to who loads it; raises InputError."""
     if text is None:

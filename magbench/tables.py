@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from calib.result import Calibration
 from magbench.console import show_table, show_text
 from validation.comparison.answer import without_correction
-from validation.diagnosis.repair.changes import model_diff
+from validation.diagnosis.repair.changes import lines_of_diff, model_diff
 from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.together.result import Together
 from validation.scoring.meaning import MEANINGS
 from validation.scoring.outcome import Outcome
 from validation.text import short, symbol
@@ -16,6 +17,8 @@ from validation.views.pages.comparison import Comparison, title_of
 from validation.views.words.diagnosis import gap_rows, parameter_rows
 from validation.views.words.diagnosis import headline as diagnosis_headline
 from validation.views.words.outcome import headline
+from validation.views.words.together import agreement_line, gap_rows_together, value_rows
+from validation.views.words.together import headline as together_headline
 
 COLUMNS = (
     "holdout_level_component_rms",
@@ -76,6 +79,20 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
         matrix = "; ".join(" ".join(f"{v:.5f}" for v in row) for row in c.matrix)
         rows.append([name, c.status.kind, " ".join(f"{v:.2f}" for v in c.offset_nT), matrix, c.status.reason])
     show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix", "reason"], rows)
+
+
+def show_together(found: Together) -> None:
+    """Verdict, sentence, what to do next, each effect by recording, the gaps, and what changes in the model."""
+    show_text(together_headline(found) + "\n")
+    for one in found.common:
+        heads = ["recording", "", "parameter", "value", "low", "high", "unit"]
+        show_table(f"{one.name}: {one.reach}", heads, list(value_rows(found, one)), numbers=False)
+        show_text(agreement_line(one) + "\n")
+    heads = ["gap, rms", "before, nT", "after, nT", "before / noise", "after / noise", "explained", "by itself"]
+    show_table("", heads, gap_rows_together(found))
+    diff = lines_of_diff(found.each[0].problem.effects, found.model)
+    if 0 < len(diff) <= MOST_DIFF_LINES:
+        show_text("\n" + "\n".join(diff))
 
 
 def show_diagnosis(found: Diagnosis) -> None:

@@ -33,7 +33,12 @@ def motions() -> dict[str, Scenario]:
 @lru_cache(maxsize=4)
 def flown(vehicle: str) -> tuple[Recording, State, Array]:
     """A vehicle's recording without magnetometer errors, the true state along it, and the field (east, north, up)."""
-    made = plan(motions()[vehicle], 0, 0)
+    return along(motions()[vehicle])
+
+
+def along(scenario: Scenario) -> tuple[Recording, State, Array]:
+    """The same of a scenario without errors."""
+    made = plan(scenario, 0, 0)
     columns: dict[str, list[Any]] = {}
     for block in blocks(made):
         for key, values in block.items():

@@ -151,8 +151,8 @@ def hidden(name: str, strength: float, seed: int, state: State) -> Tables:
     tables, factor = HIDDEN[name](rng, state), 1.0
     felt = felt_by(name, state)
     for _ in range(3):
-        factor *= strength / max(strength_of({name: _times(name, tables, factor)}, felt), 1e-12)
-    found = _times(name, tables, factor)
+        factor *= strength / max(strength_of({name: times(name, tables, factor)}, felt), 1e-12)
+    found = times(name, tables, factor)
     return {name: MOVED[name](rng, found) if name in MOVED else found}
 
 
@@ -182,9 +182,10 @@ def beyond_base(with_it: Array, without: Array) -> float:
     return float(np.sqrt((left**2).mean()) / NOISE_NT)
 
 
-def _times(name: str, table: Any, factor: float) -> Any:
+def times(name: str, table: Any, factor: float) -> Any:
+    """A table of an effect with the size of its contribution times a factor."""
     if isinstance(table, list):
-        return [_times(name, one, factor) for one in table]
+        return [times(name, one, factor) for one in table]
     powers = dict.fromkeys(effect_table.BY_NAME[name].linear, 1.0) | POWER
     return {
         key: (np.array(value) * factor ** powers[key]).tolist() if key in powers else value

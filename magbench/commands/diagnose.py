@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from magbench.arguments import complete_scenario, field_vector, known_scenario, present
-from magbench.options import Data, FieldStrength, FieldVector, Json, Maps, Run
+from magbench.arguments import all_present, complete_scenario, field_vector, known_scenario, present
+from magbench.options import FieldStrength, FieldVector, Json, Maps
+from scenarios.errors import InputError
+
+if TYPE_CHECKING:
+    from validation.diagnosis.together.files import Source
+    from validation.diagnosis.verdict import Verdict
 
 Model = Annotated[
     str | None,
@@ -26,50 +31,103 @@ Actuators = Annotated[
 ]
 
 
+Measured = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="DATA...",
+        help="Recordings: dataset directories with all their runs, runs, or Parquet or CSV logs. Of several it is told "
+        "what holds in all of them with one coefficient, and what does not.",
+        callback=all_present,
+    ),
+]
+OneRun = Annotated[int | None, typer.Option(min=0, help="Which run of a dataset directory.  [default: all]")]
+
+
 def diagnose(
-    measured: Data,
+    measured: Measured,
     model: Model = None,
     confirm: Confirm = None,
     field_enu_nT: FieldVector = None,
     field_strength_nT: FieldStrength = None,
     map_: Maps = None,
     actuator: Actuators = None,
-    run: Run = 0,
+    run: OneRun = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/diagnosis]")] = None,
     json: Json = False,
 ) -> None:
     """Find where a recording and a model disagree, name the missing effect, show that the gap shrinks.
 
-    Exit status 1 where a gap was found and not explained.
+    Of several recordings: what holds in all of them, what does not transfer, what one alone shows. Exit status 1 where
+    a gap was found and not explained.
 
-    Example: magbench diagnose log.parquet --model auv-dive --confirm second.parquet -o out/diagnosis
+    Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
     """
-    from magbench.console import emit, say
-    from magbench.tables import show_diagnosis
+    from magbench.console import say
     from sim.dataset.files import locked_directory, remove_leftovers
-    from validation.diagnosis.files import diagnose_file
-    from validation.outputs.diagnosis import FILES, write_diagnosis
+    from validation.diagnosis.together.files import sources
+    from validation.outputs.diagnosis import FILES
 
-    place = out or Path("out") / "diagnosis"
+    place, recordings = out or Path("out") / "diagnosis", sources(measured, run)
+    if confirm and len(recordings) > 1:
+        do = "name it among the recordings"
+        raise InputError("is asked beside one recording, and here are several", where="--confirm", do=do)
+    given = {
+        "enu": field_vector(field_enu_nT),
+        "strength_nT": field_strength_nT,
+        "maps": map_ or (),
+        "actuators": actuator or (),
+        "say": lambda what: say(f"diagnosis: {what}"),
+    }
     with locked_directory(place):
         remove_leftovers(place)
-        found = diagnose_file(
-            measured,
-            model,
-            confirm=confirm,
-            enu=field_vector(field_enu_nT),
-            strength_nT=field_strength_nT,
-            maps=map_ or (),
-            actuators=actuator or (),
-            run=run,
-            say=lambda what: say(f"diagnosis: {what}"),
-        )
-        say("diagnosis: report and recording")
-        write_diagnosis(found, place, f"Diagnosis of {measured.name}")
+        if len(recordings) > 1:
+            verdict = _several(recordings, model, place, given, json=json)
+        else:
+            verdict = _one(measured[0], recordings[0], model, confirm, place, given, json=json)
+    say(f"{place}: {', '.join(FILES)}")
+    if not verdict.explained:
+        raise typer.Exit(1)
+
+
+def _one(
+    measured: Path,
+    one: Source,
+    model: str | None,
+    confirm: Path | None,
+    place: Path,
+    given: dict[str, Any],
+    *,
+    json: bool,
+) -> Verdict:
+    from magbench.console import emit
+    from magbench.tables import show_diagnosis
+    from validation.diagnosis.files import diagnose_file
+    from validation.outputs.diagnosis import write_diagnosis
+
+    found = diagnose_file(measured, model, confirm=confirm, run=one.run, **given)
+    given["say"]("report and recording")
+    write_diagnosis(found, place, f"Diagnosis of {measured.name}")
     if json:
         emit(found.as_dict() | {"model_out": str(place / "model.toml")})
     else:
         show_diagnosis(found)
-    say(f"{place}: {', '.join(FILES)}")
-    if not found.verdict.explained:
-        raise typer.Exit(1)
+    return found.verdict
+
+
+def _several(
+    recordings: tuple[Source, ...], model: str | None, place: Path, given: dict[str, Any], *, json: bool
+) -> Verdict:
+    from magbench.console import emit
+    from magbench.tables import show_together
+    from validation.diagnosis.together.files import diagnose_files
+    from validation.outputs.diagnosis import write_together
+
+    found = diagnose_files(recordings, model, **given)
+    given["say"]("reports and recordings")
+    folders = write_together(found, place, f"Diagnosis of {len(recordings)} recordings")
+    if json:
+        emit(found.as_dict() | {"model_out": str(place / "model.toml")})
+    else:
+        show_together(found)
+    given["say"](f"each by itself: {', '.join(folders)}")
+    return found.verdict

@@ -137,6 +137,17 @@ class Policy:
     look_alike_left: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
     least_added: float = number(0.05, "share of the gap that an effect must explain beside a coloured rest")
 
+    # several recordings
+    alpha_together: float = number(
+        0.001, "the same as alpha for several recordings together: nats of coefficients that each gets from the others"
+    )
+    not_transferred_alarm: float = number(
+        0.01, "probability that equal coefficients differ as much between recordings as those that do not transfer"
+    )
+    same_coefficient: float = number(
+        0.05, "share of an effect by which its form is in error on one motion or another, beside the data's own error"
+    )
+
     # is what is left clean?
     mean_lengths_s: tuple[float, ...] = number((1.0, 5.0, 20.0), "lengths of the means that are tested")
     means_alarm: float = number(1e-3, "probability that white noise fails the test of means at any length")
@@ -228,6 +239,10 @@ class Policy:
     def apart(self) -> float:
         """Nats by which data tell one candidate from another: ``ln(1 / alpha)``."""
         return math.log(1 / self.alpha)
+
+    def accepted_together(self, names: int) -> float:
+        """The same as `accepted` for several recordings together: ``ln(names / alpha_together)``."""
+        return math.log(names / self.alpha_together)
 
     def accepted(self, names: int) -> float:
         """Nats of evidence above which the best of so many names is accepted: ``ln(names / alpha)``."""

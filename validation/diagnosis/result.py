@@ -41,10 +41,12 @@ class How(StrEnum):
 
 
 class Reach(StrEnum):
-    """Whether a second recording bears a name out."""
+    """Whether other recordings bear a name out: with one coefficient, with several, only some of them."""
 
     SINGLE_RUN = "single-run"
     TRANSFERRED = "transferred"
+    NOT_TRANSFERRED = "not-transferred"
+    SOME = "some"
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import json
+import re
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 from scenarios.plain import json_ready
 from scenarios.toml import to_toml
 from sim.dataset.files import beside, system_errors_about
 from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.together.result import Together
 from validation.views.pages.diagnosis import page_html
+from validation.views.pages.together import together_html
 from validation.views.recording.diagnosis import diagnosis_recording
+from validation.views.recording.together import together_recording
 
 FILES = ("report.html", "diagnosis.json", "model.toml", "recording.rrd")
 
@@ -22,9 +27,35 @@ def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
     They are made in memory, written beside, and renamed once all of them are whole, so that files of two diagnoses do
     not stand side by side. Raises InputError where writing is refused.
     """
-    summary = json.dumps(json_ready(found.as_dict()) | {"model_out": "model.toml"}, indent=1, allow_nan=False) + "\n"
+    summary = json_text(found.as_dict())
     texts = (page_html(found, title), summary, to_toml(found.model))
-    contents = (*(text.encode() for text in texts), diagnosis_recording(found, title))
+    write_whole(out, (*(text.encode() for text in texts), diagnosis_recording(found, title)))
+
+
+def write_together(found: Together, out: Path, title: str) -> tuple[str, ...]:
+    """Write FILES of several recordings, and each one's own in a folder beside; returns the folders' names."""
+    folders = tuple(f"{i:02d}-{_as_folder(name)}" for i, name in enumerate(found.names, start=1))
+    for name, folder, own in zip(found.names, folders, found.each, strict=True):
+        with system_errors_about(out / folder):
+            (out / folder).mkdir(exist_ok=True)
+        write_diagnosis(own, out / folder, f"Diagnosis of {name}")
+    texts = (together_html(found, title, folders), json_text(found.as_dict()), to_toml(found.model))
+    write_whole(out, (*(text.encode() for text in texts), together_recording(found, title)))
+    return folders
+
+
+def _as_folder(name: str) -> str:
+    """A recording's name as a folder's."""
+    return re.sub(r"[^\w.-]+", "-", name).strip("-.") or "recording"
+
+
+def json_text(values: dict[str, Any]) -> str:
+    """What `--json` prints, as a file of the directory that holds the model."""
+    return json.dumps(json_ready(values) | {"model_out": "model.toml"}, indent=1, allow_nan=False) + "\n"
+
+
+def write_whole(out: Path, contents: tuple[bytes, ...]) -> None:
+    """Write the contents of FILES beside, and rename them once all of them are whole."""
     with ExitStack() as whole:
         for name, content in zip(FILES, contents, strict=True):
             part = whole.enter_context(beside(out / name))

@@ -24,6 +24,8 @@ GUARDS = {
     "reference.py": {"MISREAD"},
     "vector.py": {"FIELD_ERROR", "STEPS"},
     "linear.py": {"LEAST_NOISE"},
+    "coefficients.py": {"OPEN"},
+    "values.py": {"STEP"},
     "places.py": {"MEAN_S", "MOST_MEANS"},
     "battery.py": {"MOST_TONES"},
     "spectrum.py": {"WINDOW_LINES"},

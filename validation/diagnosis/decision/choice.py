@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 from sim.effects import BY_NAME, EFFECTS
 from sim.state import Array
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.judged import Judged, with_outcomes
+from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -64,7 +66,30 @@ def beside_white_noise(ranking: Sequence[Evidence], policy: Policy) -> Round:
     return Round.of(accepted(ranking, policy), [Judged(e, e.nats, needed, "") for e in ranking])
 
 
-def simplest(close: Sequence[Evidence], policy: Policy) -> Evidence:
+class Rival(Protocol):
+    """A candidate with what it gains."""
+
+    @property
+    def candidate(self) -> Candidate:
+        """The effect at its setting."""
+
+    @property
+    def gain(self) -> float:
+        """Nats."""
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+
+
+R = TypeVar("R", bound=Rival)
+
+
+def simplest(close: Sequence[R], policy: Policy) -> R:
     """The strongest of those with the fewest columns; of two that are one and the same, the chain's first.
 
     Hard iron and a sensor's offset span the same columns: which of them gains more is a matter of the last bit. Others
@@ -78,7 +103,7 @@ def simplest(close: Sequence[Evidence], policy: Policy) -> Evidence:
     return min(same, key=lambda e: CHAIN.index(e.name))
 
 
-def are_kin(one: Evidence, other: Evidence) -> bool:
+def are_kin(one: Rival, other: Rival) -> bool:
     """Whether two effects are the same to first order."""
     kin = one.candidate.effect.clues.kin
     return bool(kin) and kin == other.candidate.effect.clues.kin

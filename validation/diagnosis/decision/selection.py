@@ -61,7 +61,7 @@ def select(
             break
         found.append(chosen)
         ground = ground.beside(chosen.columns(problem))
-        after = _with_earth_vector(residual_tests(ground, names_of(found)), ground)
+        after = tests_beside(ground, names_of(found))
     return Selection(tuple(found), start, ground, before, after, first, without)
 
 
@@ -91,6 +91,11 @@ def residual_tests(ground: Ground, found: Sequence[str]) -> Battery:
     samples = problem.policy.filter_memory if filtered else 1
     tests = battery(left, problem.usable, problem.state.interval_s, fitted, problem.policy, samples)
     return tests if tests.clean or not as_stated(problem, left) else replace(tests, why=())
+
+
+def tests_beside(ground: Ground, found: Sequence[str]) -> Battery:
+    """The tests of what a ground leaves that has effects in."""
+    return _with_earth_vector(residual_tests(ground, found), ground)
 
 
 def _with_kin(found: Sequence[Accepted], chosen: Accepted) -> list[Accepted]:

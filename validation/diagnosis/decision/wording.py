@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from sim.effects import BY_NAME
+from sim.effects.base import Effect
 from validation.diagnosis.evidence.reference import misread_field, own_compass
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
@@ -21,7 +22,7 @@ def sentence_for(found: Diagnosis) -> str:
     """The finding in one sentence for a field engineer."""
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
     return found.verdict.sentence(
-        causes="; ".join(_words(one) for one in found.named),
+        causes="; ".join(words_of(one) for one in found.named),
         share=_share(found),
         left="; ".join(found.after.why),
         nearest=_nearest(found),
@@ -89,7 +90,12 @@ def fly_another_motion(found: Diagnosis) -> Iterator[str]:
 
 def tell_look_alikes_apart(found: Diagnosis) -> Iterator[str]:
     """Each kind of look-alikes has its own test."""
-    for one in found.named:
+    yield from ways_to_tell(found.named)
+
+
+def ways_to_tell(named: Sequence[Named]) -> Iterator[str]:
+    """For each name with look-alikes what to do that tells them apart."""
+    for one in named:
         if one.alternatives:
             ways = dict.fromkeys(filter(None, (BY_NAME[name].clues.apart for name in (one.name, *one.alternatives))))
             yield f"{one.name} may also be {', '.join(one.alternatives)}. To tell: {'; '.join(ways)}."
@@ -134,15 +140,16 @@ ADVICE: tuple[Advise, ...] = (
 )
 
 
-def _words(one: Named) -> str:
+def words_of(one: Named) -> str:
+    """A name with its look-alikes, its main parameter and its size."""
     either = f" (or {', '.join(one.alternatives)})" if one.alternatives else ""
     size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
-    parameter = next(p for p in one.effect.parameters() if p.name == _main(one))
+    parameter = next(p for p in one.effect.parameters() if p.name == main_parameter(one.effect))
     value = short(np.asarray(getattr(one.effect, parameter.name), dtype=float).tolist())
     return f"{one.name}{either}: {parameter.name} {value} {parameter.unit}".rstrip() + size
 
 
-def _main(one: Named) -> str:
+def main_parameter(effect: Effect) -> str:
     """The parameter that says how large an effect is."""
-    names: Sequence[str] = one.effect.linear or [p.name for p in one.effect.parameters() if not p.worded]
+    names: Sequence[str] = effect.linear or [p.name for p in effect.parameters() if not p.worded]
     return names[0]

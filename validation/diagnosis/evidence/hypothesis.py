@@ -61,13 +61,22 @@ class Hypothesis:
 
 def gains(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest) -> Array:
     """Nats (m,) that each of m groups of columns (n, q, k) explains by itself in sample, beside base and `inside`."""
+    found = informations(rows, inside, several, rest)
+    return np.array([(N[-1, -1] - _squares(N, _solved(N))) / 2 for N in found])
+
+
+def informations(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest) -> list[Array]:
+    """Products (k + 1, k + 1) of each of m groups of whitened columns (n, q, k) and of the target, which is last.
+
+    Base and `inside` are fitted anew: the products are of what these leave of columns and target.
+    """
     stacked = np.concatenate([rows.base, inside, *several, rows.target[:, :, None]], axis=2)
     z, _ = rest.whitened(rows.row_s, rows.count, stacked)
     N, k = _products(_without_base(z, rows.base.shape[2])[0]), inside.shape[2]
     N = N[k:, k:] - N[k:, :k] @ np.linalg.pinv(N[:k, :k], rcond=1e-12, hermitian=True) @ N[:k, k:]
     ends = np.cumsum([one.shape[2] for one in several])
     groups = [np.r_[end - one.shape[2] : end, len(N) - 1] for one, end in zip(several, ends, strict=True)]
-    return np.array([(N[-1, -1] - _squares(N[np.ix_(g, g)], _solved(N[np.ix_(g, g)]))) / 2 for g in groups])
+    return [N[np.ix_(g, g)] for g in groups]
 
 
 def _without_base(z: Array, p: int) -> tuple[Array, Array]:

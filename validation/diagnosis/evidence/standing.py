@@ -10,7 +10,7 @@ import numpy as np
 from sim.state import Array
 from validation.diagnosis.evidence.compare import Evidence, search_price
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, white
+from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, informations, white
 from validation.diagnosis.evidence.rows import Rows
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
@@ -67,10 +67,18 @@ class Beside:
 
     def surrogates(self, one: Standing) -> Array:
         """Nats that a candidate's columns, mirrored and rolled in time, gain in sample from what it leaves."""
-        n, times = len(one.columns), self.rows.policy.surrogates
-        rolled = [np.roll(one.columns[::-1], n * (2 * t + 1) // (2 * times), axis=0) for t in range(times)]
-        left = replace(self.rows, target=one.hypothesis.residual(self.rows, self.joined(one.columns)))
-        return gains(left, one.columns[:, :, :0], rolled, one.hypothesis.rest)
+        return gains(*self._without_effect(one.columns, one.hypothesis), one.hypothesis.rest)
+
+    def by_chance(self, columns: Array, hypothesis: Hypothesis) -> list[Array]:
+        """Products (k + 1, k + 1) of the same mirrored and rolled columns and of what the candidate leaves."""
+        return informations(*self._without_effect(columns, hypothesis), hypothesis.rest)
+
+    def _without_effect(self, columns: Array, hypothesis: Hypothesis) -> tuple[Rows, Array, list[Array]]:
+        """Rows whose target is what a hypothesis with an effect leaves, nothing inside, and columns of no effect."""
+        n, times = len(columns), self.rows.policy.surrogates
+        rolled = [np.roll(columns[::-1], n * (2 * t + 1) // (2 * times), axis=0) for t in range(times)]
+        left = replace(self.rows, target=hypothesis.residual(self.rows, self.joined(columns)))
+        return left, columns[:, :, :0], rolled
 
     def left_of(self, rival: Standing, best: Standing) -> float:
         """Part of its own gain that a rival keeps once the best is in, with the best's rest."""

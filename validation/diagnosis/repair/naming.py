@@ -24,7 +24,7 @@ def names_of(problem: LinearProblem, belief: Belief, direct: Sequence[Direct]) -
     """Every name: effects and changes of the iron refined, what the values show, and noise."""
     seen = tuple(Named(one.effect, (), How.DIRECT, None, 0.0) for one in direct)
     others = (*_refined(problem, belief), *seen)
-    return (*others, *_noise(belief, others))
+    return (*others, *noise_of(belief, others))
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def _made(belief: Belief) -> list[Effect]:
     return [one.evidence.candidate.made(one.evidence.coefficients) for one in both]
 
 
-def _noise(belief: Belief, others: Sequence[Named]) -> list[Named]:
+def noise_of(belief: Belief, others: Sequence[Named]) -> list[Named]:
     """Slow noise, or more white noise than the model has."""
     selection, noise = belief.selection, belief.noise
     problem = selection.end.problem

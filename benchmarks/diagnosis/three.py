@@ -1,0 +1,177 @@
+"""Three recordings at once: what transfers, what differs in one of them, and what must not be named."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from benchmarks.diagnosis.motion import QUIET, SCENARIOS, along, jittered, turned
+from benchmarks.diagnosis.outside import OUTSIDE, disturbed
+from benchmarks.diagnosis.truth import BASE, EQUIVALENT, FLICKER, HIDDEN, Tables, felt_by, hidden, times
+from sim import effects as effect_table
+from sim.chain import Chain
+from sim.dataset import Recording
+from sim.effects import BY_NAME
+from sim.scenario import ModelSpec, load
+from sim.state import Array, State
+from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.pose import posed
+from validation.diagnosis.result import Reach
+from validation.diagnosis.together.result import Together
+from validation.diagnosis.together.workflow import diagnose_together
+
+FLIGHTS = {
+    "auv": (
+        (),
+        ("phases.0.turn_rate_deg_s=1.3", "phases.0.roll_period_s=27", "phases.0.pitch_period_s=41", "seed=2"),
+        ("phases.0.turn_rate_deg_s=0.8", "phases.0.roll_period_s=37", "phases.0.pitch_amplitude_deg=20", "seed=3"),
+    ),
+    "quadrotor": (
+        (),
+        ("phases.1.turn_rate_deg_s=18", "phases.1.tilt_period_s=5", "seed=5"),
+        ("phases.1.turn_rate_deg_s=12", "phases.1.tilt_amplitude_deg=17", "seed=6"),
+    ),
+}
+"""What is changed of a vehicle's scenario from flight to flight."""
+MORE = 1.3
+"""Ratio of the coefficient in the last recording to that in the others, where it differs."""
+STRENGTHS = {"same": (0.1, 0.3, 1.0), "differs": (1.0,), "alone": (1.0,), "left-out": (1.0,)}
+"""By kind of trial, rms in the first recording over the noise."""
+NULLS, COLOURS = 5, ("attitude", "flicker", "jitter", "all")
+"""Nulls of each vehicle for one seed of the others, and the colours that come round in further ones."""
+TRANSFERS = tuple(name for name in HIDDEN if not BY_NAME[name].clues.one_run)
+"""Effects that another recording can show."""
+
+
+@dataclass(frozen=True)
+class Three:
+    """Three recordings of a vehicle: kind of test, what is hidden, at what strength, seed."""
+
+    kind: str
+    vehicle: str
+    hidden: str
+    strength: float
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """What tells it from every other."""
+        return f"three/{self.kind}/{self.vehicle}/{self.hidden}/{self.strength:g}/{self.seed}"
+
+
+def threes(first_seed: int, seeds: int) -> Iterator[Three]:
+    """Every trial, a seed at a time."""
+    for seed in range(first_seed, first_seed + seeds):
+        for vehicle in FLIGHTS:
+            for k in range(NULLS):
+                yield Three("null", vehicle, "", 0.0, seed * NULLS + k)
+            for k, colour in enumerate(COLOURS):
+                yield Three("coloured", vehicle, colour, 0.0, seed * len(COLOURS) + k)
+            for kind, strengths in STRENGTHS.items():
+                for name in TRANSFERS:
+                    for strength in strengths:
+                        yield Three(kind, vehicle, name, strength, seed)
+            for name in OUTSIDE:
+                yield Three("outside", vehicle, name, 1.0, seed)
+
+
+def run_three(trial: Three, policy: Policy = STANDARD) -> dict[str, Any]:
+    """Make the recordings, diagnose them together, and tell what came out."""
+    made = [flight(trial, i) for i in range(len(FLIGHTS[trial.vehicle]))]
+    model = ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": made[0][1].tolist()}})
+    begun = time.perf_counter()
+    problems = [posed(recording, model, None, None, policy=policy) for recording, _ in made]
+    without = frozenset([trial.hidden] if trial.kind == "left-out" else [])
+    found = diagnose_together(["first", "second", "third"], problems, model, without=without)
+    return {
+        **asdict(trial), "key": trial.key, "verdict": found.verdict, "seconds": time.perf_counter() - begun,
+        "explained": found.gap.explained, "names": _names(found), "alone": [one.name for one in found.single],
+        "own": [(one.verdict, [named.name for named in one.named]) for one in found.each],
+    }  # fmt: skip
+
+
+def _names(found: Together) -> list[Any]:
+    return [
+        (one.name, list(one.named.alternatives), one.named.how, one.reach, one.p, one.named.nats)
+        for one in found.common
+    ]
+
+
+@lru_cache(maxsize=8)
+def flown_as(vehicle: str, i: int) -> tuple[Recording, State, Array]:
+    """One flight of a vehicle without errors, as `motion.along` gives it."""
+    name = next(one for one in SCENARIOS if load(one).vehicle.kind == vehicle)
+    bare = {"effects": {}, "effect_order": None, "vary": {}}
+    return along(load(name, [*QUIET, *FLIGHTS[vehicle][i]]).model_copy(update=bare))
+
+
+def flight(trial: Three, i: int) -> tuple[Recording, Array]:
+    """One of the recordings, and the field (east, north, up)."""
+    recording, state, field = flown_as(trial.vehicle, i)
+    seed = trial.seed * len(FLIGHTS[trial.vehicle]) + i
+    tables = _tables(trial, i)
+    felt = state
+    for name in tables:
+        felt = felt_by(name, felt)
+    everything = BASE | {name: _beside_base(name, table) for name, table in tables.items()}
+    mag_nT = Chain(effect_table.build(everything, None, "truth"), seed).apply(felt)[0]
+    recording = replace(recording, mag_nT=mag_nT)
+    if trial.kind == "outside":
+        recording = disturbed(trial.hidden, trial.strength, trial.seed, recording, state, mag_nT)
+    if trial.hidden in ("jitter", "all"):
+        recording = replace(recording, mag_nT=jittered(recording, recording.mag_nT, seed))
+    return (turned(recording, seed) if trial.hidden in ("attitude", "all") else recording), field
+
+
+def _beside_base(name: str, table: Any) -> Any:
+    several = table if isinstance(table, list) else [table]
+    return [BASE[name], *several] if name in BASE else table
+
+
+def _tables(trial: Three, i: int) -> Tables:
+    """What is hidden in one recording: of the size that it has in the first, or as the kind says."""
+    if trial.kind == "coloured" and trial.hidden in ("flicker", "all"):
+        return dict(FLICKER)
+    if trial.hidden not in HIDDEN or (trial.kind == "alone" and i < len(FLIGHTS[trial.vehicle]) - 1):
+        return {}
+    found = hidden(trial.hidden, trial.strength, trial.seed, flown_as(trial.vehicle, 0)[1])
+    more = trial.kind == "differs" and i == len(FLIGHTS[trial.vehicle]) - 1
+    return {name: times(name, table, MORE) for name, table in found.items()} if more else found
+
+
+Row = dict[str, Any]
+
+
+def figures_of_three(rows: Sequence[Row]) -> dict[str, Any]:
+    """Shares of the trials of every kind, and of the wrong names in all."""
+    out: dict[str, Any] = {}
+    for kind in dict.fromkeys((row["kind"], row["strength"]) for row in rows):
+        some = [row for row in rows if (row["kind"], row["strength"]) == kind]
+        out[f"three, {kind[0]}" + (f", {kind[1]:g} sigma" if kind[1] else "")] = {
+            "runs": len(some),
+            "wrong_name": float(np.mean([is_wrong(row) for row in some])),
+            **{str(reach): float(np.mean([_reaches(row, reach) for row in some])) for reach in Reach},
+        }
+    return out
+
+
+def is_wrong(row: Row) -> bool:
+    """Whether a name is neither what is hidden nor a declared equivalent of it; noise in a coloured null is right."""
+    right = (
+        {row["hidden"]} | EQUIVALENT.get(row["hidden"], set()) if row["kind"] not in ("alone", "left-out") else set()
+    )
+    if row["kind"] == "left-out":
+        right = EQUIVALENT.get(row["hidden"], set())
+    if row["kind"] == "coloured":
+        right = {effect.name for effect in BY_NAME.values() if effect.clues.spectrum is not None}
+    return any(not right & {name, *others} for name, others, *_ in row["names"])
+
+
+def _reaches(row: Row, reach: Reach) -> bool:
+    right = {row["hidden"]} | EQUIVALENT.get(row["hidden"], set())
+    return any(right & {name, *others} and how == reach for name, others, _, how, *_ in row["names"])

@@ -1,0 +1,87 @@
+"""Several recordings: what holds in all, what differs in one, what one alone shows, what none shows by itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios.errors import InputError
+from sim.scenario import ModelSpec
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, recording
+from validation.diagnosis.problem.pose import posed
+from validation.diagnosis.result import Reach
+from validation.diagnosis.together.reach import There
+from validation.diagnosis.together.result import Together
+from validation.diagnosis.together.workflow import diagnose_together
+from validation.diagnosis.verdict import Verdict
+
+GAIN = np.array([3.0, -2.0, 4.0])
+NAMES = ("first", "second", "third")
+
+
+def motor(share: float) -> dict[str, Any]:
+    return {"motor_current": {"gain_nT_A": (share * GAIN).tolist()}} if share else {}
+
+
+def together(*hidden: dict[str, Any], seed: int = 0, n: int = 2000) -> Together:
+    model = ModelSpec.model_validate(
+        {"effects": {"white_noise": {"std_nT": [2.0] * 3}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
+    )
+    made = [recording(n, seed=10 * seed + i, hidden=one) for i, one in enumerate(hidden)]
+    return diagnose_together(
+        NAMES[: len(made)], [posed(one, model, None, None, iron_known=False) for one in made], model
+    )
+
+
+def test_one_coefficient_in_all_is_transferred_and_pooled() -> None:
+    found = together(motor(1.0), motor(1.0), motor(1.0))
+    (one,) = found.common
+    assert (found.verdict, one.name, one.reach) == (Verdict.NAMED, "motor_current", Reach.TRANSFERRED)
+    std = one.named.spread["gain_nT_A"]
+    assert (np.abs(np.array(one.named.effect.gain_nT_A) - GAIN) < 4 * std).all()  # type: ignore[attr-defined]
+    assert (std < np.array([each.spread["gain_nT_A"] for each in one.each if each]).min(axis=0)).all()
+    assert found.gap.explained == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_third_more_in_one_is_not_transferred_and_its_table_says_which() -> None:
+    found = together(motor(1.0), motor(1.0), motor(1.3))
+    (one,) = found.common
+    assert one.reach is Reach.NOT_TRANSFERRED
+    assert one.p is not None
+    assert one.p < 0.01
+    sizes = [np.linalg.norm(each.effect.gain_nT_A) for each in one.each if each]  # type: ignore[attr-defined]
+    assert sizes[2] / sizes[0] == pytest.approx(1.3, abs=0.1)
+    assert "does not transfer" in " ".join(found.advice)
+    assert found.as_dict()["effects"][0]["evidence"] == "not-transferred"
+
+
+def test_what_one_alone_shows_is_no_name() -> None:
+    found = together({}, {}, motor(1.0))
+    assert found.common == ()
+    (one,) = found.single
+    assert (one.name, one.there) == ("motor_current", (There.ABSENT, There.ABSENT, There.PRESENT))
+    assert found.each[2].verdict is Verdict.NAMED
+
+
+def test_what_two_of_three_show_is_in_some() -> None:
+    found = together(motor(1.0), {}, motor(1.0))
+    (one,) = found.common
+    assert (one.reach, one.there[1]) == (Reach.SOME, There.ABSENT)
+
+
+def test_an_effect_too_weak_for_each_is_named_by_all_together() -> None:
+    found = together(*[motor(0.028)] * 3, seed=1)
+    assert all(not one.named for one in found.each)
+    assert [one.name for one in found.common] == ["motor_current"]
+
+
+def test_nothing_is_found_where_nothing_is() -> None:
+    found = together({}, {}, {})
+    assert (found.verdict, found.common, found.single) == (Verdict.NONE, (), ())
+
+
+def test_one_recording_is_not_several() -> None:
+    with pytest.raises(InputError, match="nothing to be held against"):
+        together({})

@@ -1,0 +1,147 @@
+"""A candidate asked of every recording at once, each beside a rest with its own colour."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from sim.state import Array, State
+from validation.diagnosis.evidence.compare import search_price
+from validation.diagnosis.evidence.hypothesis import Hypothesis, informations, white
+from validation.diagnosis.evidence.standing import Beside
+from validation.diagnosis.library.candidates import Candidate, missing_channels
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.together.coefficients import Estimate, left_out_gains
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """A candidate in one recording: its columns (n, q, k) in rows, and the hypothesis that it is there.
+
+    products (k + 1, k + 1): of the whitened columns and the target, see `informations`; without: by how many nats the
+    rest alone explains more with a colour of its own than with this one.
+    """
+
+    beside: Beside
+    columns: Array
+    hypothesis: Hypothesis
+    products: Array
+    without: float
+    held: float
+
+    @classmethod
+    def of(cls, beside: Beside, columns: Array) -> Asked:
+        """The candidate with a rest of its own, the likelier of those that begin white and with the poorer's colour."""
+        both = beside.joined(columns)
+        richer = Hypothesis.of(beside.rows, both, (beside.poorer.rest, white(both.shape[1])))
+        same = Hypothesis.given(beside.rows, beside.inside, richer.rest)
+        (products,) = informations(beside.rows, beside.inside, [columns], richer.rest)
+        without = max(beside.poorer.whole - same.whole, 0.0)
+        held = richer.held - max(beside.poorer.held, same.held)
+        return cls(beside, columns, richer, products, without, held)
+
+    @cached_property
+    def chance(self) -> list[Array]:
+        """Products (k + 1, k + 1) of the columns mirrored and rolled in time, as effects of none."""
+        return self.beside.by_chance(self.columns, self.hypothesis)
+
+    @cached_property
+    def inflation(self) -> float:
+        """By how much what is left in colour inflates nats: mean gain of an effect of none over half a column each."""
+        gains = [one.gain(one.c) for one in map(estimate, self.chance)]
+        return max(1.0, float(2 * np.mean(gains) / self.columns.shape[2]))
+
+    @property
+    def estimate(self) -> Estimate:
+        """What the recording says of the coefficients, with the whole width of their error."""
+        return estimate(self.products, self.inflation)
+
+    @property
+    def strength(self) -> float:
+        """Rms of what its own coefficients add after the base is refitted, in units of the noise."""
+        rows = self.beside.rows
+        added = np.einsum("nqk,k->nq", self.columns, self.estimate.c)
+        left = [
+            y - B @ np.linalg.lstsq(B, y, rcond=None)[0] for B, y in zip(_by_output(rows.base), added.T, strict=True)
+        ]
+        squares = sum((float(one @ one) for one in left), 0.0)
+        return float(np.sqrt(squares / (rows.count.sum() * added.shape[1])))
+
+
+def _by_output(base: Array) -> Array:
+    return base.transpose(1, 0, 2)
+
+
+def estimate(products: Array, inflation: float = 1.0) -> Estimate:
+    """Information and score of products (k + 1, k + 1) of columns and target."""
+    return Estimate(products[:-1, :-1] / inflation, products[:-1, -1] / inflation)
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A candidate at one setting in n recordings; None where a recording lacks its causes."""
+
+    candidate: Candidate
+    asked: tuple[Asked | None, ...]
+    price: float
+
+    @classmethod
+    def of(
+        cls, candidate: Candidate, besides: Sequence[Beside], problems: Sequence[LinearProblem], tried: int
+    ) -> Joint:
+        """The candidate, found among so many settings, beside the effects that are in already."""
+        columns = [columns_in(candidate, problem) for problem in problems]
+        asked = tuple(
+            None if each is None else Asked.of(beside, beside.rows.taken(each))
+            for beside, each in zip(besides, columns, strict=True)
+        )
+        width = next((one.columns.shape[2] for one in asked if one), 1)
+        return cls(candidate, asked, search_price(tried, width, problems[0].policy))
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.candidate.name
+
+    @property
+    def width(self) -> int:
+        """The number of its columns."""
+        return self.there[0].columns.shape[2] if self.there else 0
+
+    @property
+    def there(self) -> list[Asked]:
+        """The recordings that hold its causes."""
+        return [one for one in self.asked if one is not None]
+
+    @property
+    def gain(self) -> float:
+        """Nats over all recordings before the inflation: of common coefficients, or where it is more of their own."""
+        common = float(left_out_gains([estimate(one.products) for one in self.there]).sum())
+        own = sum(one.held for one in self.there)
+        return max(common - sum(one.without for one in self.there), own) - self.price
+
+    @cached_property
+    def inflation(self) -> float:
+        """The mean inflation of the recordings."""
+        return float(np.mean([one.inflation for one in self.there])) if self.there else 1.0
+
+
+def columns_in(candidate: Candidate, problem: LinearProblem) -> Array | None:
+    """A candidate's columns (N, q, k) in a recording; None where it lacks the causes, down to the motor, or the place.
+
+    A place that another recording gave may lie on this one's path.
+    """
+    if missing_channels(candidate.effect, problem) or not _holds(candidate, problem.state):
+        return None
+    columns = candidate.columns(problem)
+    return columns if np.isfinite(columns).all() and columns.any() else None
+
+
+def _holds(candidate: Candidate, state: State) -> bool:
+    """Whether a recording has the motor and the channel that a setting names."""
+    values, effect = dict(candidate.nonlinear), candidate.effect
+    motor, channel = (values.get(effect.with_role(role) or "") for role in ("motor", "channel"))
+    return (not motor or motor in state.motors) and (not channel or channel in state.channels)

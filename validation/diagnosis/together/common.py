@@ -1,0 +1,141 @@
+"""What several recordings bear out, each with its value in every one of them and the test of their agreement."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim.effects.base import Effect
+from validation.diagnosis.decision.choice import Accepted
+from validation.diagnosis.decision.wording import main_parameter
+from validation.diagnosis.evidence.compare import Evidence
+from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.result import How, Named, Reach
+from validation.diagnosis.together.coefficients import Estimate, agreement, inverse
+from validation.diagnosis.together.reach import Finding, There
+from validation.diagnosis.together.selection import Chosen
+from validation.diagnosis.together.values import parameters_of
+
+
+@dataclass(frozen=True)
+class Common:
+    """One effect in n recordings: pooled, in each by itself (None: not known there), and whether they agree.
+
+    chi2, degrees, p: of the differences between the recordings; None where nothing is fitted.
+    """
+
+    named: Named
+    each: tuple[Named | None, ...]
+    there: tuple[There, ...]
+    chi2: float | None
+    degrees: int
+    p: float | None
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.named.name
+
+    @property
+    def reach(self) -> Reach:
+        """Whether the recordings agree."""
+        return self.named.evidence
+
+
+def fitted_effect(one: Chosen, problems: Sequence[LinearProblem]) -> Common:
+    """An effect of the library that the lot believes."""
+    return _of_finding(one.finding, one.alternatives, problems, one.strength)
+
+
+def not_borne_out(one: Finding, problems: Sequence[LinearProblem]) -> Common:
+    """An effect that one recording alone names."""
+    return _of_finding(one, (), problems, 0.0)
+
+
+def _of_finding(
+    one: Finding, alternatives: tuple[str, ...], problems: Sequence[LinearProblem], strength: float
+) -> Common:
+    agree, candidate, reach = one.agreement, one.joint.candidate, one.reach or Reach.SINGLE_RUN
+    there = next(problem for problem, asked in zip(problems, one.joint.asked, strict=True) if asked)
+    effect, spread = parameters_of(candidate, agree.c, agree.covariance, there)
+    named = Named(effect, alternatives, How.HELD_OUT, one.nats, strength, spread, reach)
+    each: list[Named | None] = []
+    for problem, asked in zip(problems, one.joint.asked, strict=True):
+        if asked is None:
+            each.append(None)
+            continue
+        own = asked.estimate
+        effect, spread = parameters_of(candidate, own.c, own.covariance, problem)
+        each.append(Named(effect, (), How.HELD_OUT, asked.held / asked.inflation, asked.strength, spread, reach))
+    return Common(named, tuple(each), one.there, agree.chi2, agree.degrees, agree.p)
+
+
+def changes_of_iron(several: Sequence[Sequence[Accepted]], problems: Sequence[LinearProblem]) -> list[Common]:
+    """What of the iron differs from the model in more than one recording."""
+    policy = problems[0].policy
+    names = dict.fromkeys(one.name for found in several for one in found)
+    by_name = {name: [next((one for one in found if one.name == name), None) for found in several] for name in names}
+    return [_iron(several, problems, policy) for several in by_name.values() if _several(several)]
+
+
+def _several(each: Iterable[object]) -> bool:
+    return sum(one is not None for one in each) > 1
+
+
+def _iron(each: Sequence[Accepted | None], problems: Sequence[LinearProblem], policy: Policy) -> Common:
+    found = [one for one in each if one is not None]
+    agree = agreement([estimate_of(one.evidence) for one in found], policy.same_coefficient)
+    same = agree.p > policy.not_transferred_alarm
+    everywhere = len(found) == len(each)
+    reach = Reach.NOT_TRANSFERRED if not same else Reach.TRANSFERRED if everywhere else Reach.SOME
+    shared = [name for name in found[0].alternatives if all(name in one.alternatives for one in found)]
+    strength = float(np.sqrt(np.mean([one.evidence.strength**2 for one in found])))
+    nats = sum(one.evidence.nats for one in found)
+    candidate = found[0].evidence.candidate
+    effect, spread = parameters_of(candidate, agree.c, agree.covariance, problems[0])
+    named = Named(effect, tuple(shared), How.IRON, nats, strength, spread, reach)
+    own = tuple(_iron_in_one(one, reach, problems[0]) for one in each)
+    return Common(named, own, _marks(each), agree.chi2, agree.degrees, agree.p)
+
+
+def _iron_in_one(one: Accepted | None, reach: Reach, problem: LinearProblem) -> Named | None:
+    if one is None:
+        return None
+    own = estimate_of(one.evidence)
+    effect, spread = parameters_of(one.evidence.candidate, own.c, own.covariance, problem)
+    return Named(effect, (), How.IRON, one.evidence.nats, one.evidence.strength, spread, reach)
+
+
+def estimate_of(one: Evidence) -> Estimate:
+    """The coefficients of a candidate that is fitted in one recording, as information and score."""
+    k = one.width
+    N = inverse(one.fit.covariance[-k:, -k:] * max(one.V, 1.0))
+    return Estimate(N, N @ one.coefficients)
+
+
+def seen_by_values(several: Sequence[Sequence[Named]], policy: Policy) -> list[Common]:
+    """Noise, and what the values themselves show, in more than one recording: the same where their sizes are alike."""
+    names = dict.fromkeys(one.name for found in several for one in found)
+    by_name = {name: [next((one for one in found if one.name == name), None) for found in several] for name in names}
+    return [_size(each, policy) for each in by_name.values() if _several(each)]
+
+
+def _size(each: Sequence[Named | None], policy: Policy) -> Common:
+    found = sorted((one for one in each if one is not None), key=lambda one: main_size(one.effect))
+    alike = main_size(found[-1].effect) <= policy.stated_margin * main_size(found[0].effect)
+    everywhere = len(found) == len(each)
+    reach = Reach.NOT_TRANSFERRED if not alike else Reach.TRANSFERRED if everywhere else Reach.SOME
+    named = replace(found[len(found) // 2], evidence=reach)
+    return Common(named, tuple(each), _marks(each), None, 0, None)
+
+
+def _marks(each: Sequence[object]) -> tuple[There, ...]:
+    return tuple(There.OPEN if one is None else There.PRESENT for one in each)
+
+
+def main_size(effect: Effect) -> float:
+    """Size of the parameter that says how large an effect is, in its unit."""
+    return float(np.linalg.norm(np.asarray(getattr(effect, main_parameter(effect)), dtype=float)))

@@ -1,0 +1,171 @@
+"""The verdict of several recordings: what each believes with the lot's effects in, as one case, then doubts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim.state import Array
+from validation.diagnosis.decision.belief import Belief, believed
+from validation.diagnosis.decision.choice import Accepted
+from validation.diagnosis.decision.judgement import Case, doubts_of, verdict_of
+from validation.diagnosis.decision.selection import tests_beside
+from validation.diagnosis.evidence.compare import judged_at
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.localise import localise
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.repair.naming import noise_of
+from validation.diagnosis.result import GapSize, How, Named, Reach
+from validation.diagnosis.together.coefficients import foretold
+from validation.diagnosis.together.common import Common, changes_of_iron, fitted_effect, seen_by_values
+from validation.diagnosis.together.reach import There
+from validation.diagnosis.together.selection import Chosen, Member
+from validation.diagnosis.verdict import Verdict
+from validation.signals.size import rms
+
+
+@dataclass(frozen=True)
+class Lot:
+    """The recordings with what they believe together."""
+
+    members: Sequence[Member]
+    chosen: Sequence[Chosen]
+
+    @property
+    def problems(self) -> list[LinearProblem]:
+        """The recordings beside the model."""
+        return [one.problem for one in self.members]
+
+    @property
+    def before(self) -> tuple[Array, ...]:
+        """What the base leaves (n, q) in each, in units of the noise."""
+        return tuple(one.seen.belief.selection.start.residual() for one in self.members)
+
+    @property
+    def wrong_references(self) -> list[tuple[str, ...]]:
+        """What is wrong with the reference of each."""
+        return [one.seen.wrong_reference for one in self.members]
+
+    def belief(self, i: int) -> Belief:
+        """What one recording believes with the lot's effects in."""
+        member, found = self.members[i], list(self.members[i].events)
+        ground = member.ground
+        for one in self.chosen:
+            joint = one.finding.joint
+            if joint.asked[i] is None or one.finding.there[i] is There.ABSENT:
+                continue
+            evidence = judged_at(ground, [joint.candidate])
+            if evidence is not None:
+                found.append(Accepted(evidence, one.alternatives))
+                ground = ground.beside(joint.candidate.columns(member.problem))
+        selection = member.seen.belief.selection
+        after = tests_beside(ground, [one.name for one in found]) if found else selection.before
+        return believed(replace(selection, found=tuple(found), end=ground, after=after))
+
+    def left(self, i: int) -> Array:
+        """What the effects leave (n, q) in one recording with the coefficients that the others give."""
+        member = self.members[i]
+        target = member.problem.target
+        for one in self.chosen:
+            c = _coefficients(one, i)
+            if c is not None:
+                target = target - one.finding.joint.candidate.columns(member.problem) @ c
+        return Ground.of(replace(member.problem, target=target), member.ground.inside).residual()
+
+
+def _coefficients(one: Chosen, i: int) -> Array | None:
+    """Those that the other recordings give (k,); its own where coefficients differ, none where the effect is absent."""
+    asked, there = one.finding.joint.asked, one.finding.there
+    mine = asked[i]
+    if mine is None or there[i] is There.ABSENT:
+        return None
+    if one.finding.reach is Reach.NOT_TRANSFERRED:
+        return mine.estimate.c
+    some = [j for j, other in enumerate(asked) if other is not None and there[j] is not There.ABSENT]
+    return np.asarray(foretold([other.estimate for j in some if (other := asked[j])])[some.index(i)])
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Verdict and names of a lot after every doubt, with the gaps (n, q) that they leave in units of the noise."""
+
+    verdict: Verdict
+    common: tuple[Common, ...]
+    beliefs: tuple[Belief, ...]
+    cases: tuple[Case, ...]
+    doubts: tuple[tuple[str, ...], ...]
+    gap: GapSize
+    gaps: tuple[GapSize, ...]
+    before: tuple[Array, ...]
+    after: tuple[Array, ...]
+
+    @classmethod
+    def of(cls, lot: Lot) -> Judged:
+        """The verdict of all recordings as of one case; names are doubted where half of them speak against."""
+        beliefs = tuple(lot.belief(i) for i in range(len(lot.members)))
+        common = _common(lot, beliefs)
+        cases = tuple(_case(lot, i, [one.named for one in common], belief) for i, belief in enumerate(beliefs))
+        gaps = tuple(one.gap for one in cases)
+        verdict = verdict_of(replace(cases[0], clean=all(one.clean for one in cases), gap=joined(gaps), where=()))
+        doubts = tuple((*why, *doubts_of(case, verdict)) for why, case in zip(lot.wrong_references, cases, strict=True))
+        found = cls(
+            verdict, common, beliefs, cases, doubts, joined(gaps), gaps, lot.before, tuple(one.left for one in cases)
+        )
+        return found.undone() if found.doubted or any(lot.wrong_references) else found
+
+    @property
+    def doubted(self) -> bool:
+        """Whether the names explain too little, or half of the recordings speak against them."""
+        return self.verdict is Verdict.UNKNOWN or 2 * sum(map(bool, self.doubts)) >= len(self.doubts)
+
+    def undone(self) -> Judged:
+        """The same where the names are taken back: nothing is explained."""
+        direct = tuple(one for one in self.common if one.named.how is How.DIRECT)
+        gaps = tuple(_undone(one) for one in self.gaps)
+        return replace(
+            self, verdict=Verdict.UNKNOWN, common=direct, gap=_undone(self.gap), gaps=gaps, after=self.before
+        )
+
+    def left(self, names: Sequence[str]) -> tuple[str, ...]:
+        """What is left in which recording, and what speaks against the names."""
+        pairs = zip(names, self.beliefs, self.doubts, strict=True)
+        return tuple(f"{name}: {why}" for name, belief, doubts in pairs for why in (*belief.after.why, *doubts))
+
+
+def _case(lot: Lot, i: int, named: Sequence[Named], belief: Belief) -> Case:
+    """One recording with the lot's names."""
+    member, after = lot.members[i], lot.left(i)
+    before = lot.before[i]
+    use = member.problem.usable > 0
+    gap = GapSize.of(before[use], after[use], member.problem.sigma_nT, member.problem.policy)
+    return Case(member.problem, tuple(named), belief.clean, gap, localise(member.problem, before), after)
+
+
+def _common(lot: Lot, beliefs: Sequence[Belief]) -> tuple[Common, ...]:
+    """Effects, changes of the iron, noise and what the values show, that more than one recording bears out."""
+    fitted = sorted(lot.chosen, key=lambda one: -one.strength)
+    effects = [fitted_effect(one, lot.problems) for one in fitted]
+    iron = changes_of_iron([one.iron for one in beliefs], lot.problems)
+    direct = [[Named(d.effect, (), How.DIRECT, None, 0.0) for d in one.seen.direct] for one in lot.members]
+    noise = [noise_of(belief, [one.named for one in (*effects, *iron)]) for belief in beliefs]
+    values = seen_by_values([[*d, *n] for d, n in zip(direct, noise, strict=True)], lot.problems[0].policy)
+    return (*effects, *iron, *values)
+
+
+def joined(gaps: Sequence[GapSize]) -> GapSize:
+    """The size of several gaps as one, each recording counting as much as another; explained of those with a gap."""
+    open_ = [g for g in gaps if g.explained is not None]
+    excess = sum(g.before_sigma**2 - 1 for g in open_)
+    explained = min(1.0, sum(g.before_sigma**2 - g.after_sigma**2 for g in open_) / excess) if open_ else None
+    before_nT, before, after_nT, after = (
+        rms(np.array([getattr(g, name) for g in gaps]))
+        for name in ("before_nT", "before_sigma", "after_nT", "after_sigma")
+    )
+    return GapSize(before_nT, before, after_nT, after, explained)
+
+
+def _undone(gap: GapSize) -> GapSize:
+    explained = None if gap.explained is None else 0.0
+    return GapSize(gap.before_nT, gap.before_sigma, gap.before_nT, gap.before_sigma, explained)

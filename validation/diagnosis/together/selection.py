@@ -1,0 +1,271 @@
+"""The loop over several recordings: the effect that gains most in all of them together goes in, beside a rest each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim.effects import EFFECTS
+from validation.diagnosis.decision.choice import Accepted, are_kin, simplest
+from validation.diagnosis.decision.hearing import added_share
+from validation.diagnosis.decision.selection import tests_beside
+from validation.diagnosis.evidence.compare import Evidence
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.hypothesis import Hypothesis, informations
+from validation.diagnosis.evidence.rest import Rest
+from validation.diagnosis.evidence.standing import Beside, gains_along_the_field
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.together.asked import Joint, columns_in, estimate
+from validation.diagnosis.together.coefficients import Estimate, left_out_gains
+from validation.diagnosis.together.reach import Finding, There, finding
+from validation.diagnosis.workflow import Examined
+
+Progress = Callable[[str], object]
+Settings = dict[str, list[Candidate]]
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """A recording of the lot: what its own diagnosis believes, its own events, and the ground with what is in."""
+
+    seen: Examined
+    events: tuple[Accepted, ...]
+    start: Ground
+    ground: Ground
+
+    @classmethod
+    def of(cls, seen: Examined) -> Member:
+        """The recording with nothing in but its own events, which no other recording can show."""
+        start = seen.belief.selection.start
+        events = tuple(one for one in seen.belief.found if one.evidence.candidate.effect.clues.one_run)
+        ground = start
+        for one in events:
+            ground = ground.beside(one.columns(start.problem))
+        return cls(seen, events, start, ground)
+
+    @property
+    def problem(self) -> LinearProblem:
+        """The recording beside the model."""
+        return self.start.problem
+
+    @property
+    def named(self) -> list[Accepted]:
+        """What its own diagnosis finds and another recording can show."""
+        return [one for one in self.seen.belief.found if one not in self.events]
+
+    def names(self, name: str) -> bool:
+        """Whether its own diagnosis has an effect in its list."""
+        return any(name in (one.name, *one.alternatives) for one in self.named)
+
+    def beside(self, candidate: Candidate) -> Member:
+        """The same with a further effect in, where the recording holds its causes."""
+        columns = columns_in(candidate, self.problem)
+        return self if columns is None else replace(self, ground=self.ground.beside(columns))
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """An effect that the lot believes, and those that its recordings together do not tell from it."""
+
+    finding: Finding
+    alternatives: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.finding.joint.name
+
+    @property
+    def strength(self) -> float:
+        """Rms over the recordings in which it is present, in units of the noise of each."""
+        pairs = zip(self.finding.joint.asked, self.finding.there, strict=True)
+        sizes = [one.strength for one, there in pairs if one is not None and there is There.PRESENT]
+        return float(np.sqrt(np.mean(np.square(sizes or [one.strength for one in self.finding.joint.there]))))
+
+
+def select_together(members: Sequence[Member], say: Progress) -> tuple[list[Chosen], list[Finding]]:
+    """Effects that the recordings together bear out, and those that only one of them names."""
+    policy, settings, chosen = members[0].problem.policy, _settings(members), list[Chosen]()
+    while len(chosen) < policy.most_effects and not (chosen and _clean(members, [one.name for one in chosen])):
+        say(f"all recordings together, round {len(chosen) + 1}")
+        best = _best(members, settings, chosen)
+        if best is None or _is_form(best, chosen, policy):
+            break
+        chosen.append(best)
+        members = [one.beside(best.finding.joint.candidate) for one in members]
+    return chosen, _not_borne_out(members, settings, chosen)
+
+
+def _settings(members: Sequence[Member]) -> Settings:
+    """The settings of every effect at which a recording alone accepts it, or where none does finds it best."""
+    accepted, listed = Settings(), Settings()
+    for member in members:
+        _gather(accepted, (one.evidence for one in member.named))
+        _gather(listed, (one.evidence for one in member.seen.belief.selection.judged))
+    return listed | accepted
+
+
+def _gather(found: Settings, several: Iterable[Evidence]) -> None:
+    for one in several:
+        if not one.candidate.effect.clues.one_run and one.candidate not in found.setdefault(one.name, []):
+            found[one.name].append(one.candidate)
+
+
+def _clean(members: Sequence[Member], names: Sequence[str]) -> bool:
+    return all(tests_beside(one.ground, [*names, *(e.name for e in one.events)]).clean for one in members)
+
+
+def _best(members: Sequence[Member], settings: Settings, chosen: Sequence[Chosen]) -> Chosen | None:
+    """The first of the likeliest candidates that the recordings together bear out."""
+    besides = [Beside.of(one.problem, one.ground.inside) for one in members]
+    tried = _tried(members, besides, settings, chosen)
+    for joint in sorted(tried, key=lambda one: -one.gain):
+        with_it = [one.beside(joint.candidate) for one in members]
+        coloured = not _clean(with_it, [*(one.name for one in chosen), joint.name])
+        found = _finding(joint, members, coloured=coloured)
+        if found.reach is None or found.nats <= _most_by_chance(joint):
+            continue
+        if not coloured or (_adds(found, members, with_it) and _along_the_field(found, members, with_it)):
+            return _named(found, tried, members, coloured=coloured)
+    return None
+
+
+def _finding(joint: Joint, members: Sequence[Member], *, coloured: bool) -> Finding:
+    policy = members[0].problem.policy
+    needed = policy.coloured_nats if coloured else policy.accepted_together(len(EFFECTS))
+    return finding(joint, [one.names(joint.name) for one in members], needed, policy)
+
+
+def _tried(
+    members: Sequence[Member], besides: Sequence[Beside], settings: Settings, chosen: Sequence[Chosen]
+) -> list[Joint]:
+    """The likeliest candidates beside the rests as they are, and what any recording alone names, with rests anew."""
+    problems = [one.problem for one in members]
+    flat = [one for several in settings.values() for one in several]
+    rests = [one.poorer.rest for one in besides]
+    likely = dict(zip(flat, _likely(flat, problems, besides, rests), strict=True))
+    best = {name: max(several, key=lambda one: likely[one]) for name, several in settings.items()}
+    order = sorted(best, key=lambda name: -likely[best[name]])[: problems[0].policy.tried_coloured]
+    mine = {one.name for member in members for one in member.named} - {one.name for one in chosen}
+    names = dict.fromkeys([*order, *mine])
+    return [_joint(best[name], settings[name], besides, problems) for name in names]
+
+
+def _joint(
+    candidate: Candidate, settings: Sequence[Candidate], besides: Sequence[Beside], problems: Sequence[LinearProblem]
+) -> Joint:
+    """A candidate at the best of its settings: the likeliest beside the rests that the given one leaves."""
+    tried = max(one.tried for one in settings) * len(settings)
+    joint = Joint.of(candidate, besides, problems, tried)
+    if len(settings) == 1 or not joint.there:
+        return joint
+    rests = [
+        beside.poorer.rest if one is None else one.hypothesis.rest
+        for one, beside in zip(joint.asked, besides, strict=True)
+    ]
+    likely = _likely(settings, problems, besides, rests)
+    best = max(settings, key=lambda one: likely[settings.index(one)])
+    return (
+        joint if best == candidate else max(joint, Joint.of(best, besides, problems, tried), key=lambda one: one.gain)
+    )
+
+
+def _likely(
+    flat: Sequence[Candidate], problems: Sequence[LinearProblem], besides: Sequence[Beside], rests: Sequence[Rest]
+) -> list[float]:
+    """Nats that the others' coefficients explain in each, summed, beside given rests."""
+    found: dict[Candidate, list[Estimate]] = {one: [] for one in flat}
+    for problem, beside, rest in zip(problems, besides, rests, strict=True):
+        rows = {one: beside.rows.taken(each) for one in flat if (each := columns_in(one, problem)) is not None}
+        products = informations(beside.rows, beside.inside, list(rows.values()), rest)
+        for one, each in zip(rows, products, strict=True):
+            found[one].append(estimate(each))
+    return [float(left_out_gains(several).sum()) if several else -np.inf for several in found.values()]
+
+
+def _most_by_chance(joint: Joint) -> float:
+    """Most nats of common coefficients that the effects of none gain together, rolled alike in every recording."""
+    turns = zip(*(one.chance for one in joint.there), strict=True)
+    scaled = ([estimate(N, one.inflation) for N, one in zip(turn, joint.there, strict=True)] for turn in turns)
+    return max(float(left_out_gains(several).sum()) for several in scaled)
+
+
+def _adds(found: Finding, members: Sequence[Member], with_it: Sequence[Member]) -> bool:
+    """Whether it explains a share of the gap where it is present."""
+    pairs = zip(members, with_it, found.there, strict=True)
+    shares = [added_share(a.start, a.ground, b.ground) for a, b, there in pairs if there is There.PRESENT]
+    return float(np.mean(shares or [0.0])) >= members[0].problem.policy.least_added
+
+
+def _along_the_field(found: Finding, members: Sequence[Member], with_it: Sequence[Member]) -> bool:
+    """Whether a field of its own gains along the field in half the recordings at least."""
+    asked = [
+        gains_along_the_field(before.ground, after.ground)
+        for before, after, there in zip(members, with_it, found.there, strict=True)
+        if there is There.PRESENT and before.problem.mode == "vector" and found.joint.candidate.effect.clues.source
+    ]
+    return not asked or 2 * sum(asked) >= len(asked)
+
+
+def _named(found: Finding, tried: Sequence[Joint], members: Sequence[Member], *, coloured: bool) -> Chosen:
+    """The simplest of those as good as the best and of its kin, and all others that look like it in all recordings."""
+    best = found.joint
+    closest, alike = _look_alikes(best, tried, members[0].problem.policy, coloured=coloured)
+    chosen = simplest(closest, members[0].problem.policy)
+    names = dict.fromkeys(one.name for one in (*closest, *alike))
+    simpler = found if chosen is best else _finding(chosen, members, coloured=coloured)
+    last = found if simpler.reach is None else simpler
+    return Chosen(last, tuple(name for name in names if name != last.joint.name))
+
+
+def _look_alikes(
+    best: Joint, tried: Sequence[Joint], policy: Policy, *, coloured: bool
+) -> tuple[list[Joint], list[Joint]]:
+    """Those as good as the best or of its kin, the best first, and others that may be it beside a coloured rest."""
+    chance = policy.apart * best.inflation
+    useless = [one for one in tried if one is not best and _left_of(one, best) < policy.look_alike_left]
+    kin_share = policy.same_kin_coloured if coloured else policy.same_kin
+
+    def within(one: Joint, share: float) -> bool:
+        return best.gain - one.gain < max(chance, share * best.gain)
+
+    closest = [one for one in useless if within(one, kin_share if are_kin(one, best) else 0.0)]
+    return [best, *closest], [one for one in useless if coloured and within(one, policy.same_coloured)]
+
+
+def _left_of(rival: Joint, best: Joint) -> float:
+    """Part of its own gain that a rival keeps over all recordings once the best is in, with the best's rest."""
+    kept = alone = 0.0
+    for one, other in zip(rival.asked, best.asked, strict=True):
+        if one is None or other is None:
+            continue
+        beside, rest = other.beside, other.hypothesis.rest
+        both = np.concatenate([beside.joined(other.columns), one.columns], axis=2)
+        kept += Hypothesis.given(beside.rows, both, rest).held - other.hypothesis.held
+        alone += Hypothesis.given(beside.rows, beside.joined(one.columns), rest).held
+        alone -= Hypothesis.given(beside.rows, beside.inside, rest).held
+    return kept / max(alone, 1e-9)
+
+
+def _is_form(best: Chosen, chosen: Sequence[Chosen], policy: Policy) -> bool:
+    """Whether an effect is only the form of what is in: of its kin, or smaller by far."""
+    if not chosen:
+        return False
+    kin = any(are_kin(best.finding.joint, one.finding.joint) for one in chosen)
+    same = any(best.name == one.name for one in chosen)
+    share = policy.same_form_share if same else policy.form_share
+    return kin or best.strength < share * chosen[0].strength
+
+
+def _not_borne_out(members: Sequence[Member], settings: Settings, chosen: Sequence[Chosen]) -> list[Finding]:
+    """What a recording alone names and the lot does not, asked beside what the lot believes."""
+    known = {name for one in chosen for name in (one.name, *one.alternatives)}
+    alone = {one.name: one.evidence.candidate for member in members for one in member.named if one.name not in known}
+    besides = [Beside.of(one.problem, one.ground.inside) for one in members] if alone else []
+    problems = [one.problem for one in members]
+    joints = [_joint(candidate, settings[name], besides, problems) for name, candidate in alone.items()]
+    return [replace(_finding(joint, members, coloured=True), reach=None) for joint in joints]

@@ -1,0 +1,86 @@
+"""The diagnosis of several recordings: each by itself, then all together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from scenarios.errors import InputError
+from sim.scenario import Model
+from validation.diagnosis.decision.judgement import Case
+from validation.diagnosis.evidence.localise import Share
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.repair.model import patched
+from validation.diagnosis.together.common import (
+    Common,
+    not_borne_out,
+)
+from validation.diagnosis.together.judgement import Judged, Lot
+from validation.diagnosis.together.result import Together
+from validation.diagnosis.together.selection import Member, select_together
+from validation.diagnosis.together.wording import advice_together, sentence_together
+from validation.diagnosis.workflow import examined, told
+
+Progress = Callable[[str], object]
+
+
+def diagnose_together(
+    names: Sequence[str],
+    problems: Sequence[LinearProblem],
+    model: Model,
+    *,
+    without: frozenset[str] = frozenset(),
+    say: Progress = lambda what: None,
+) -> Together:
+    """What n recordings of one instrument, posed with the same model, say together.
+
+    An effect is believed where the coefficients that the other recordings give explain each, in nats over all of them
+    (`accepted_together`, `coloured_nats` beside a coloured rest); it is transferred where the coefficients agree.
+
+    Raises InputError for fewer than two recordings.
+    """
+    if len(problems) < 2:
+        raise InputError("a single recording has nothing to be held against", where="recordings", do="give two or more")
+    seen = []
+    for name, problem in zip(names, problems, strict=True):
+        seen.append(examined(problem, model, without, lambda what, name=name: say(f"{name}: {what}")))  # type: ignore[misc]
+    members = [Member.of(one) for one in seen]
+    asked = [] if any(one.wrong_reference for one in seen) else members
+    chosen, alone = select_together(asked, say) if asked else ([], [])
+    say("the simulator with the new models")
+    lot = Lot(members, chosen)
+    return _told(tuple(names), model, lot, [not_borne_out(one, lot.problems) for one in alone])
+
+
+def _told(names: tuple[str, ...], model: Model, lot: Lot, alone: Sequence[Common]) -> Together:
+    """The lot's diagnosis of what is believed, in words and with the new model."""
+    judged = Judged.of(lot)
+    each = tuple(told(one.seen) for one in lot.members)
+    common, problems = judged.common, lot.problems
+    found = Together(
+        names=names,
+        each=each,
+        verdict=judged.verdict,
+        sentence="",
+        common=common,
+        single=tuple(alone),
+        gap=judged.gap,
+        gaps=judged.gaps,
+        where=_where(judged.cases),
+        left=judged.left(names),
+        advice=(),
+        model=patched(model, [one.named for one in common], problems[0]),
+        before_nT=tuple(one * problem.sigma_nT for one, problem in zip(judged.before, problems, strict=True)),
+        after_nT=tuple(one * problem.sigma_nT for one, problem in zip(judged.after, problems, strict=True)),
+    )
+    return replace(found, sentence=sentence_together(found), advice=advice_together(found))
+
+
+def _where(cases: Sequence[Case]) -> tuple[Share, ...]:
+    """Channels by the mean share over the recordings that hold them."""
+    shares: dict[str, list[Share]] = {}
+    for case in cases:
+        for one in case.where:
+            shares.setdefault(one.channel, []).append(one)
+    mean = [Share(name, some[0].frame, sum(s.share for s in some) / len(cases)) for name, some in shares.items()]
+    return tuple(sorted(mean, key=lambda one: -one.share))[: cases[0].problem.policy.most_channels]

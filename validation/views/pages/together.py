@@ -1,0 +1,83 @@
+"""The page of several recordings: what holds in all of them, each effect's coefficients, then each recording's gap."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from scenarios.toml import to_toml
+from validation.diagnosis.repair.changes import lines_of_diff
+from validation.diagnosis.result import Reach
+from validation.diagnosis.together.common import Common
+from validation.diagnosis.together.result import Together
+from validation.diagnosis.together.wording import reach_of
+from validation.text import digits
+from validation.views.pages.figure import on_page
+from validation.views.pages.template import rendered
+from validation.views.plots.together import draw_coefficients, draw_gaps
+from validation.views.words.together import agreement_line, gap_rows_together, value_rows
+
+WORDS = {
+    Reach.TRANSFERRED: "transferred",
+    Reach.NOT_TRANSFERRED: "not transferred",
+    Reach.SOME: "in some",
+    Reach.SINGLE_RUN: "not borne out",
+}
+
+
+def together_html(found: Together, title: str, folders: tuple[str, ...]) -> str:
+    """The report as one HTML text; `folders` are those beside it that hold each recording's own."""
+    return rendered("together.html", _page(found, title, folders))
+
+
+def _page(found: Together, title: str, folders: tuple[str, ...]) -> dict[str, Any]:
+    first = found.each[0].problem
+    return {
+        "title": title,
+        "verdict": found.verdict,
+        "meaning": found.verdict.meaning,
+        "sentence": found.sentence,
+        "tiles": _tiles(found),
+        "advice": found.advice,
+        "effects": [_section(found, one) for one in found.common],
+        "single": [_section(found, one) for one in found.single],
+        "gaps": list(zip(gap_rows_together(found), (*folders, ""), strict=True)),
+        "picture": on_page(partial(draw_gaps, found), "The gap of each recording"),
+        "own": list(zip(found.names, folders, (one.sentence for one in found.each), strict=True)),
+        "left": found.left,
+        "where": found.where,
+        "not_observable": found.not_observable,
+        "diff": lines_of_diff(first.effects, found.model),
+        "model": to_toml(found.model),
+    }
+
+
+def _section(found: Together, one: Common) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "reach": WORDS[one.reach],
+        "bad": one.reach is not Reach.TRANSFERRED,
+        "words": reach_of(one),
+        "alternatives": one.named.alternatives,
+        "test": agreement_line(one),
+        "how": one.named.how.words,
+        "nats": "" if one.named.nats is None else f"{digits(one.named.nats)} nats",
+        "rows": list(value_rows(found, one)),
+        "picture": on_page(partial(draw_coefficients, found, one), f"{one.name} by recording"),
+    }
+
+
+def _tiles(found: Together) -> list[tuple[str, str]]:
+    """The answer in four tiles: (value, label)."""
+    by_reach = {reach: [one.name for one in found.common if one.reach is reach] for reach in Reach}
+    same = ", ".join(by_reach[Reach.TRANSFERRED]) or "nothing"
+    differs = ", ".join([*by_reach[Reach.NOT_TRANSFERRED], *by_reach[Reach.SOME]]) or "nothing"
+    gap = found.gap
+    share = "–" if gap.explained is None else f"{100 * max(gap.explained, 0):.0f} %"
+    alone = ", ".join(one.name for one in found.single) or "nothing"
+    return [
+        (same, f"missing in the model, the same in all {len(found.names)} recordings"),
+        (differs, "missing, but not the same in all"),
+        (alone, "named by one recording alone, not borne out"),
+        (share, f"of the gap explained: {digits(gap.before_nT)} → {digits(gap.after_nT)} nT, each by the others"),
+    ]
