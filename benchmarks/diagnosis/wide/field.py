@@ -9,6 +9,9 @@ from benchmarks.diagnosis.wide.forms import Form, linear, way
 from sim.rotation import to_body
 from sim.state import Array
 
+NEAREST_M = 3.0
+"""Least distance of a body from the path."""
+
 
 def constant_error(rng: np.random.Generator, course: Course, signal_nT: Array) -> Form:
     """A field that differs from the given one, by a fiftieth more or less along the way."""
@@ -43,15 +46,18 @@ def gradient(rng: np.random.Generator, course: Course, signal_nT: Array) -> Form
 
 
 def body(rng: np.random.Generator, course: Course, signal_nT: Array) -> Form:
-    """A body of finite size beside the path: two to four moments within a metre or two."""
-    at = int(rng.integers(len(course.time_s) // 5, 4 * len(course.time_s) // 5))
-    middle = course.pos_enu_m[at] + rng.uniform(4, 9) * way(rng) * np.array([1, 1, 0.7])
+    """A body of finite size beside the path: two to four moments within a fifth of the least distance."""
+    middle, nearest_m = course.pos_enu_m[0], 0.0
+    while nearest_m < NEAREST_M:
+        at = int(rng.integers(len(course.time_s) // 5, 4 * len(course.time_s) // 5))
+        middle = course.pos_enu_m[at] + rng.uniform(4, 9) * way(rng) * np.array([1, 1, 0.7])
+        nearest_m = float(np.linalg.norm(course.pos_enu_m - middle, axis=1).min())
     world = np.zeros((len(course.time_s), 3))
     main = way(rng)
     for _ in range(int(rng.integers(2, 5))):
-        r = course.pos_enu_m - (middle + rng.uniform(-0.8, 0.8, 3))
+        r = course.pos_enu_m - (middle + nearest_m / 5 * rng.uniform(-1, 1, 3))
         m = main + 0.4 * rng.normal(size=3)
-        size = np.maximum(np.linalg.norm(r, axis=1, keepdims=True), 1.0)
+        size = np.linalg.norm(r, axis=1, keepdims=True)
         world += 3 * (r @ m)[:, None] * r / size**5 - m / size**3
     return linear(to_body(course.R_wb, world))
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sim.effects import EFFECTS
 from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted, accepted
 from validation.diagnosis.decision.selection import Selection
@@ -81,10 +82,16 @@ def _listed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> di
 
 
 def _is_of_no_account(chosen: Accepted, found: list[Accepted], selection: Selection) -> bool:
-    """Whether a change is but the form of what was found, or no larger than the stated attitude error makes it."""
+    """Whether a change is but the form of what was found, or no larger than the stated attitude error makes it.
+
+    Or one that adds next to nothing: where an event falls out of the training, what it leaves held out is chance.
+    """
     problem = selection.end.problem
+    if chosen.evidence.raw_gain < problem.policy.accepted(len(EFFECTS)):
+        return True
     larger = [one.evidence.raw_gain for one in selection.found] + [one.evidence.gain for one in found[:1]]
-    form = problem.policy.form_share**2 * max(larger, default=0.0)
+    share = problem.policy.form_share if selection.after.clean else problem.policy.same_form_share
+    form = share**2 * max(larger, default=0.0)
     return chosen.evidence.gain < form or chosen.evidence.strength < _turned_by(problem)
 
 

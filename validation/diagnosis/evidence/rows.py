@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,8 @@ from validation.diagnosis.policy import Policy
 class Rows:
     """Samples (N,) taken together so that no series is longer than `most_rows`; white noise keeps its variance.
 
-    time_s (N,), usable (N,) of the samples; base (n, q, p) and target (n, q) of the rows, each output with its base.
+    time_s (N,), usable (N,) of the samples; base (n, q, p) and target (n, q) of the rows, each output with its base;
+    fold_s: length of a segment of a fold, 0: the policy's.
     """
 
     time_s: Array
@@ -25,6 +26,7 @@ class Rows:
     base: Array
     target: Array
     policy: Policy
+    fold_s: float = 0.0
 
     @classmethod
     def of(cls, time_s: Array, usable: Array, base: Array, target: Array, policy: Policy) -> Rows:
@@ -54,10 +56,34 @@ class Rows:
         """Time between two rows, the median."""
         return float(np.median(np.diff(self.row_s)))
 
+    @property
+    def segment_s(self) -> float:
+        """Length of a segment of a fold."""
+        passed_s = float(self.row_s[-1] - self.row_s[0])
+        longest_s = passed_s / (2 * self.policy.folds)
+        return self.fold_s or min(max(self.policy.fold_s, self.policy.fold_share * passed_s), longest_s)
+
     @cached_property
+    def segment(self) -> NDArray[np.int64]:
+        """The segment (n,) of each row."""
+        return np.asarray(((self.row_s - self.row_s[0]) // self.segment_s).astype(np.int64))
+
+    @property
     def fold(self) -> NDArray[np.int64]:
         """The fold (n,) of each row: segments of time go round."""
-        passed_s = self.row_s - self.row_s[0]
-        length_s = max(self.policy.fold_s, self.policy.fold_share * float(passed_s[-1]))
-        length_s = min(length_s, float(passed_s[-1]) / (2 * self.policy.folds))
-        return np.asarray((passed_s // length_s).astype(np.int64) % self.policy.folds)
+        return np.asarray(self.segment % self.policy.folds)
+
+    def showing(self, columns: Array) -> Rows:
+        """The same rows in segments short enough that columns (n, q, k) act in as many as there are folds.
+
+        An event within one segment would be held out whole. The number is ``(sum e)^2 / sum e^2``, e the columns' power
+        in each segment.
+        """
+        power = (columns**2 / np.maximum((columns**2).mean(axis=(0, 1)), 1e-300)).sum(axis=(1, 2))
+        rows = self
+        while rows.segment_s > 2 * self.policy.least_segment_s:
+            e = np.bincount(rows.segment, power)
+            if e.sum() ** 2 >= self.policy.folds * (e**2).sum():
+                break
+            rows = replace(self, fold_s=rows.segment_s / 2)
+        return rows

@@ -18,10 +18,11 @@ from validation.diagnosis.problem.linear import LinearProblem
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """A candidate beside a rest of its own: its columns (n, q, k) in rows, and nats that it gains on held-out folds."""
+    """A candidate beside a rest of its own: its columns (n, q, k) in rows, and nats that it gains on their folds."""
 
     evidence: Evidence
     columns: Array
+    rows: Rows
     hypothesis: Hypothesis
     gain: float
 
@@ -59,11 +60,13 @@ class Beside:
 
         Without it the rest is the likelier of the poorer hypothesis' and the candidate's own.
         """
-        both, policy = self.joined(columns), self.rows.policy
-        richer = Hypothesis.of(self.rows, both, (self.poorer.rest, white(both.shape[1])))
-        price = search_price(evidence.candidate.tried, evidence.width, policy)
-        same = Hypothesis.given(self.rows, self.inside, richer.rest)
-        return Standing(evidence, columns, richer, richer.held - max(self.poorer.held, same.held) - price)
+        both, rows = self.joined(columns), self.rows.showing(columns)
+        richer = Hypothesis.of(rows, both, (self.poorer.rest, white(both.shape[1])))
+        price = search_price(evidence.candidate.tried, evidence.width, rows.policy)
+        poorer = self.poorer if rows is self.rows else Hypothesis.given(rows, self.inside, self.poorer.rest)
+        same = Hypothesis.given(rows, self.inside, richer.rest)
+        gain = richer.held - max(poorer.held, same.held) - price
+        return Standing(evidence, columns, rows, richer, gain)
 
     def surrogates(self, one: Standing) -> Array:
         """Nats that a candidate's columns, mirrored and rolled in time, gain in sample from what it leaves."""
@@ -83,10 +86,10 @@ class Beside:
     def left_of(self, rival: Standing, best: Standing) -> float:
         """Part of its own gain that a rival keeps once the best is in, with the best's rest."""
         both = self.joined(best.columns)
-        rest = best.hypothesis.rest
-        alone = Hypothesis.given(self.rows, self.joined(rival.columns), rest)
-        joint = Hypothesis.given(self.rows, np.concatenate([both, rival.columns], axis=2), rest)
-        without = Hypothesis.given(self.rows, self.inside, rest)
+        rows, rest = best.rows, best.hypothesis.rest
+        alone = Hypothesis.given(rows, self.joined(rival.columns), rest)
+        joint = Hypothesis.given(rows, np.concatenate([both, rival.columns], axis=2), rest)
+        without = Hypothesis.given(rows, self.inside, rest)
         return (joint.held - best.hypothesis.held) / max(alone.held - without.held, 1e-9)
 
 

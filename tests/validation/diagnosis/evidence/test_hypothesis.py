@@ -116,3 +116,14 @@ def test_what_surrogates_gain_as_well_is_no_effect(monkeypatch: pytest.MonkeyPat
         with monkeypatch.context() as patch:
             patch.setattr(Beside, "surrogates", lambda self, one, by_chance=by_chance: by_chance)
             assert select(posed).found == ()
+
+
+def test_folds_show_an_event_and_leave_the_others_as_they_were() -> None:
+    """An event of some seconds acts in every fold; a course over the whole run keeps the policy's segments."""
+    time_s = np.arange(6000) / 10
+    rows = Rows.of(time_s, np.ones(6000), np.ones((6000, 1)), np.zeros((6000, 1)), STANDARD)
+    event, drift = (rows.taken(v[:, None, None]) for v in (np.exp(-(((time_s - 300) / 4) ** 2)), time_s))
+    assert rows.showing(drift) is rows
+    short = rows.showing(event)
+    power = np.bincount(short.fold, (event**2).sum(axis=(1, 2)))
+    assert (power > 0.02 * power.sum()).all()
