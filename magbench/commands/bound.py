@@ -21,8 +21,10 @@ Source = Annotated[
     str, typer.Argument(metavar="SCENARIO|DATA", help="A scenario's name or TOML file, a dataset or a log.")
 ]
 Knowledge = Annotated[
-    Literal["norm", "norm+gyro", "vector"],
-    typer.Option(help="What a method is told of the field: strength, with a gyro, or the whole vector."),
+    Literal["norm", "norm+gyro", "vector", "vector+eddy"],
+    typer.Option(
+        help="What a method is told of the field: strength, with a gyro, or the whole vector; +eddy: 21 parameters."
+    ),
 ]
 Noise = Annotated[
     float | None,
@@ -38,6 +40,9 @@ GyroNoise = Annotated[
 StrengthUnknown = Annotated[
     bool,
     typer.Option("--strength-unknown", help="The strength is not known either: S up to a factor, its trace fixed."),
+]
+Coloured = Annotated[
+    bool, typer.Option("--coloured", help="With the flicker noise and the random walk that the scenario states.")
 ]
 Values = Annotated[
     str | None,
@@ -66,6 +71,7 @@ def bound(
     noise_std_nT: Noise = None,
     gyro_noise_rad_s: GyroNoise = None,
     strength_unknown: StrengthUnknown = False,
+    coloured: Coloured = False,
     tilt_limits: TiltLimits = None,
     what_if: Values = None,
     set_: Overrides = None,
@@ -82,14 +88,14 @@ def bound(
     """
     path = find(source)
     of_log = {"--run": run, "--field-strength-nT": field_strength_nT, "--field-enu-nT": field_enu_nT, "--map": map_}
-    of_scenario = {"--set": set_, WHAT_IF: what_if}
+    of_scenario = {"--set": set_, WHAT_IF: what_if, "--coloured": coloured or None}
     if not what_if:
         none_of({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
     from validation.bound.limit import Tilts
     from validation.bound.question import Question
 
     tilts = Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
-    question = Question(knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts)
+    question = Question(knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts, coloured)
     if path.suffix == ".toml":
         none_of(of_log, "speaks of a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
         _of_scenario(question, path, set_, what_if, out, json)

@@ -7,12 +7,13 @@ from math import isfinite
 from typing import Any
 
 from scenarios.plain import json_ready
+from validation.bound.colour import Colour
 from validation.bound.information import AXES
 from validation.bound.limit import Limit
 from validation.bound.question import Answer, WhatIf
 from validation.bound.uses import Use
 from validation.bound.weak import observable
-from validation.text import figure, quantity, short, symbol
+from validation.text import figure, listed, quantity, short, symbol
 
 Row = tuple[str, ...]
 NOT_TOLD = "not told"
@@ -28,6 +29,8 @@ def summary(found: Answer) -> dict[str, Any]:
         "offset_std_nT": found.bound.offset_std_nT,
         "offset_rms_nT": found.bound.offset_rms_nT,
         "matrix_std": found.bound.matrix_std,
+        **({} if found.bound.information.eddy_std_s is None else {"eddy_std_s": found.bound.information.eddy_std_s}),
+        **({} if found.known.colour is None else asdict(found.known.colour)),
         "scores": {one.meaning.column: one.value for one in found.used},
         "observable": observable(found.known, found.bound),
         "unobservable": [asdict(one) for one in found.weak],
@@ -56,11 +59,20 @@ def headline(found: Answer) -> str:
         else "no method can find the whole offset"
     )
     samples, noise = len(found.known.field_nT), figure(found.known.noise_std_nT)
-    lines = [f"{told} from {samples:,} samples with {noise} nT of white noise"]
+    lines = [f"{told} from {samples:,} samples with {noise} nT of white noise{_beside(found.known.colour)}"]
     lines += [f"not told apart: {one.what}; {one.why}" for one in found.weak]
     lines += list(dict.fromkeys(one.remedy for one in found.weak))
     lines += [] if found.limit is None else [_limit(found.limit, size)]
     return "\n".join(lines)
+
+
+def _beside(colour: Colour | None) -> str:
+    """What there is beside the white noise."""
+    if colour is None:
+        return ""
+    flicker = f"{figure(colour.flicker_nT_sqrt_hz)} nT/sqrt(Hz) of flicker noise" if colour.flicker_nT_sqrt_hz else ""
+    walk = f"a random walk of {figure(colour.walk_nT_sqrt_s)} nT/sqrt(s)" if colour.walk_nT_sqrt_s else ""
+    return " and " + listed([one for one in (flicker, walk) if one])
 
 
 def _limit(least: Limit, size: float) -> str:

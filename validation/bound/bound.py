@@ -11,14 +11,9 @@ from numpy.typing import NDArray
 
 from scenarios.errors import InputError
 from validation.bound.experiment import Experiment
-from validation.bound.information import KNOWLEDGE, Information
+from validation.bound.information import INVOLVED, KNOWLEDGE, SINGULAR, Information
 
 Array = NDArray[np.float64]
-SINGULAR = 1e-11
-"""Eigenvalue of the information, in units of its largest with every parameter in units of its own, that is rounding:
-the motion says nothing in that direction."""
-INVOLVED = 1e-4
-"""Share of such a direction from which a parameter, or a figure made of several, is part of it."""
 
 
 @dataclass(frozen=True, eq=False)

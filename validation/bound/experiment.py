@@ -6,6 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from validation.bound.colour import Colour
 
 Array = NDArray[np.float64]
 GYRO_STD_RAD_S = 1e-3
@@ -21,6 +24,7 @@ class Experiment:
     step_s  : (n - 1,), time between samples, s
     noise_std_nT, gyro_std_rad_s : standard deviation of white noise on each axis of a sample
     field_enu_nT : (3,), the field in the world, None where only its strength is known
+    colour : what there is beside the white noise, None: nothing
     """
 
     field_nT: Array
@@ -30,6 +34,7 @@ class Experiment:
     step_s: Array
     gyro_std_rad_s: float = GYRO_STD_RAD_S
     field_enu_nT: Array | None = None
+    colour: Colour | None = None
 
     @property
     def strength_nT(self) -> float:
@@ -40,6 +45,15 @@ class Experiment:
     def directions(self) -> Array:
         """The field's direction (n, 3) in the body frame."""
         return np.asarray(self.field_nT / np.linalg.norm(self.field_nT, axis=1)[:, None])
+
+    @property
+    def field_rate_nT_s(self) -> Array | None:
+        """dh/dt = -omega x h (n, 3), the body rate omega the mean of the turns before and after; None without them."""
+        if self.turns is None:
+            return None
+        step = -Rotation.from_matrix(self.turns).as_rotvec() / self.step_s[:, None]
+        padded = np.concatenate((step[:1], step, step[-1:]))
+        return np.asarray(-np.cross((padded[:-1] + padded[1:]) / 2.0, self.field_nT))
 
     def turned(self, R: Array) -> Experiment:
         """The same motion flown with the body turned by R (3, 3) all the time."""

@@ -22,6 +22,7 @@ from sim.run import run_in_memory
 from sim.scenario import Scenario
 from sim.simulate import plan
 from validation.bound.experiment import Experiment
+from validation.bound.stated import stated_colour, stated_noise_nT
 from validation.calibrating.fitting import reference_of
 from validation.scoring.holdout import Surroundings, hold_out
 from validation.signals.intervals import gaps_after
@@ -31,17 +32,20 @@ VECTOR = "vector_least_squares"
 """The method that takes the directions from the attitude."""
 
 
-def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None) -> Experiment:
+def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None, *, coloured: bool = False) -> Experiment:
     """Of a simulated run: the true field and motion, the first sensor's matrix, and its white noise if none is given.
 
-    The gyro's noise is the scenario's.
+    The gyro's noise is the scenario's; `coloured` takes its flicker noise and random walk beside the white as stated.
 
     Raises InputError where the vehicle cannot do the motion, and where there is no noise.
     """
     run = plan(scenario)
     recording, truth = run_in_memory(run)
+    if coloured and noise_std_nT is None:
+        noise_std_nT = stated_noise_nT(run.effects[0])
     known = true_experiment(recording, truth, run.effects[0], run.field_enu_nT, scenario.name, noise_std_nT)
-    return replace(known, gyro_std_rad_s=run.drawn.navigation.gyro_noise_std_rad_s)
+    colour = stated_colour(run.effects[0]) if coloured else None
+    return replace(known, gyro_std_rad_s=run.drawn.navigation.gyro_noise_std_rad_s, colour=colour)
 
 
 def true_experiment(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from calib.numerics.chain import chained
 from scenarios.errors import InputError
+from validation.bound.colour import whitened
 from validation.bound.experiment import Experiment
 
 Array = NDArray[np.float64]
@@ -22,16 +23,25 @@ SYMMETRIC = tuple((i, j) for i in range(3) for j in range(i, 3))
 FULL = tuple((i, j) for i in range(3) for j in range(3))
 Places = tuple[tuple[int, int], ...]
 Rows = Callable[[Array, Array], Array]
+SINGULAR = 1e-11
+"""Eigenvalue of the information, in units of its largest with every parameter in units of its own, that is rounding:
+the motion says nothing in that direction."""
+INVOLVED = 1e-4
+"""Share of such a direction from which a parameter, or a figure made of several, is part of it."""
 BIAS = 3
 """Components of the gyro's bias."""
 
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Fisher information (k, k), 1/nT^2, of offset and matrix; `places` (i, j) of the matrix's entries."""
+    """Fisher information (k, k), 1/nT^2, of offset and matrix; `places` (i, j) of the matrix's entries.
+
+    eddy_std_s : (3, 3), of the eddy term's entries, where it has to be found too
+    """
 
     matrix: Array
     places: Places
+    eddy_std_s: Array | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -73,20 +83,59 @@ def norm_rows(h: Array, matrix: Array) -> Array:
 def _summed(
     known: Experiment, rows: Callable[[Array, Array], Array], places: tuple[tuple[int, int], ...]
 ) -> Information:
-    J = rows(known.field_nT / known.strength_nT, known.matrix)
-    flat = J.reshape(-1, J.shape[2])
-    return Information(flat.T @ flat / known.noise_std_nT**2, places)
+    return Information(_square(known, rows(known.field_nT / known.strength_nT, known.matrix)), places)
+
+
+def _square(known: Experiment, rows: Array) -> Array:
+    """Sum of squares (k, k) of rows (n, r, k) over the noise, white or coloured."""
+    flat = whitened(rows, known.noise_std_nT, known.colour, known.step_s)
+    return np.asarray(flat.T @ flat)
+
+
+def vector_and_eddy(known: Experiment) -> Information:
+    """As `vector` where the nine entries of an eddy term B dh/dt have to be found too, in all 21 parameters.
+
+    Raises InputError for a recording without turns.
+    """
+    rate = known.field_rate_nT_s
+    if rate is None:
+        what = "no gyro and no attitude tell how fast the field turns"
+        raise InputError(what, where="--knowledge vector+eddy", do="map a gyro, or ask with --knowledge vector")
+    size = float(np.sqrt(np.mean(np.sum(rate**2, axis=1)))) or 1.0
+    eddy = jacobian(rate / size, FULL)[:, :, 3:]
+    square = _square(
+        known, np.concatenate([vector_rows(known.field_nT / known.strength_nT, known.matrix), eddy], axis=2)
+    )
+    apart = np.roll(square, len(FULL), axis=(0, 1))
+    values, axes = np.linalg.eigh(_without_last(apart, 3 + len(FULL)))
+    told = values > SINGULAR * values[-1]
+    variance = np.sum(axes[:, told] ** 2 / values[told], axis=1)
+    lost = np.sum(axes[:, ~told] ** 2, axis=1) > INVOLVED
+    std = np.sqrt(np.where(lost, np.inf, variance)) / size
+    left = _cleared(_without_last(square, len(FULL)), np.sqrt(np.diag(square)[: 3 + len(FULL)]))
+    return Information(left, FULL, std.reshape(3, 3))
+
+
+def _cleared(information: Array, size: Array) -> Array:
+    """Information (k, k) without what is rounding where its parameters were of a size (k,) before others went out."""
+    values, axes = np.linalg.eigh(information / np.outer(size, size))
+    root = axes * np.sqrt(np.where(values > SINGULAR, values, 0.0)) * size[:, None]
+    root[np.sum(root**2, axis=1) < SINGULAR * size**2] = 0.0
+    return np.asarray(root @ root.T)
 
 
 def norm_and_gyro(known: Experiment) -> Information:
     """The strength known, and directions carried from sample to sample by a gyro of unknown bias and white noise.
 
     u_(i+1) = turn_i u_i + (bias + w_i) step x u,  two coordinates of u a sample in the plane across it.
-    Raises InputError for a recording without turns.
+    Raises InputError for a recording without turns, and for coloured noise.
     """
     if known.turns is None:
         what = "no gyro and no attitude carry the field from sample to sample"
         raise InputError(what, where="--knowledge norm+gyro", do="map a gyro, or ask with --knowledge norm")
+    if known.colour is not None:
+        what = "the bound with a gyro counts white noise alone"
+        raise InputError(what, where="--coloured", do="leave it out, or ask with --knowledge norm or vector")
     J = jacobian(known.field_nT / known.strength_nT, SYMMETRIC)
     n, count = len(J), J.shape[2]
     across = _tangents(known.directions)
@@ -105,9 +154,10 @@ KNOWLEDGE: dict[str, Callable[[Experiment], Information]] = {
     "norm": norm,
     "norm+gyro": norm_and_gyro,
     "vector": vector,
+    "vector+eddy": vector_and_eddy,
 }
 """What is known of the field, by the word that a user gives."""
-PLACES: dict[str, Places] = {"norm": SYMMETRIC, "norm+gyro": SYMMETRIC, "vector": FULL}
+PLACES: dict[str, Places] = {"norm": SYMMETRIC, "norm+gyro": SYMMETRIC, "vector": FULL, "vector+eddy": FULL}
 """The entries of S that each tells."""
 SAMPLE: dict[str, Rows] = {"norm": norm_rows, "vector": vector_rows}
 """What one sample tells, where its order among the others says nothing."""

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from scenarios.errors import InputError
-from validation.bound.bound import SINGULAR
 from validation.bound.experiment import Experiment
 from validation.bound.goal import OFFSET, Goal
-from validation.bound.information import SAMPLE
+from validation.bound.information import SAMPLE, SINGULAR
 
 Array = NDArray[np.float64]
 YAW_STEP_DEG = 5.0
@@ -102,6 +101,9 @@ def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET, 
     if knowledge not in SAMPLE:
         what = f"what {knowledge} tells depends on the order of the samples, and a limit over attitudes has none"
         raise InputError(what, where="--tilt-limits", do=f"ask with --knowledge {' or '.join(SAMPLE)}")
+    if known.colour is not None:
+        what = "noise that lasts makes the order of the samples count, and a limit over attitudes has none"
+        raise InputError(what, where="--tilt-limits", do="leave --coloured out")
     attitudes = tilts.attitudes()
     rows = sample_rows(known, knowledge, attitudes) * np.sqrt(len(known.field_nT))
     variance, gap, weights = optimal(rows, goal.factor(known, knowledge), before)

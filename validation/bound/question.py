@@ -34,6 +34,7 @@ class Question:
 
     noise_std_nT, gyro_std_rad_s : of white noise; None: as found
     tilts : those within which the limit of all motions is asked; None: of none
+    coloured : of a scenario, with its flicker noise and random walk
     """
 
     knowledge: str = "norm"
@@ -41,6 +42,7 @@ class Question:
     noise_std_nT: float | None = None
     gyro_std_rad_s: float | None = None
     tilts: Tilts | None = None
+    coloured: bool = False
 
     def answer(self, known: Experiment) -> Answer:
         """The answer for an experiment; InputError for knowledge that it does not hold."""
@@ -52,7 +54,7 @@ class Question:
 
     def of_scenario(self, scenario: Scenario) -> Answer:
         """The answer for a simulated run; InputError where the vehicle cannot do the motion."""
-        return self.answer(scenario_experiment(scenario, self.noise_std_nT))
+        return self.answer(scenario_experiment(scenario, self.noise_std_nT, coloured=self.coloured))
 
 
 @dataclass(frozen=True)

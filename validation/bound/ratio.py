@@ -7,13 +7,12 @@ from numpy.typing import NDArray
 
 from calib import CALIBRATORS
 from scenarios.errors import InputError
-from sim.effects.base import Effect
-from sim.effects.noise import WhiteNoise
 from sim.scenario import Scenario
 from sim.simulate import plan
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import scenario_experiment
+from validation.bound.stated import stated_noise_nT
 from validation.bound.uses import uses
 from validation.scoring.meaning import MEANINGS
 
@@ -52,12 +51,6 @@ def least_of(known: Experiment, knowledges: set[str]) -> dict[tuple[str, str], f
         found[knowledge, MEANINGS["offset_error"].column] = bound.offset_rms_nT
         found |= {(knowledge, one.meaning.column): one.value for one in uses(known, bound)}
     return found
-
-
-def stated_noise_nT(effects: tuple[Effect, ...]) -> float | None:
-    """Rms over the axes of a sensor's white noise, as its effects state it; None where they do not."""
-    stated = [one.std_nT for one in effects if isinstance(one, WhiteNoise)]
-    return float(np.sqrt(np.mean(np.square(stated)) * len(stated))) if stated else None
 
 
 def bound_ratio(values: Array, least: float | None) -> float | None:

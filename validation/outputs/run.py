@@ -21,7 +21,8 @@ from sim.effects.base import Effect
 from sim.generate import write_runs
 from sim.scenario import Scenario
 from validation.bound.files import true_experiment
-from validation.bound.ratio import bound_ratio, knowledge_of, least_of, stated_noise_nT
+from validation.bound.ratio import bound_ratio, knowledge_of, least_of
+from validation.bound.stated import stated_noise_nT
 from validation.calibrating.candidates import Candidate, candidates
 from validation.calibrating.files import write_calibrations
 from validation.scoring.judging import UNCORRECTED, judged

@@ -21,7 +21,7 @@ FIGURES = {
 }
 
 
-@pytest.mark.parametrize("knowledge", KNOWLEDGE)
+@pytest.mark.parametrize("knowledge", FIGURES)
 @pytest.mark.parametrize("motion", ["full", "pitch", "auv"])
 def test_the_standard_case(motion: str, knowledge: str) -> None:
     figures, tolerance = FIGURES[knowledge]
@@ -30,7 +30,7 @@ def test_the_standard_case(motion: str, knowledge: str) -> None:
 
 @pytest.mark.parametrize("motion", ["full", "pitch", "auv"])
 def test_who_knows_more_finds_it_no_worse(motion: str) -> None:
-    norm, gyro, vector = (Bound.of(of_motion(motion), knowledge).offset_std_nT for knowledge in KNOWLEDGE)
+    norm, gyro, vector = (Bound.of(of_motion(motion), knowledge).offset_std_nT for knowledge in FIGURES)
     assert (vector <= gyro).all()
     assert (gyro <= norm).all()
 
@@ -62,7 +62,7 @@ def test_vector_least_squares_is_at_its_bound() -> None:
     assert np.sqrt(np.mean(np.sum(errors**2, axis=1))) == pytest.approx(bound.offset_rms_nT, rel=0.25)
 
 
-@pytest.mark.parametrize("knowledge", KNOWLEDGE)
+@pytest.mark.parametrize("knowledge", FIGURES)
 def test_what_a_level_turn_does_not_tell_is_infinite(knowledge: str) -> None:
     bound = Bound.of(level_turns(), knowledge)
     assert np.isinf(bound.offset_std_nT[2])

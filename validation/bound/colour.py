@@ -1,0 +1,97 @@
+"""Noise that lasts from sample to sample, and rows freed of it: what a method that knows its spectrum is left with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.numerics.kernels import fast_kernel
+from sim.effects.noise import FLICKER_LOW_HZ
+
+Array = NDArray[np.float64]
+CORNERS_A_DECADE = 2
+"""First-order processes whose sum is flicker noise: at two a decade within 1 % of it."""
+HIGHEST = 0.45
+"""Of the sample rate, the highest corner."""
+
+
+@dataclass(frozen=True)
+class Colour:
+    """Of each axis alike: flicker noise of one-sided density d^2 / f, and a random walk of q sqrt(t), zero at first."""
+
+    flicker_nT_sqrt_hz: float
+    walk_nT_sqrt_s: float
+
+    def processes(self, step_s: Array) -> tuple[Array, Array, Array]:
+        """First-order processes x_(i+1) = decay_i x_i + w_i of this sum: var x_0 (m,), decay and var w (n - 1, m).
+
+        A process of variance d^2 ln r and corner f_k, the corners r apart, has density d^2 ln r (2 / pi) f_k /
+        (f^2 + f_k^2); their sum is d^2 / f between the corners. The lowest is where all that is slow has the variance
+        of a density that is flat below FLICKER_LOW_HZ.
+        """
+        lowest = FLICKER_LOW_HZ * 10.0 ** (0.5 / CORNERS_A_DECADE) / np.e
+        highest = max(HIGHEST / float(np.median(step_s)), 10.0 * lowest)
+        count = int(np.ceil(np.log10(highest / lowest) * CORNERS_A_DECADE)) + 1
+        corners = np.geomspace(lowest, highest, count)
+        size = np.append(np.full(count, self.flicker_nT_sqrt_hz**2 * np.log(corners[1] / corners[0])), 0.0)
+        decay = np.exp(-2.0 * np.pi * step_s[:, None] * np.append(corners, 0.0))
+        kick = size * (1.0 - decay**2)
+        kick[:, -1] = self.walk_nT_sqrt_s**2 * step_s
+        return size, decay, kick
+
+
+def whitened(rows: Array, noise_std_nT: float, colour: Colour | None, step_s: Array) -> Array:
+    """Rows (n, r, k), whose first three columns say which way each sees the noise, over it: (n r, k), unit and white.
+
+    K^(-1/2) J,  K the covariance of the rows' noise, by a Kalman filter that runs over all columns. The r rows of a
+    sample must see noise of different axes.
+    """
+    if colour is None:
+        return np.asarray(rows.reshape(-1, rows.shape[2]) / noise_std_nT)
+    size, decay, kick = colour.processes(step_s)
+    parts = []
+    for row in rows.transpose(1, 0, 2):
+        seen = [axis for axis in range(3) if row[:, axis].any()]
+        toward = np.repeat(row[:, seen], len(size), axis=1)
+        own = (np.tile(one, len(seen)) for one in (size, decay, kick))
+        parts.append(_filtered(np.ascontiguousarray(row), toward, (*own,), noise_std_nT**2))
+    return np.concatenate(parts)
+
+
+@fast_kernel
+def _filtered(columns: Array, toward: Array, processes: tuple[Array, ...], white: float) -> Array:
+    """Innovations (n, k) of columns (n, k), each over its standard deviation.
+
+    toward (n, m): how a sample sees the processes; var x_0 (m,), decay and var w (n - 1, m)
+    """
+    size, decay, kick = processes
+    n, k = columns.shape
+    m = toward.shape[1]
+    out, state, gain, P = np.empty((n, k)), np.zeros((m, k)), np.empty(m), np.diag(size)
+    for i in range(n):
+        if i > 0:
+            for a in range(m):
+                for b in range(m):
+                    P[a, b] *= decay[i - 1, a] * decay[i - 1, b]
+                P[a, a] += kick[i - 1, a]
+                for j in range(k):
+                    state[a, j] *= decay[i - 1, a]
+        variance = white
+        for a in range(m):
+            gain[a] = 0.0
+            for b in range(m):
+                gain[a] += P[a, b] * toward[i, b]
+            variance += gain[a] * toward[i, a]
+        for j in range(k):
+            off = columns[i, j]
+            for a in range(m):
+                off -= toward[i, a] * state[a, j]
+            out[i, j] = off / np.sqrt(variance)
+            for a in range(m):
+                state[a, j] += gain[a] * off / variance
+        for a in range(m):
+            for b in range(m):
+                P[a, b] -= gain[a] * gain[b] / variance
+    return out
