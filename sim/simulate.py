@@ -37,7 +37,7 @@ from sim.motion import Motion, drive
 from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body, to_world
 from sim.scalar import ScalarMagnetometer
 from sim.scenario import Scenario, SensorSpec, equipped
-from sim.state import MOTION, SCALAR, TEMPERATURE, Array, State, current_name, currents_of, missing_channel
+from sim.state import HEIGHT, MOTION, SCALAR, TEMPERATURE, Array, State, current_name, currents_of, missing_channel
 from sim.streams import stream
 from sim.thermal import Thermometer
 from sim.vehicles import VEHICLES
@@ -115,7 +115,7 @@ def channels_of(vehicle: str) -> tuple[str, ...]:
 
 
 def _check_channels(vehicle: str, effects: Iterable[Effect]) -> None:
-    there = dict.fromkeys(channels_of(vehicle))
+    there = dict.fromkeys((*channels_of(vehicle), HEIGHT))
     for effect in effects:
         for name in sorted(set(effect.causes) - MOTION - set(there)):
             problem, place = missing_channel(name, there), f"effects.{effect.name}"
@@ -202,16 +202,18 @@ def _state(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Arr
     """What the magnetometer at its place on the body goes through."""
     k = motion.kinematics
     field = to_body(motion.R_wb, plan.field_enu_nT[None])
+    pos_enu_m = k.pos_enu_m + to_world(motion.R_wb, np.array([sensor.position_m]))
+    driven = {TEMPERATURE: temperature_degC, HEIGHT: pos_enu_m[:, 2], **currents_of(motion.current_A)}
     return State(
         time_s=motion.time_s,
         interval_s=plan.interval_s,
-        pos_enu_m=k.pos_enu_m + to_world(motion.R_wb, np.array([sensor.position_m])),
+        pos_enu_m=pos_enu_m,
         R_wb=motion.R_wb,
         rate_rad_s=k.rate_rad_s,
         field_enu_nT=plan.field_enu_nT,
         field_nT=field,
         field_rate_nT_s=-cross(k.rate_rad_s, field),
-        channels={TEMPERATURE: temperature_degC, **currents_of(motion.current_A), **motion.channels},
+        channels=driven | motion.channels,
     )
 
 

@@ -21,6 +21,8 @@ TEMPERATURE = "temperature_degC"
 MOTOR_NUMBER = r"[1-9]\d*"
 _CURRENT = re.compile(f"current_({MOTOR_NUMBER})_A")
 
+HEIGHT = "pos_up_m"
+"""The channel of the height, or with the other sign the depth: of the sensor's place, where it is known."""
 SCALAR = "scalar_nT"
 """The channel of a magnetometer that measures the field's strength alone."""
 

@@ -23,6 +23,7 @@ from sim.dataset.columns import (
     numbers,
 )
 from sim.dataset.recording import Array, Recording, Truth
+from sim.state import HEIGHT
 
 Named = Mapping[str, NDArray[Any]]
 
@@ -72,11 +73,13 @@ def arrays_of(recording: Recording) -> dict[str, NDArray[Any]]:
 
 
 def scalars_of(recording: Recording) -> dict[str, Array]:
-    """What effects may depend on beside the motion: temperature, motor currents and every other channel, each (n,)."""
+    """What effects may follow: temperature, motor currents, height and every other channel, each (n,)."""
     held = ((SIGNAL[group], getattr(recording, SIGNAL[group].field)) for group in ("temperature", "current"))
     named: dict[str, Array] = {}
     for signal, values in held:
         named |= {} if values is None else _split(_names(signal, recording), values)
+    if recording.pos_enu_m is not None:
+        named[HEIGHT] = recording.pos_enu_m[:, 2]
     return named | recording.channels
 
 

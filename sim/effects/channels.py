@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import Clues
 from sim.effects.kernels import first_order_lag
-from sim.effects.values import ChannelName, Quantity, Vec3
+from sim.effects.values import ChannelName, Choice, Quantity, Vec3
 from sim.state import TEMPERATURE, Array, State
 
+Late = Literal["channel", "curve"]
+HIGHEST = 3
+"""The highest power of a curve: a higher one fits the ends of the channel's range, and foretells nothing there."""
 LAGS_S = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 
 
 @frozen
 class ChannelEffect(Effect):
-    """Curve of any channel x: ``c1 u + c2 u^2 + c3 u^3``, ``u = (x - centre) / scale``, x felt late by a lag.
+    """Curve of any channel x: ``c1 u + c2 u^2 + c3 u^3``, ``u = (x - centre) / scale``, x or the curve late by a lag.
 
     It names the channel and not the mechanism. Where |u| > 1 the curve goes on along its tangent at the end. Several
     channels are several effects, whose curves add up.
@@ -43,13 +46,14 @@ class ChannelEffect(Effect):
     channel: Annotated[str, ChannelName("column of x: a recorded or simulated channel")] = ""
     centre: Annotated[float, Quantity("", -1e12, 1e12, "x at which it contributes nothing", role="fixed")] = 0.0
     scale: Annotated[float, Quantity("", 1e-12, 1e12, "x - centre that is u = 1, in the unit of x", role="fixed")] = 1.0
-    order: Annotated[int, Quantity("", 1, 3, "highest power that is in use", role="fixed")] = 3
+    order: Annotated[int, Quantity("", 1, HIGHEST, "highest power that is in use", role="fixed")] = HIGHEST
     linear_nT: Annotated[Vec3, Quantity("nT", -1e9, 1e9, "c1 of the axes x, y, z", role="linear")] = ZERO3
     square_nT: Annotated[Vec3, Quantity("nT", -1e9, 1e9, "c2 of the axes x, y, z", role="linear")] = ZERO3
     cube_nT: Annotated[Vec3, Quantity("nT", -1e9, 1e9, "c3 of the axes x, y, z", role="linear")] = ZERO3
     lag_s: Annotated[
-        float, Quantity("s", 0.0, 1e5, "time constant with which x is felt; 0: at once", role="listed", tried=LAGS_S)
+        float, Quantity("s", 0.0, 1e5, "time constant of the lag; 0: at once", role="listed", tried=LAGS_S)
     ] = 0.0
+    late: Annotated[Late, Choice("what comes late: the channel before its curve, or the curve")] = "channel"
 
     def problem(self) -> str | None:
         acts = any(value != 0 for power in (self.linear_nT, self.square_nT, self.cube_nT) for value in power)
@@ -58,10 +62,18 @@ class ChannelEffect(Effect):
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         if not self.channel:
             return np.zeros((len(state), 3))
-        x = state.channel(self.channel)[:, None]
-        felt = x if self.lag_s == 0 else first_order_lag(x, self.lag_s, state.interval_s, memory)
-        coefficients = array((self.linear_nT, self.square_nT, self.cube_nT))[: self.order]
-        return np.asarray(powers((felt[:, 0] - self.centre) / self.scale, self.order) @ coefficients)
+        u = (state.channel(self.channel) - self.centre) / self.scale
+        terms = felt(u, self.order, self.late, self.lag_s, state.interval_s, memory)
+        return np.asarray(terms @ array((self.linear_nT, self.square_nT, self.cube_nT))[: self.order])
+
+
+def felt(u: Array, order: int, late: Late, lag_s: float, interval_s: float, memory: Memory) -> Array:
+    """Powers (n, order) of u (n,), of which u or the powers come through a first-order lag, at rest at the start."""
+    if lag_s == 0:
+        return powers(u, order)
+    if late == "channel":
+        return powers(first_order_lag(u[:, None], lag_s, interval_s, memory)[:, 0], order)
+    return first_order_lag(powers(u, order), lag_s, interval_s, memory)
 
 
 def powers(u: Array, order: int) -> Array:
@@ -69,6 +81,9 @@ def powers(u: Array, order: int) -> Array:
 
     ``w^p + p w^(p-1) (u - w)``, w = u within -1 and 1 or the nearer of the two.
     """
-    w = np.clip(u, -1.0, 1.0)[:, None]
-    p = np.arange(1, order + 1)
-    return np.asarray(w**p + p * w ** (p - 1) * (u[:, None] - w))
+    w = np.clip(u, -1.0, 1.0)
+    out, lower = np.empty((len(u), order)), np.ones(len(u))
+    for p in range(1, order + 1):
+        out[:, p - 1] = lower * (w + p * (u - w))
+        lower = lower * w
+    return out

@@ -148,6 +148,10 @@ class Policy:
         0.05, "share of an effect by which its form is in error on one motion or another, beside the data's own error"
     )
 
+    # a curve of a channel, where no effect stands
+    driver_tail: float = number(0.005, "share of a channel's samples at each end beyond which its curve is straight")
+    most_curves: int = number(4, "channels whose curves are added up at most")
+
     # is what is left clean?
     mean_lengths_s: tuple[float, ...] = number((1.0, 5.0, 20.0), "lengths of the means that are tested")
     means_alarm: float = number(1e-3, "probability that white noise fails the test of means at any length")

@@ -38,6 +38,7 @@ class How(StrEnum):
     DIRECT = "direct", "seen in the values themselves"
     IRON = "base", "iron or sensor constants differ from the model's"
     SPECTRUM = "spectrum", "the spectrum of what is left"
+    CURVE = "curve", "gain of a curve on held-out data; no mechanism is told"
 
 
 class Reach(StrEnum):
@@ -54,7 +55,8 @@ class Named:
     """One effect that is missing in the model: fitted, with 95 % intervals, and those that it may be mistaken for.
 
     nats: evidence on held-out data, of which so many were `needed`; strength: rms after the base refit, in noise;
-    spread: standard deviations of each parameter's components.
+    spread: standard deviations of each parameter's components. Of a curve, covariance (k, k): of its linear
+    coefficients; rivals: channels that do as well.
     """
 
     effect: Effect
@@ -65,6 +67,8 @@ class Named:
     spread: dict[str, Array] = field(default_factory=dict)
     evidence: Reach = Reach.SINGLE_RUN
     needed: float | None = None
+    covariance: Array | None = None
+    rivals: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

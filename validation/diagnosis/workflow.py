@@ -24,6 +24,7 @@ from validation.diagnosis.library.candidates import missing_channels
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
+from validation.diagnosis.repair.curves import with_curves
 from validation.diagnosis.repair.model import patched
 from validation.diagnosis.repair.naming import Left, names_of
 from validation.diagnosis.result import Diagnosis, How, Named
@@ -93,6 +94,8 @@ def told(seen: Examined) -> Diagnosis:
     if doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
         verdict, left = Verdict.UNKNOWN, left.undone()
         named = tuple(one for one in named if one.how is How.DIRECT)
+        if not seen.wrong_reference:
+            named, left = with_curves(belief.selection.start, named, left)
     found = _without_words(seen, named, verdict, doubts, where, left)
     return replace(found, sentence=sentence_for(found), advice=advice_for(found))
 

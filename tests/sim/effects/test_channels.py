@@ -49,6 +49,16 @@ def test_a_lag_shows_a_step_of_the_channel_as_an_exponential(states):
     assert not late[:500].any()
 
 
+def test_a_curve_may_come_late_instead_of_its_channel(states):
+    x = np.sin(np.arange(3000) / 50)
+    state = driven(states, x)
+    square = ChannelEffect(X, square_nT=(1.0, 0, 0), lag_s=0.5, late="curve")
+    linear = ChannelEffect(X, linear_nT=(1.0, 0, 0), lag_s=0.5)
+    of_square = label_of(linear, driven(states, x**2))
+    np.testing.assert_allclose(label_of(square, state), of_square)
+    assert np.abs(label_of(replace(square, late="channel"), state) - of_square).max() > 0.1
+
+
 def test_curves_of_several_channels_add_up(states):
     tables = [{"channel": "a", "linear_nT": [1.0, 0, 0]}, {"channel": "b", "square_nT": [0, 2.0, 0]}]
     one, other = build({"channel_effect": tables}, None, "")

@@ -26,7 +26,7 @@ def sentence_for(found: Diagnosis) -> str:
         share=_share(found),
         left="; ".join(found.after.why),
         nearest=_nearest(found),
-        goes_with=f"; it goes with {channels}" if channels else "",
+        goes_with=_curves(found) or (f"; it goes with {channels}" if channels else ""),
     )
 
 
@@ -74,9 +74,17 @@ def log_another_heading(found: Diagnosis) -> Iterator[str]:
 def try_an_actuator(found: Diagnosis) -> Iterator[str]:
     """A recorded channel that the gap goes with may be what drives it."""
     goes_with = [one.channel for one in found.where[:TRIED_CHANNELS] if one.channel in found.problem.recording.channels]
-    if goes_with and not found.verdict.explained:
+    if goes_with and not found.verdict.explained and not curves_of(found):
         options = " ".join(f"--actuator {name}" for name in goes_with)
         yield f"The gap goes with {' and '.join(goes_with)}: try {options}."
+
+
+def seek_the_mechanism(found: Diagnosis) -> Iterator[str]:
+    """A curve names a channel; what it drives is for people to find."""
+    for one in curves_of(found):
+        channel, clues = _channel(one), one.effect.clues
+        rivals = f" A curve of {' or '.join(one.rivals)} does nearly as well." if one.rivals else ""
+        yield f"The curve of {channel} tells no mechanism: {clues.apart}; {clues.remedy}.{rivals}"
 
 
 def fly_another_motion(found: Diagnosis) -> Iterator[str]:
@@ -131,6 +139,7 @@ ADVICE: tuple[Advise, ...] = (
     read_the_field_anew,
     log_another_heading,
     try_an_actuator,
+    seek_the_mechanism,
     fly_another_motion,
     tell_look_alikes_apart,
     suspect_navigation,
@@ -138,6 +147,24 @@ ADVICE: tuple[Advise, ...] = (
     confirm,
     log_more_channels,
 )
+
+
+def curves_of(found: Diagnosis) -> list[Named]:
+    """The curves of channels that stand where no effect of the library does."""
+    return [one for one in found.named if one.how is How.CURVE]
+
+
+def _curves(found: Diagnosis) -> str:
+    """The channels whose curves stand, and how much they explain together."""
+    several = curves_of(found)
+    if not several:
+        return ""
+    share, names = f"{found.gap.explained or 0.0:.0%} of it on held-out data", ", ".join(map(_channel, several))
+    return f"; curves of {names} explain {share}" if len(several) > 1 else f"; a curve of {names} explains {share}"
+
+
+def _channel(one: Named) -> str:
+    return one.effect.causes[-1]
 
 
 def words_of(one: Named) -> str:

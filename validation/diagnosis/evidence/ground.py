@@ -39,9 +39,9 @@ class Ground:
         """The blocks (m,) that each split holds out."""
         return list(held_out(self.cut.m, self.problem.policy))
 
-    def residual(self) -> Array:
-        """What the base and the effects already in leave (n, q), in units of the noise."""
-        f = fit(self.sums, self.everything)
+    def residual(self, use: NDArray[np.bool_] | None = None) -> Array:
+        """What the base and the effects already in leave (n, q), in units of the noise; fitted to the blocks `use`."""
+        f = fit(self.sums, self.everything if use is None else use)
         left = self.problem.target - self.problem.base @ f.beta - np.einsum("nqk,k->nq", self.inside, f.c)
         return np.asarray(left * self.problem.usable[:, None])
 

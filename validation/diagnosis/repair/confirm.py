@@ -17,6 +17,9 @@ from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.repair.chain import left_with_iron_refitted, predict
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 
+FITTED = (How.HELD_OUT, How.CURVE)
+"""Names whose coefficients another recording can bear out."""
+
 
 def confirmed(
     found: Diagnosis, second: Recording, model: Model, field_enu_nT: Array | None, strength_nT: float | None
@@ -30,10 +33,10 @@ def confirmed(
     problem = posed(second, model, field_enu_nT, strength_nT, policy=found.problem.policy)
     if problem.mode != "vector":
         return found
-    fixed = [one.effect for one in found.named if one.how is How.HELD_OUT]
+    fixed = [one.effect for one in found.named if one.how in FITTED]
 
     def upgraded(one: Named) -> Named:
-        if one.how is not How.HELD_OUT or one.effect.clues.one_run:
+        if one.how not in FITTED or one.effect.clues.one_run:
             return one
         others = [effect for effect in fixed if effect is not one.effect]
         borne_out = evidence_there(problem, fixed, others) > problem.policy.apart

@@ -14,7 +14,7 @@ from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.scenario import Model, ModelSpec, Scenario
 from sim.simulate import channels_of
-from sim.state import MOTION, Array, State
+from sim.state import HEIGHT, MOTION, Array, State
 from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
 from validation.diagnosis.problem.linear import LinearProblem
@@ -99,6 +99,6 @@ def _field(model: ModelSpec, enu_nT: Array) -> Any:
 
 
 def _motion(effects: Sequence[Effect]) -> dict[str, Any]:
-    given = channels_of(TABLE["vehicle"]["kind"])
+    given = (*channels_of(TABLE["vehicle"]["kind"]), HEIGHT)
     needed = {name for effect in effects for name in effect.causes} - MOTION
     return TABLE if needed <= set(given) else CIRCLES

@@ -16,6 +16,7 @@ from validation.text import digits
 from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
 from validation.views.plots import diagnosis as plots
+from validation.views.plots.curves import draw_curves
 from validation.views.plots.style import Figure
 from validation.views.series import as_they_stand, gap_to_show, places, rms_nT, travels
 from validation.views.words.diagnosis import CANDIDATE_HEADS, candidate_rows, gap_rows, parameter_rows
@@ -32,6 +33,11 @@ MAP = (
     "The gap along the path",
     "Means over a second or longer; one colour scale for before and after.",
     plots.draw_map,
+)
+CURVES = (
+    "Curves of channels",
+    "With the 95 % band; dots are what all else leaves. A curve names what the gap goes with, and no mechanism.",
+    draw_curves,
 )
 REST: tuple[tuple[str, str, Draw], ...] = (
     ("The gap by channel", "Against the channels it goes with most, bold the means over bins: a clue, not a proof.",
@@ -50,7 +56,8 @@ def page_html(found: Diagnosis, title: str) -> str:
 
 
 def _page(found: Diagnosis, title: str) -> dict[str, Any]:
-    shown = [GAP, *([MAP] if travels(places(found)) else []), *(REST if found.ranking else REST[:2])]
+    curves = [CURVES] if any(one.how is How.CURVE for one in found.named) else []
+    shown = [GAP, *curves, *([MAP] if travels(places(found)) else []), *(REST if found.ranking else REST[:2])]
     return {
         "title": title,
         "verdict": found.verdict,

@@ -1,0 +1,133 @@
+"""Curves of channels: forms that are no polynomial are followed and foretell another run; false drivers are refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.dataset import Recording
+from sim.effects import Effects
+from sim.effects.channels import ChannelEffect
+from sim.effects.kernels import first_order_lag
+from sim.scenario import ModelSpec
+from sim.state import HEIGHT, Array
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, HZ, NOISE_NT, STRENGTH_NT, problem, recording
+from validation.diagnosis.decision.curves import channel_of, curves
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.problem.pose import pose, posed
+from validation.diagnosis.repair.chain import left_with_iron_refitted
+from validation.diagnosis.repair.confirm import confirmed
+from validation.diagnosis.result import How
+from validation.diagnosis.workflow import diagnose
+
+WAY = np.array([0.6, -1.0, 0.4]) * NOISE_NT
+MODEL = ModelSpec.model_validate(
+    {"effects": {"white_noise": {"std_nT": [NOISE_NT] * 3}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
+)
+
+
+def load(seed: int, n: int = 4000) -> Array:
+    """A load (n,) between -1 and 1 that changes its level now and then."""
+    rng = np.random.default_rng([seed, 3])
+    levels, switches = rng.uniform(-1, 1, 400), np.cumsum(rng.exponential(12.0, 399))
+    return np.asarray(levels[np.searchsorted(switches, np.arange(n) / HZ)])
+
+
+def slow(seed: int, n: int = 4000) -> Array:
+    """A random walk (n,) of range one."""
+    walk = np.cumsum(np.random.default_rng([seed, 4]).normal(size=n))
+    return np.asarray(walk / np.ptp(walk))
+
+
+def disturbed(course: Array, seed: int = 0, **channels: Array) -> Recording:
+    """A recording with a disturbance of this course (n,), and channels beside those it has."""
+    given = recording(seed=seed)
+    return replace(given, mag_nT=given.mag_nT + course[:, None] * WAY, channels={**given.channels, **channels})
+
+
+def late(x: Array, lag_s: float) -> Array:
+    return first_order_lag(x[:, None], lag_s, 1 / HZ, {})[:, 0]
+
+
+def found(given: Recording) -> list[str]:
+    return [one.channel for one in curves(Ground.of(problem(given)))]
+
+
+def test_a_saturating_load_that_comes_late_is_followed_and_foretells_another_run() -> None:
+    first, second = (
+        disturbed(2 * np.tanh(3 * late(load(seed), 2.0)), seed, load_A=load(seed), other=slow(seed)) for seed in (1, 2)
+    )
+    told = diagnose(first, MODEL)
+    (one,) = told.named
+    assert isinstance(one.effect, ChannelEffect)
+    assert (told.verdict, one.how, one.effect.channel, one.effect.late) == ("unknown", How.CURVE, "load_A", "channel")
+    assert one.effect.lag_s == pytest.approx(2.0, rel=0.15)
+    assert told.gap.explained is not None
+    assert told.gap.explained > 0.9
+    assert f"a curve of load_A explains {told.gap.explained:.0%}" in told.sentence
+    assert any("load_A tells no mechanism" in line for line in told.advice)
+    use = np.ones(len(second), bool)
+    again = MODEL.model_copy(update={"effects": told.model.effects, "effect_order": told.model.effect_order})
+    sizes = []
+    for model in (MODEL, again):
+        p = posed(second, model, None, None)
+        sizes.append(float((left_with_iron_refitted(p, p.predicted_nT, use) ** 2).mean()))
+    assert (sizes[0] - sizes[1]) / (sizes[0] - 1) > 0.9
+    (known,) = confirmed(told, second, MODEL, None, None).named
+    assert known.evidence == "transferred"
+
+
+def test_several_channels_are_joined_and_each_has_the_lowest_order_that_will_do() -> None:
+    one, other = load(1), np.sin(np.arange(4000) / 31.0)
+    (first, second) = curves(Ground.of(problem(disturbed(2 * one + 1.5 * other**2, a=one, b=other, c=slow(5)))))
+    assert {channel_of(c.candidate): dict(c.candidate.nonlinear)["order"] for c in (first, second)} == {"a": 1, "b": 2}
+
+
+def test_a_lag_of_the_curve_is_told_from_a_lag_of_the_channel() -> None:
+    x = np.sin(np.arange(4000) / 17.0)
+    (one,) = curves(Ground.of(problem(disturbed(2 * late(x**2, 3.0), x=x))))
+    way = dict(one.candidate.nonlinear)
+    assert way["late"] == "curve"
+    assert way["lag_s"] == pytest.approx(3.0, rel=0.15)
+
+
+def test_the_height_drives_also_where_only_the_strength_is_known() -> None:
+    given = recording()
+    assert given.pos_enu_m is not None
+    height = given.pos_enu_m[:, 2]
+    pressed = disturbed(12 * np.sqrt(height - height.min()))
+    p = pose(replace(pressed, att_q=None), FIELD_ENU_NT, STRENGTH_NT, ())
+    assert p.mode == "strength"
+    assert [one.channel for one in curves(Ground.of(p))] == [HEIGHT]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_slow_rest_goes_with_no_slow_channel(seed: int) -> None:
+    courses = {f"walk_{k}": slow(seed + 10 * k) for k in range(1, 4)}
+    assert not found(disturbed(15 * slow(seed), seed, **courses, load=load(seed)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_channel_that_is_shifted_in_time_drives_nothing(seed: int) -> None:
+    assert not found(disturbed(2 * load(seed), seed, load=np.roll(load(seed), 1500)))
+
+
+def test_a_channel_that_resembles_the_motion_is_no_driver() -> None:
+    given = problem(recording())
+    turning = given.state.rate_rad_s[:, 0] / np.abs(given.state.rate_rad_s[:, 0]).max()
+    like = turning + 0.3 * slow(3)
+    assert not found(disturbed(3 * turning**2, like=like))
+    assert found(disturbed(3 * like**2, like=like)) == ["like"]
+
+
+def test_another_magnetometer_is_no_cause() -> None:
+    course = 2 * load(1)
+    assert not found(disturbed(course, scalar_nT=course))
+
+
+def test_a_named_effect_leaves_no_room_for_a_curve() -> None:
+    told = diagnose(recording(hidden={"motor_current": {"gain_nT_A": [4.0, -2.0, 6.0]}}), MODEL)
+    assert [one.name for one in told.named] == ["motor_current"]
+    assert MODEL.effects == Effects({"white_noise": {"std_nT": [NOISE_NT] * 3}})

@@ -1,0 +1,68 @@
+"""Curves of channels as names: coefficients fitted together, with their covariance, and the gap that they leave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sim.state import Array
+from validation.diagnosis.decision.curves import Curve, curves
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.problem.blocks import fit, inflation
+from validation.diagnosis.repair.naming import Left
+from validation.diagnosis.result import GapSize, How, Named
+
+
+def with_curves(start: Ground, named: tuple[Named, ...], left: Left) -> tuple[tuple[Named, ...], Left]:
+    """Names and what they leave, with curves of channels where such stand; the same where none does.
+
+    start : the ground without any effect.
+    """
+    found = curves(start)
+    if not found:
+        return named, left
+    columns = [one.candidate.columns(start.problem) for one in found]
+    end = start.beside(np.concatenate(columns, axis=2))
+    after = _left(start, end)
+    if (after.gap.explained or 0.0) < start.problem.policy.least_share:
+        return named, left
+    return (*named, *_named(found, end, [one.shape[2] for one in columns])), after
+
+
+def _left(start: Ground, end: Ground) -> Left:
+    """What is left before and after, all fitted to what the first split trains on."""
+    problem, train = start.problem, ~start.splits[0]
+    before, after = start.residual(train), end.residual(train)
+    test = end.held_samples() & (problem.usable > 0)
+    return Left(before, after, GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy))
+
+
+def _named(found: Sequence[Curve], end: Ground, widths: Sequence[int]) -> list[Named]:
+    """Each curve with its coefficients of the joint fit; the covariance is widened by what is still coloured."""
+    whole = fit(end.sums, end.everything)
+    V = inflation(end.sums, whole, end.problem.policy)
+    places = [slice(at - k, at) for at, k in zip(np.cumsum(widths), widths, strict=True)]
+    return [
+        _one(curve, whole.c[i], V * whole.covariance[i, i], end.problem.policy.coloured_nats)
+        for curve, i in zip(found, places, strict=True)
+    ]
+
+
+def _one(curve: Curve, c: Array, covariance: Array, needed: float) -> Named:
+    effect, evidence = curve.candidate.made(c), curve.evidence
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    spread: dict[str, Array] = {}
+    for (name, unit), one in zip(effect.linear_units(), std, strict=True):
+        spread[name] = np.hypot(spread.get(name, 0.0), unit * one)
+    return Named(
+        effect,
+        (),
+        How.CURVE,
+        evidence.nats,
+        evidence.strength,
+        spread,
+        needed=needed,
+        covariance=covariance,
+        rivals=curve.rivals,
+    )
