@@ -19,6 +19,7 @@ if not os.path.isdir(os.path.join(os.path.dirname(__file__), "sim")):  # not ins
     join()
 
 from magbench.face import apply, calibrate, diagnose, inspect, register, run, simulate
+from magbench.possible import bound, plan, worth
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:
@@ -48,18 +49,21 @@ __all__ = [
     "Status",
     "Truth",
     "apply",
+    "bound",
     "calibrate",
     "catalogue",
     "diagnose",
     "generate",
     "inspect",
     "load",
+    "plan",
     "read_recording",
     "read_run",
     "register",
     "run",
     "run_scenario",
     "simulate",
+    "worth",
 ]
 
 if not TYPE_CHECKING:  # type checkers read the imports above

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sim.scenario import Scenario
 
 OPTION = re.compile(r"--([a-zA-Z][\w-]*)")
-KEYWORDS = {"map": "maps", "with": "with_", "actuator": "actuators"}
+KEYWORDS = {"map": "maps", "with": "with_", "actuator": "actuators", "time": "time_s"}
 """Options whose keyword has another name."""
 
 

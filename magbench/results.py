@@ -51,7 +51,7 @@ class CalibrationResult(Calibration, Shown):
     @classmethod
     def of(cls, found: Calibration, recording: Recording, reference: Reference) -> Self:
         """The calibration that a calibrator gave, on what it was given."""
-        return cls(**_values(found), recording=recording, reference=reference)
+        return cls(**values_of(found), recording=recording, reference=reference)
 
     @property
     def corrected_nT(self) -> NDArray[np.float64]:
@@ -76,7 +76,7 @@ class RunResult(Outcome, Shown):
     @classmethod
     def of(cls, found: Outcome) -> Self:
         """The outcome, shown."""
-        return cls(**_values(found))
+        return cls(**values_of(found))
 
     def to_frame(self) -> pd.DataFrame:
         """The scores, a row a calibrator, best first, and the raw measurement's last."""
@@ -97,7 +97,7 @@ class DiagnosisResult(Diagnosis, Shown):
     @classmethod
     def of(cls, found: Diagnosis) -> Self:
         """The diagnosis, shown."""
-        return cls(**_values(found))
+        return cls(**values_of(found))
 
     def to_frame(self) -> pd.DataFrame:
         """The parameters of the missing effects with the ends of their 95 % intervals."""
@@ -115,7 +115,7 @@ class InspectionResult(Inspection, Shown):
     @classmethod
     def of(cls, found: Inspection) -> Self:
         """The inspection, shown."""
-        return cls(**_values(found))
+        return cls(**values_of(found))
 
     def to_frame(self) -> pd.DataFrame:
         """The findings, a row each."""
@@ -126,5 +126,6 @@ class InspectionResult(Inspection, Shown):
         return draw_coverage(self.looks[0])
 
 
-def _values(found: Any) -> dict[str, Any]:
+def values_of(found: Any) -> dict[str, Any]:
+    """A result's fields by name."""
     return {item.name: getattr(found, item.name) for item in fields(found)}

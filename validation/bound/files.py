@@ -76,19 +76,25 @@ def recording_experiment(
     strength_nT: float | None = None,
     enu: Sequence[float] | None = None,
 ) -> Experiment:
+    """Of a measured recording's file, see `experiment_of`; InputError for files, columns and references of no use."""
+    file = file_of(path, run)
+    recording = read_recording(file, maps=maps)
+    return experiment_of(recording, reference_of(file, strength_nT, enu), noise_std_nT, str(file))
+
+
+def experiment_of(
+    recording: Recording, reference: Reference, noise_std_nT: float | None = None, where: str = "recording"
+) -> Experiment:
     """Of a measured recording: field and matrix as a calibration finds them, by its attitude where it has one.
 
     Where no calibration succeeds the field is that by the attitude, S being I, and without one what was measured,
     hard iron and all. The strength tells one component of the noise, |h| - F over |S^-T u|. Turns are the attitude's,
     else the gyro's.
-    Raises InputError for files, columns and references that cannot be used.
+    Raises InputError where there is no noise.
     """
-    file = file_of(path, run)
-    recording = read_recording(file, maps=maps)
-    reference = reference_of(file, strength_nT, enu)
     found = _seen(recording, reference)
     noise = _white(found.residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
-    known = _along(found.field_nT, found.matrix, noise, recording.time_s, _turns(recording), str(file))
+    known = _along(found.field_nT, found.matrix, noise, recording.time_s, _turns(recording), where)
     enu_nT = reference.field_enu_nT
     return known if enu_nT is None else replace(known, field_enu_nT=np.array(enu_nT))
 

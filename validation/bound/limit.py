@@ -43,9 +43,14 @@ class Tilts:
             roll, pitch = (float(part) for part in text.split(","))
         except ValueError:
             roll = pitch = np.nan
+        return cls.checked(roll, pitch, where)
+
+    @classmethod
+    def checked(cls, roll: float, pitch: float, where: str) -> Tilts:
+        """Of numbers; InputError for what is none, and beyond 180 and 90 degrees."""
         if not (0 <= roll <= 180 and 0 <= pitch <= 90):
             do = "give roll up to 180 and pitch up to 90 degrees, as in 5,45"
-            raise InputError(f"{text!r} is no pair of tilts", where=where, do=do)
+            raise InputError(f"{roll:g},{pitch:g} is no pair of tilts", where=where, do=do)
         return cls(roll, pitch)
 
     @classmethod

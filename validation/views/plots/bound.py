@@ -27,6 +27,17 @@ def draw_offset(found: WhatIf) -> Figure:
     return figure
 
 
+def draw_components(found: Answer) -> Figure:
+    """Least standard deviation of each component of the offset; what is not told has no bar."""
+    figure = Figure(figsize=(WIDTH_IN, 2.4), layout="constrained")
+    axis: Any = figure.subplots()
+    std = found.bound.offset_std_nT
+    axis.barh(list(AXES), np.where(np.isfinite(std), std, np.nan), color=XYZ)
+    axis.invert_yaxis()
+    axis.set(xlabel="least offset error (nT)")
+    return figure
+
+
 def draw_uses(found: WhatIf) -> Figure:
     """The least error of each use over the value, a panel each."""
     used = found.answers[0].used

@@ -9,7 +9,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from validation.planning.onward import Onward
 from validation.planning.plan import Plan
+from validation.text import symbol
 from validation.views.palette import LINES, RAW, XYZ
 from validation.views.plots.style import WIDTH_IN
 
@@ -35,6 +37,21 @@ def draw_angles(found: Plan) -> Figure:
         axis.plot(time_s, values, color=colour)
         axis.set_ylabel(f"{name} (°)")
     axes[-1].set_xlabel("time (s)")
+    return figure
+
+
+def draw_gains(found: Onward) -> Figure:
+    """The goal's error after each leg that pays, over the time flown, and after the one that no longer does."""
+    figure = Figure(figsize=(WIDTH_IN, 3.0), layout="constrained")
+    axis: Any = figure.subplots()
+    legs = [*found.legs, *([found.idle] if found.idle else [])]
+    time_s = np.cumsum([leg.choice.phase.duration_s for leg in legs])
+    axis.plot(time_s[: len(found.legs)], [leg.after for leg in found.legs], "o-", color=LINES[0], label="pays")
+    if found.idle:
+        axis.plot(time_s[-1:], [found.idle.after], "o", color=RAW, label="no longer pays")
+    goal = found.task.goal
+    axis.set(xlabel="time flown (s)", ylabel=f"{goal.short} ({symbol(goal.unit)})", yscale="log")
+    axis.legend()
     return figure
 
 
