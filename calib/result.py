@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.numerics.points import mapped
+from calib.numerics.points import cross_matrices, mapped
 from calib.numerics.rates import body_rate, smoothed_derivative
 from scenarios.errors import InputError
 from sim.dataset import Recording
@@ -105,7 +105,7 @@ class Calibration:
         rate = body_rate(recording)
         if rate is None:
             return self._apply_by_derivative(centred, recording.time_s)
-        system = np.linalg.inv(self.matrix) - self.eddy_s @ _cross_matrices(rate)
+        system = np.linalg.inv(self.matrix) - self.eddy_s @ cross_matrices(rate)
         return np.asarray(np.linalg.solve(system, centred[:, :, None])[:, :, 0])
 
     def apply_array(self, recording: Recording) -> Array:
@@ -163,10 +163,3 @@ def _plain_name(name: str, index: int) -> str | None:
     """A parameter's name without @sensor when it is that sensor's, else None."""
     plain, _, sensor = name.partition("@")
     return plain if int(sensor or 1) == index + 1 else None
-
-
-def _cross_matrices(v: Array) -> Array:
-    """[v]x (n, 3, 3), so that [v]x a = v x a."""
-    out = np.zeros((len(v), 3, 3))
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    return out - out.transpose(0, 2, 1)

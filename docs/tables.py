@@ -9,11 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import peers as public
 import schema_keys
+import sensor_sheets
 import tracked
 from pydantic import BaseModel
 
@@ -27,7 +26,6 @@ from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.values import Parameter
 from sim.scenario import SensorSpec, load
-from sim.sensors import SENSORS, Figure, Sensor
 from sim.vehicles import VEHICLES, able
 from validation.diagnosis.verdict import Verdict
 from validation.scoring.meaning import MEANINGS
@@ -41,8 +39,6 @@ MARKS = re.compile(r"(<!-- table: ([\w-]+) -->\n)(.*?)(<!-- end -->)", re.DOTALL
 WORD = re.compile(r"-?\w+(?:\.\w+)*")
 STAGES = ("field", "vehicle", "sensor", "electronics")
 PEERS = "peers"
-SHOWN_HZ = 10.0
-"""Sample rate at which the noise of a density is shown."""
 KEY_HEADS = ("key", "value", "default", "range", "meaning")
 
 
@@ -201,28 +197,7 @@ def phases() -> str:
 
 def sheets() -> str:
     """Every sensor with the figures of its data sheet and the effects that stand for them."""
-    return "\n".join(map(_sheet, SENSORS.values()))
-
-
-def _sheet(sensor: Sensor) -> str:
-    rate = f" At most {sensor.fastest_hz:g} samples a second." if sensor.fastest_hz else ""
-    head = f"**`{sensor.name}`**. {sensor.summary}.{rate} Source: {sensor.document}. Left out: {sensor.left_out}."
-    rows = ((one.quantity, one.words + ("" if one.compared else " †"), _stands(one)) for one in sensor.figures)
-    return head + "\n\n" + _table(("quantity", "data sheet", "effect"), rows)
-
-
-def _stands(figure: Figure) -> str:
-    """The effect of a figure, with the parameters that are drawn by their law."""
-    laws = {key: next(iter(how.model_dump(exclude_none=True).items())) for key, how in figure.spread.items()}
-    drawn = [f"`{key}` {name} {_pair(pair)}" for key, (name, pair) in laws.items()]
-    fixed = [f"`{key}` {_pair(value)}" for key, value in figure.at(SHOWN_HZ).items() if key not in laws]
-    return f"`{figure.effect.name}`: " + ", ".join((*drawn, *fixed))
-
-
-def _pair(value: Any) -> str:
-    numbers = np.atleast_1d(value)
-    same = len(numbers) == 3 and len(set(numbers)) == 1
-    return ", ".join(f"{number:.6g}" for number in (numbers[:1] if same else numbers))
+    return "\n".join(f"{one.head}\n\n{_table(sensor_sheets.HEADS, one.rows)}" for one in sensor_sheets.all_of_them())
 
 
 def variations() -> str:

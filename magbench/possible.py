@@ -97,11 +97,11 @@ def plan(
     from validation.comparison.engine import Processes
     from validation.planning.onward import onward
     from validation.planning.plan import planned
-    from validation.planning.task import task_of
+    from validation.planning.task import Task
 
     goal, size = _goal(target)
     spec, tilts = scenario_from(like, overrides), _tilts(tilt_limits)
-    task = task_of(vehicle, spec, knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
+    task = Task.of(vehicle, spec, knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
     most_s = time_s or task.usual_s
     if after is not None:
         known = experiment_of(recording_from(after, maps=maps), _reference(after, field_enu_nT), noise_std_nT)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from calib.models.ellipsoid import SLOTS, Standardised, is_definite, symmetric
 from calib.models.linked import Estimate, Link
 from calib.models.starts import starts as ellipsoids
+from calib.numerics.points import cross_matrices
 
 Array = NDArray[np.float64]
 TURNED_RAD = 0.7
@@ -40,7 +41,7 @@ def axes_of_gyro(link: Link, u: Array) -> Array:
     u_(i+1) - u_i = u x (Q omega - beta) dt,  u the mean of both: linear least squares in Q and beta, then the rotation
     that is nearest to Q. [Markley1988]
     """
-    mean = _cross((u[1:] + u[:-1]) / 2) * link.step_s[:, None, None]
+    mean = cross_matrices((u[1:] + u[:-1]) / 2) * link.step_s[:, None, None]
     rows = np.concatenate(
         ((mean[:, :, :, None] * link.rate_rad_s[:, None, None, :]).reshape(-1, 9), -mean.reshape(-1, 3)), 1
     )
@@ -79,11 +80,6 @@ def _differences(link: Link) -> Array:
 def _designed(x: Array) -> Array:
     """d (T x - d) / d (T's six, d): (n, 3, 9)."""
     return np.asarray(np.einsum("ipk,nk->nip", SLOTS, np.column_stack((x, np.ones(len(x))))))
-
-
-def _cross(v: Array) -> Array:
-    """[v x] (n, 3, 3) of vectors (n, 3)."""
-    return np.cross(v[:, None, :], np.eye(3)).transpose(0, 2, 1)
 
 
 def _windows(steps: Rotation, window: int) -> tuple[Array, int]:

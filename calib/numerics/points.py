@@ -52,3 +52,10 @@ def lengths(x: Array) -> Array:
     for i in range(len(x)):
         out[i] = np.sqrt(x[i, 0] * x[i, 0] + x[i, 1] * x[i, 1] + x[i, 2] * x[i, 2])
     return out
+
+
+def cross_matrices(v: Array) -> Array:
+    """[v]x (n, 3, 3), so that [v]x a = v x a."""
+    out = np.zeros((len(v), 3, 3))
+    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
+    return out - out.transpose(0, 2, 1)

@@ -92,11 +92,11 @@ def plan(
     from validation.comparison.engine import Processes
     from validation.planning.onward import onward
     from validation.planning.plan import planned
-    from validation.planning.task import task_of
+    from validation.planning.task import Task
 
     goal, size, tilts = _asked(target, tilt_limits)
     with progress(f"planning for the {vehicle}"):
-        task = task_of(vehicle, load(like, set_ or ()), knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
+        task = Task.of(vehicle, load(like, set_ or ()), knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
         most_s = time_s or task.usual_s
         if after is not None:
             return _tell(onward(_after(task, after, noise_std_nT, map_, enu), most_s, size), out, json)

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.models.linked import tangents
 from calib.numerics.chain import chained
+from calib.numerics.points import cross_matrices
 from scenarios.errors import InputError
 from validation.bound.colour import whitened
 from validation.bound.experiment import Experiment
@@ -138,13 +140,13 @@ def norm_and_gyro(known: Experiment) -> Information:
         raise InputError(what, where="--coloured", do="leave it out, or ask with --knowledge norm or vector")
     J = jacobian(known.field_nT / known.strength_nT, SYMMETRIC)
     n, count = len(J), J.shape[2]
-    across = _tangents(known.directions)
+    across = tangents(known.directions)
     seen = known.matrix @ across * known.strength_nT / known.noise_std_nT
     wide = np.concatenate([J / known.noise_std_nT, np.zeros((n, 3, BIAS))], axis=2)
     turns = np.einsum("nai,nab,nbj->nij", across[1:], known.turns, across[:-1], optimize=True)
     drift = np.zeros((n - 1, 2, count + BIAS))
     drift[:, :, count:] = known.step_s[:, None, None] * np.einsum(
-        "nai,nab->nib", across[1:], _cross_matrices(known.directions[1:]), optimize=True
+        "nai,nab->nib", across[1:], cross_matrices(known.directions[1:]), optimize=True
     )
     information = chained(seen, wide, turns, drift, known.gyro_std_rad_s * known.step_s)
     return Information(_without_last(information, BIAS), SYMMETRIC)
@@ -175,19 +177,6 @@ def jacobian(h: Array, places: Places) -> Array:
         if places is SYMMETRIC and i != j:
             J[:, j, 3 + k] += h[:, i]
     return J
-
-
-def _tangents(u: Array) -> Array:
-    """Two unit vectors across each direction (n, 3), in the columns of (n, 3, 2)."""
-    least = np.eye(3)[np.argmin(np.abs(u), axis=1)]
-    first = np.cross(u, least)
-    first /= np.linalg.norm(first, axis=1)[:, None]
-    return np.stack([first, np.cross(u, first)], axis=2)
-
-
-def _cross_matrices(u: Array) -> Array:
-    """[u x] (n, 3, 3) of vectors (n, 3)."""
-    return np.cross(u[:, None, :], np.eye(3)).transpose(0, 2, 1)
 
 
 def _without_last(information: Array, count: int) -> Array:

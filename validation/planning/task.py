@@ -57,19 +57,9 @@ class Task:
     step_deg: float | None = None
 
     @classmethod
-    def by_hand(
-        cls, like: Scenario, knowledge: str = "norm", *, goal: Goal = OFFSET, noise_std_nT: float | None = None
-    ) -> Task:
-        """For a person with the vehicle in the hands, attitudes in steps of HAND_STEP_DEG; a turntable stands in."""
-        table = next(name for name, one in VEHICLES.items() if Ability.POINT in one.abilities)
-        task = cls.of(table, like, knowledge, goal=goal, noise_std_nT=noise_std_nT)
-        shown = Shown(HAND_DEG_S, task.manoeuvre.yaw_deg)
-        return replace(task, name=HAND, manoeuvre=shown, tilts=Tilts(180.0, 90.0), step_deg=HAND_STEP_DEG)
-
-    @classmethod
     def of(
         cls,
-        vehicle: str,
+        who: str,
         like: Scenario,
         knowledge: str = "norm",
         *,
@@ -79,22 +69,23 @@ class Task:
     ) -> Task:
         """For a vehicle with field, sensors and errors of a scenario; tilts: default the vehicle's.
 
+        HAND : a person with the vehicle in the hands, attitudes in steps of HAND_STEP_DEG; a turntable stands in.
+
         Raises InputError for knowledge that depends on the samples' order, and what the vehicle cannot give or do.
         """
         if knowledge not in SAMPLE:
             do = f"plan with --knowledge {' or '.join(SAMPLE)}"
             raise InputError(f"what {knowledge} tells depends on the order of the samples", where="--knowledge", do=do)
+        vehicle = who if who != HAND else next(name for name, one in VEHICLES.items() if Ability.POINT in one.abilities)
         rest = manoeuvre_of(vehicle).phase([Leg(0.0, 0.0, 0.0, 1.0)])
         base = based(vehicle, like, [rest], BEST[knowledge])
-        first = next(iter(flown(plan(base)))).kinematics.q[:1]
-        yaw_deg = float(np.degrees(np.arctan2(*matrix_from_q(first)[0, [1, 0], 0])))
-        manoeuvre = manoeuvre_of(vehicle, round(yaw_deg, 3))
-        tilts = tilts or Tilts(*VEHICLES[vehicle].tilts_deg)
-        if max(tilts.roll_deg, tilts.pitch_deg) > manoeuvre.most_deg:
-            what = f"{VEHICLES[vehicle].noun} shows at most {manoeuvre.most_deg:g} degrees"
-            raise InputError(what, where="--tilt-limits", do="give narrower ones")
         known = scenario_experiment(_resting(base), noise_std_nT)
-        return cls(vehicle, base, known, knowledge, tilts, goal, manoeuvre)
+        yaw_deg = _heading_deg(base)
+        if who == HAND:
+            shown, all_round = Shown(HAND_DEG_S, yaw_deg), tilts or Tilts(180.0, 90.0)
+            return cls(who, base, known, knowledge, all_round, goal, shown, step_deg=HAND_STEP_DEG)
+        manoeuvre = manoeuvre_of(vehicle, yaw_deg)
+        return cls(who, base, known, knowledge, _allowed(vehicle, manoeuvre, tilts), goal, manoeuvre)
 
     @property
     def angles_deg(self) -> Array:
@@ -158,20 +149,19 @@ class Task:
         return replace(self, base=_validated(as_dict(self.base) | field), known=known, before=told)
 
 
-def task_of(
-    vehicle: str,
-    like: Scenario,
-    knowledge: str = "norm",
-    *,
-    tilts: Tilts | None = None,
-    goal: Goal = OFFSET,
-    noise_std_nT: float | None = None,
-) -> Task:
-    """`Task.of` a vehicle, or `Task.by_hand`."""
-    if vehicle != HAND:
-        return Task.of(vehicle, like, knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
-    task = Task.by_hand(like, knowledge, goal=goal, noise_std_nT=noise_std_nT)
-    return task if tilts is None else replace(task, tilts=tilts)
+def _heading_deg(base: Scenario) -> float:
+    """Yaw of the vehicle at the start."""
+    first = next(iter(flown(plan(base)))).kinematics.q[:1]
+    return round(float(np.degrees(np.arctan2(*matrix_from_q(first)[0, [1, 0], 0]))), 3)
+
+
+def _allowed(vehicle: str, manoeuvre: Manoeuvre, tilts: Tilts | None) -> Tilts:
+    """The tilts asked for, else the vehicle's; InputError for more than it can show."""
+    asked = tilts or Tilts(*VEHICLES[vehicle].tilts_deg)
+    if max(asked.roll_deg, asked.pitch_deg) > manoeuvre.most_deg:
+        what = f"{VEHICLES[vehicle].noun} shows at most {manoeuvre.most_deg:g} degrees"
+        raise InputError(what, where="--tilt-limits", do="give narrower ones")
+    return asked
 
 
 def based(vehicle: str, like: Scenario, phases: Sequence[PhaseBase], calibrator: str) -> Scenario:

@@ -18,7 +18,7 @@ from validation.comparison.engine import Here
 from validation.outputs.plan import write_plan
 from validation.planning.manoeuvre import Leg
 from validation.planning.plan import Plan, planned
-from validation.planning.task import Task
+from validation.planning.task import HAND, Task
 from validation.planning.words import attitude, headline
 
 MOST_RATIO = 1.2
@@ -112,7 +112,7 @@ def test_a_target_that_is_not_met_is_said_so(auv: Plan) -> None:
 
 
 def test_by_hand_in_few_attitudes_that_a_person_can_show() -> None:
-    found = planned(Task.by_hand(load("standard-full"), noise_std_nT=10.0), 120.0)
+    found = planned(Task.of(HAND, load("standard-full"), noise_std_nT=10.0), 120.0)
     assert found.error < MOST_RATIO * found.least.value
     assert all(angle % 45 == 0 for leg in found.choice.legs for angle in leg.angles_deg)
     assert all(leg.amount >= 3.0 - 1e-6 for leg in found.choice.legs)
