@@ -123,6 +123,13 @@ class Effect(ABC):
         label = self.apply(state, signal_nT, rng, memory)
         return label if self.active_s is None else np.where(self.acts(state.time_s)[:, None], label, 0.0)
 
+    def conventions(self, state: State, signal_nT: Array) -> Array:
+        """Columns (n, 3, k) by which it would differ if it were counted from elsewhere: another temperature, slope.
+
+        A change of the iron along these is no finding of its own beside the effect.
+        """
+        return np.zeros((len(state), 3, 0))
+
     def problem(self) -> str | None:
         """What is wrong with the parameters taken together, if anything; each alone is checked before."""
         return None

@@ -75,6 +75,10 @@ def felt(u: Array, order: int, late: Late, lag_s: float, interval_s: float, memo
         return powers(first_order_lag(u[:, None], lag_s, interval_s, memory)[:, 0], order)
     return first_order_lag(powers(u, order), lag_s, interval_s, memory)
 
+    def conventions(self, state: State, signal_nT: Array) -> Array:
+        """Another value of x at which it contributes nothing."""
+        return np.tile(np.eye(3), (len(state), 1, 1))
+
 
 def powers(u: Array, order: int) -> Array:
     """Powers 1 to `order` (n, order) of u (n,), which go on along their tangents beyond -1 and 1.

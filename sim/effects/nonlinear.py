@@ -40,6 +40,11 @@ class Nonlinearity(Effect):
         ratio = signal_nT / self.reference_nT
         return signal_nT * ratio * (array(self.second_order) + array(self.third_order) * ratio)
 
+    def conventions(self, state: State, signal_nT: Array) -> Array:
+        """Another slope and another value at zero, from which a bend is counted."""
+        slopes = signal_nT[:, :, None] * np.eye(3)
+        return np.concatenate([slopes, np.tile(self.reference_nT * np.eye(3), (len(state), 1, 1))], axis=2)
+
 
 @frozen
 class Hysteresis(Effect):

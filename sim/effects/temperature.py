@@ -44,6 +44,10 @@ class TemperatureScale(Effect):
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return signal_nT * (_felt_degC(state, self.lag_s, memory) - self.reference_degC) * array(self.slope_1_K)
 
+    def conventions(self, state: State, signal_nT: Array) -> Array:
+        """Another temperature at which it contributes nothing."""
+        return (signal_nT * array(self.slope_1_K))[:, :, None]
+
 
 @frozen
 class TemperatureOffset(Effect):
@@ -62,6 +66,10 @@ class TemperatureOffset(Effect):
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         return (_felt_degC(state, self.lag_s, memory) - self.reference_degC) * array(self.slope_nT_K)
+
+    def conventions(self, state: State, signal_nT: Array) -> Array:
+        """Another temperature at which it contributes nothing."""
+        return np.tile(array(self.slope_nT_K)[:, None], (len(state), 1, 1))
 
 
 def _felt_degC(state: State, lag_s: float, memory: Memory) -> Array:

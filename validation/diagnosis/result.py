@@ -55,8 +55,9 @@ class Named:
     """One effect that is missing in the model: fitted, with 95 % intervals, and those that it may be mistaken for.
 
     nats: evidence on held-out data, of which so many were `needed`; strength: rms after the base refit, in noise;
-    spread: standard deviations of each parameter's components. Of a curve, covariance (k, k): of its linear
-    coefficients; rivals: channels that do as well.
+    spread: standard deviations of each parameter's components; also: what belongs to it and is no cause of its own,
+    such as another motor, a harmonic, or the iron that goes with a reference. Of a curve, covariance (k, k): of its
+    linear coefficients; rivals: channels that do as well.
     """
 
     effect: Effect
@@ -69,11 +70,17 @@ class Named:
     needed: float | None = None
     covariance: Array | None = None
     rivals: tuple[str, ...] = ()
+    also: tuple[Effect, ...] = ()
 
     @property
     def name(self) -> str:
         """The effect's name."""
         return self.effect.name
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effect, and what belongs to it."""
+        return (self.effect, *self.also)
 
 
 @dataclass(frozen=True)
@@ -191,6 +198,10 @@ def _effect(one: Named) -> dict[str, Any]:
         "name": one.name,
         "alternatives": list(one.alternatives),
         "parameters": parameters(one),
+        "also": [
+            {"name": effect.name, "parameters": {p.name: getattr(effect, p.name) for p in effect.parameters()}}
+            for effect in one.also
+        ],
         "evidence": one.evidence,
         "how": one.how,
         "evidence_nats": one.nats,

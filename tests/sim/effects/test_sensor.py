@@ -157,3 +157,23 @@ def test_offset_jumps_at_its_time(states):
     label = label_of(OffsetJump(1.0, (5, 0, -3)), replace(states(100), time_s=np.arange(100) * 0.02))
     assert not label[:50].any()
     assert (label[50:] == [5, 0, -3]).all()
+
+
+@pytest.mark.parametrize("effect", [TemperatureOffset((2, -3, 1)), TemperatureScale((1e-4, 2e-4, -1e-4))])
+def test_another_reference_temperature_is_a_convention(effect, states):
+    """Counted from a temperature 7 degrees higher it differs by -7 of its one convention."""
+    state = states(50)
+    higher = replace(effect, reference_degC=effect.reference_degC + 7)
+    change = label_of(higher, state) - label_of(effect, state)
+    np.testing.assert_allclose(change, -7 * effect.conventions(state, state.field_nT)[:, :, 0], atol=1e-9)
+
+
+def test_a_bend_may_be_counted_from_another_slope_and_another_zero(states):
+    """A cubic less its tangent at another point is within its conventions and its own forms."""
+    state = states(200)
+    x = state.field_nT[:, 0] / 5e4
+    bent = (x - 0.3) ** 3 * 50
+    own = Nonlinearity.basis(state, state.field_nT)[:, 0, :]
+    columns = np.column_stack([own, Nonlinearity((1e-3, 0, 0)).conventions(state, state.field_nT)[:, 0]])
+    left = bent - columns @ np.linalg.lstsq(columns, bent, rcond=None)[0]
+    assert np.abs(left).max() < 1e-6

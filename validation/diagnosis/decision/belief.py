@@ -18,11 +18,15 @@ from validation.diagnosis.evidence.stated import states_wander
 
 @dataclass(frozen=True)
 class Belief:
-    """Effects found, changes of the iron and slow noise that are believed."""
+    """Effects found, changes of the iron and slow noise that are believed.
+
+    counted: changes of the iron that belong to what an effect is counted from, and are no findings.
+    """
 
     selection: Selection
     found: tuple[Accepted, ...]
     iron: tuple[Accepted, ...] = ()
+    counted: tuple[Accepted, ...] = ()
     noise: SlowNoise | None = None
 
     @property
@@ -69,7 +73,8 @@ def iron_differs(belief: Belief) -> Belief:
     """Where the model's iron is known, what differs from it is a finding too."""
     if not belief.selection.end.problem.iron_known:
         return belief
-    return replace(belief, iron=iron_changes(belief.selection))
+    changes = iron_changes(belief.selection)
+    return replace(belief, iron=changes.found, counted=changes.counted)
 
 
 def wander_moves_the_mean(belief: Belief) -> Belief:

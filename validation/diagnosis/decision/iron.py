@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,15 +17,40 @@ from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
 
 
-def iron_changes(selection: Selection) -> tuple[Accepted, ...]:
-    """What of the base differs from the model as it was given: iron, offset, scale, axes, turn; vector mode only.
+@dataclass(frozen=True)
+class IronChanges:
+    """Changes of the iron: those that are findings, and those that belong to what an effect is counted from."""
 
-    Its alternatives are also the effects that look like that change on this motion.
-    """
-    problem = selection.end.problem
-    if problem.mode != "vector":
-        return ()
-    ground, members, others = _unfitted(selection), changes_of_iron(), _listed(problem, selection.without)
+    found: tuple[Accepted, ...]
+    counted: tuple[Accepted, ...]
+
+
+def iron_changes(selection: Selection) -> IronChanges:
+    """What of the base differs from the model as it was given: iron, offset, scale, axes, turn; vector mode only."""
+    if selection.end.problem.mode != "vector":
+        return IronChanges((), ())
+    ground, conventions = _unfitted(selection), _conventions(selection)
+    every = _changes(selection, ground)
+    if not conventions.shape[2] or not every:
+        return IronChanges(every, ())
+    beyond = _changes(selection, ground.beside(conventions))
+    names = {one.name for one in beyond}
+    return IronChanges(beyond, tuple(one for one in every if one.name not in names))
+
+
+def _conventions(selection: Selection) -> Array:
+    """Columns (n, q, k) by which the effects would differ if they were counted from elsewhere."""
+    problem, columns = selection.end.problem, [np.zeros((*selection.end.problem.target.shape, 0))]
+    for one in selection.found:
+        effect = one.evidence.candidate.made(one.evidence.coefficients)
+        columns.append(problem.whitened(effect.conventions(problem.state, problem.clean_nT), effect.stage))
+    return np.concatenate(columns, axis=2)
+
+
+def _changes(selection: Selection, ground: Ground) -> tuple[Accepted, ...]:
+    """Changes of the iron on a ground; alternatives are also the effects that look like one on this motion."""
+    problem, members = selection.end.problem, changes_of_iron()
+    others = _listed(problem, selection.without)
     found: list[Accepted] = []
     while len(found) < problem.policy.most_effects:
         ranking = ranked(ground, members)

@@ -33,12 +33,12 @@ def confirmed(
     problem = posed(second, model, field_enu_nT, strength_nT, policy=found.problem.policy)
     if problem.mode != "vector":
         return found
-    fixed = [one.effect for one in found.named if one.how in FITTED]
+    fixed = [effect for one in found.named if one.how in FITTED for effect in one.effects]
 
     def upgraded(one: Named) -> Named:
         if one.how not in FITTED or one.effect.clues.one_run:
             return one
-        others = [effect for effect in fixed if effect is not one.effect]
+        others = [effect for effect in fixed if not any(effect is own for own in one.effects)]
         borne_out = evidence_there(problem, fixed, others) > problem.policy.apart
         return replace(one, evidence=Reach.TRANSFERRED) if borne_out else one
 

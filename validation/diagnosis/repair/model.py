@@ -37,7 +37,7 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
 
     A scenario keeps its vehicle and motion; its `vary` goes, for this is now one instrument.
     """
-    new = [one.effect for one in named]
+    new = [effect for one in named for effect in one.effects]
     if not problem.iron_known:
         matrix = problem.turn - np.eye(3)
         field_nT = apply_deterministic([one for one in new if one.stage == "field"], problem.state)[0]

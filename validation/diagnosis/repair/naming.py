@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,15 +64,35 @@ def _refined(problem: LinearProblem, belief: Belief) -> list[Named]:
     everything = np.ones(len(problem.recording), bool)
     fine = refined(problem, _made(belief), everything, V, refit_iron=not problem.iron_known)
     rests_on = [(one, How.HELD_OUT) for one in belief.found] + [(one, How.IRON) for one in belief.iron]
-    return [
+    named = [
         Named(effect, one.alternatives, how, one.evidence.nats, one.evidence.strength, spread, needed=one.needed)
-        for effect, spread, (one, how) in zip(fine.effects, fine.spread, rests_on, strict=True)
+        for effect, spread, (one, how) in zip(fine.effects, fine.spread, rests_on, strict=False)
     ]
+    return _as_causes(problem, named, fine.effects[len(named) :])
+
+
+def _as_causes(problem: LinearProblem, named: Sequence[Named], counted: Sequence[Effect]) -> list[Named]:
+    """One name a cause: what is found again under a name, and the iron that its convention brings, belong to it."""
+    out: dict[tuple[str, How], Named] = {}
+    for one in named:
+        key = (one.name, one.how)
+        out[key] = _joined(out[key], one) if key in out else one
+    owners = [key for key, one in out.items() if one.effect.conventions(problem.state, problem.clean_nT).shape[2]]
+    if owners and counted:
+        out[owners[0]] = replace(out[owners[0]], also=(*out[owners[0]].also, *counted))
+    return list(out.values())
+
+
+def _joined(first: Named, again: Named) -> Named:
+    others = dict.fromkeys((*first.alternatives, *again.alternatives))
+    return replace(
+        first, alternatives=tuple(name for name in others if name != first.name), also=(*first.also, again.effect)
+    )
 
 
 def _made(belief: Belief) -> list[Effect]:
-    both = (*belief.found, *belief.iron)
-    return [one.evidence.candidate.made(one.evidence.coefficients) for one in both]
+    everything = (*belief.found, *belief.iron, *belief.counted)
+    return [one.evidence.candidate.made(one.evidence.coefficients) for one in everything]
 
 
 def noise_of(belief: Belief, others: Sequence[Named]) -> list[Named]:

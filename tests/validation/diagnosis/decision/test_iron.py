@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.validation.diagnosis.synthetic import STRENGTH_NT, problem
+from validation.diagnosis.decision.belief import believed
 from validation.diagnosis.decision.iron import iron_changes
 from validation.diagnosis.decision.selection import select
+from validation.diagnosis.repair.naming import names_of
 
 
 def test_a_far_origin_of_a_gradient_is_no_change_of_the_iron() -> None:
@@ -16,10 +19,36 @@ def test_a_far_origin_of_a_gradient_is_no_change_of_the_iron() -> None:
     origin = np.linalg.solve(G, 40.0 * along)
     found = select(problem(hidden={"field_gradient": {"gradient_nT_m": G.tolist(), "origin_enu_m": origin.tolist()}}))
     assert [one.name for one in found.found] == ["field_gradient"]
-    assert iron_changes(found) == ()
+    assert iron_changes(found).found == ()
+
+
+def test_another_reference_temperature_is_counted_with_its_effect() -> None:
+    """``k (T - 26)`` is ``k (T - 20)`` and a hard iron of -6 k; another hard iron is a finding."""
+    slope = np.array([2.0, -3.0, 1.5])
+    hidden = {"temperature_offset": {"slope_nT_K": slope.tolist(), "reference_degC": 26.0}}
+    alone = iron_changes(select(problem(hidden=hidden)))
+    assert alone.found == ()
+    assert [one.name for one in alone.counted] == ["hard_iron"]
+    assert alone.counted[0].evidence.coefficients == pytest.approx(-6 * slope, abs=0.5)
+    both = iron_changes(select(problem(hidden={**hidden, "hard_iron": {"offset_nT": [20.0, 30.0, 10.0]}})))
+    assert [one.name for one in both.found] == ["hard_iron"]
+
+
+def test_one_effect_with_two_parts_is_one_name() -> None:
+    """Two motors whose fields differ are one cause, whose second part goes into the model with the first."""
+    gains = [{"gain_nT_A": [6.0, -3.0, 4.0], "motor": 1}, {"gain_nT_A": [-4.0, 5.0, 2.0], "motor": 2}]
+    posed = problem(hidden={"motor_current": gains})
+    belief = believed(select(posed))
+    assert [one.name for one in belief.found] == ["motor_current"] * 2
+    (named,) = names_of(posed, belief, ())
+    field = sum(
+        effect.apply(posed.state, posed.state.field_nT, np.random.default_rng(0), {}) for effect in named.effects
+    )
+    expected = sum(posed.state.channel(f"current_{g['motor']}_A")[:, None] * np.array(g["gain_nT_A"]) for g in gains)
+    assert np.std(field - expected) < 0.1 * np.std(expected)
 
 
 def test_a_scale_that_differs_is_a_change_of_the_iron() -> None:
     found = select(problem(hidden={"scale": {"error": [1e-3, -1e-3, 5e-4]}}))
     assert found.found == ()
-    assert [one.name for one in iron_changes(found)] == ["scale"]
+    assert [one.name for one in iron_changes(found).found] == ["scale"]
