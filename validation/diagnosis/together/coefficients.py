@@ -98,6 +98,15 @@ def left_out_gains(several: Sequence[Estimate]) -> Array:
     return np.array([one.gain(c) for one, c in zip(several, foretold(several), strict=True)])
 
 
+def size_over(one: Estimate, c: Array) -> tuple[float, float] | None:
+    """The factor a by which coefficients (k,) best explain an estimate, ``a = c^T g / c^T N c``, and its std.
+
+    None where they explain nothing there whatever the factor.
+    """
+    information = float(c @ one.N @ c)
+    return (float(c @ one.g) / information, information**-0.5) if information > 0 else None
+
+
 def inverse(N: Array) -> Array:
     """Pseudo-inverse of an information matrix (k, k), whatever the units of its coefficients."""
     size = _scale(N)

@@ -14,17 +14,19 @@ from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import How, Named, Reach
-from validation.diagnosis.together.coefficients import Estimate, agreement, inverse
+from validation.diagnosis.together.coefficients import Estimate, agreement, foretold, inverse, size_over
 from validation.diagnosis.together.reach import Finding, There
 from validation.diagnosis.together.selection import Chosen
 from validation.diagnosis.together.values import parameters_of
+from validation.signals.size import rms
 
 
 @dataclass(frozen=True)
 class Common:
     """One effect in n recordings: pooled, in each by itself (None: not known there), and whether they agree.
 
-    chi2, degrees, p: of the differences between the recordings; None where nothing is fitted.
+    chi2, degrees, p: of the differences between the recordings; None where nothing is fitted. ratios: of the size in
+    each recording to that in the others, with its standard deviation.
     """
 
     named: Named
@@ -33,6 +35,7 @@ class Common:
     chi2: float | None
     degrees: int
     p: float | None
+    ratios: tuple[tuple[float, float] | None, ...] = ()
 
     @property
     def name(self) -> str:
@@ -70,7 +73,15 @@ def _of_finding(
         own = asked.estimate
         effect, spread = parameters_of(candidate, own.c, own.covariance, problem)
         each.append(Named(effect, (), How.HELD_OUT, asked.held / asked.inflation, asked.strength, spread, reach))
-    return Common(named, tuple(each), one.there, agree.chi2, agree.degrees, agree.p)
+    ratios = _ratios([None if asked is None else asked.estimate for asked in one.joint.asked])
+    return Common(named, tuple(each), one.there, agree.chi2, agree.degrees, agree.p, ratios)
+
+
+def _ratios(several: Sequence[Estimate | None]) -> tuple[tuple[float, float] | None, ...]:
+    """Size of each estimate over that of all others; None where one is missing or the others have none."""
+    there = [one for one in several if one is not None]
+    found = iter(size_over(one, c) for one, c in zip(there, foretold(there), strict=True))
+    return tuple(None if one is None else next(found) for one in several)
 
 
 def changes_of_iron(several: Sequence[Sequence[Accepted]], problems: Sequence[LinearProblem]) -> list[Common]:
@@ -88,17 +99,25 @@ def _several(each: Iterable[object]) -> bool:
 def _iron(each: Sequence[Accepted | None], problems: Sequence[LinearProblem], policy: Policy) -> Common:
     found = [one for one in each if one is not None]
     agree = agreement([estimate_of(one.evidence) for one in found], policy.same_coefficient)
-    same = agree.p > policy.not_transferred_alarm
-    everywhere = len(found) == len(each)
-    reach = Reach.NOT_TRANSFERRED if not same else Reach.TRANSFERRED if everywhere else Reach.SOME
-    shared = [name for name in found[0].alternatives if all(name in one.alternatives for one in found)]
-    strength = float(np.sqrt(np.mean([one.evidence.strength**2 for one in found])))
-    nats = sum(one.evidence.nats for one in found)
-    candidate = found[0].evidence.candidate
-    effect, spread = parameters_of(candidate, agree.c, agree.covariance, problems[0])
-    named = Named(effect, tuple(shared), How.IRON, nats, strength, spread, reach)
+    reach = _reach(agree.p > policy.not_transferred_alarm, each)
+    nats, strength = sum(one.evidence.nats for one in found), rms(np.array([one.evidence.strength for one in found]))
+    effect, spread = parameters_of(found[0].evidence.candidate, agree.c, agree.covariance, problems[0])
+    named = Named(effect, _in_all([one.alternatives for one in found]), How.IRON, nats, strength, spread, reach)
     own = tuple(_iron_in_one(one, reach, problems[0]) for one in each)
-    return Common(named, own, _marks(each), agree.chi2, agree.degrees, agree.p)
+    ratios = _ratios([None if one is None else estimate_of(one.evidence) for one in each])
+    return Common(named, own, _marks(each), agree.chi2, agree.degrees, agree.p, ratios)
+
+
+def _reach(same: bool, each: Sequence[object]) -> Reach:
+    """How far what some recordings show reaches, whether or not it is the same in them."""
+    if not same:
+        return Reach.NOT_TRANSFERRED
+    return Reach.SOME if None in each else Reach.TRANSFERRED
+
+
+def _in_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    """Names that every list holds, in the order of the first."""
+    return tuple(name for name in several[0] if all(name in other for other in several))
 
 
 def _iron_in_one(one: Accepted | None, reach: Reach, problem: LinearProblem) -> Named | None:
@@ -126,9 +145,7 @@ def seen_by_values(several: Sequence[Sequence[Named]], policy: Policy) -> list[C
 def _size(each: Sequence[Named | None], policy: Policy) -> Common:
     found = sorted((one for one in each if one is not None), key=lambda one: main_size(one.effect))
     alike = main_size(found[-1].effect) <= policy.stated_margin * main_size(found[0].effect)
-    everywhere = len(found) == len(each)
-    reach = Reach.NOT_TRANSFERRED if not alike else Reach.TRANSFERRED if everywhere else Reach.SOME
-    named = replace(found[len(found) // 2], evidence=reach)
+    named = replace(found[len(found) // 2], evidence=_reach(alike, each))
     return Common(named, tuple(each), _marks(each), None, 0, None)
 
 

@@ -20,7 +20,7 @@ from validation.diagnosis.repair.naming import noise_of
 from validation.diagnosis.result import GapSize, How, Named, Reach
 from validation.diagnosis.together.coefficients import foretold
 from validation.diagnosis.together.common import Common, changes_of_iron, fitted_effect, seen_by_values
-from validation.diagnosis.together.reach import There
+from validation.diagnosis.together.reach import Finding, There
 from validation.diagnosis.together.selection import Chosen, Member
 from validation.diagnosis.verdict import Verdict
 from validation.signals.size import rms
@@ -65,26 +65,37 @@ class Lot:
         return believed(replace(selection, found=tuple(found), end=ground, after=after))
 
     def left(self, i: int) -> Array:
-        """What the effects leave (n, q) in one recording with the coefficients that the others give."""
+        """What the effects leave (n, q) in one recording with the coefficients that the others give.
+
+        Where coefficients differ from recording to recording its own are fitted beside its iron.
+        """
         member = self.members[i]
-        target = member.problem.target
+        target, inside = member.problem.target, [member.seen.belief.selection.start.inside, *_events(member)]
         for one in self.chosen:
-            c = _coefficients(one, i)
-            if c is not None:
-                target = target - one.finding.joint.candidate.columns(member.problem) @ c
-        return Ground.of(replace(member.problem, target=target), member.ground.inside).residual()
+            finding = one.finding
+            if finding.joint.asked[i] is None or finding.there[i] is There.ABSENT:
+                continue
+            columns = finding.joint.candidate.columns(member.problem)
+            if finding.reach is Reach.NOT_TRANSFERRED:
+                inside.append(columns)
+            else:
+                target = target - columns @ _foretold(finding, i)
+        return Ground.of(replace(member.problem, target=target), np.concatenate(inside, axis=2)).residual()
 
 
-def _coefficients(one: Chosen, i: int) -> Array | None:
-    """Those that the other recordings give (k,); its own where coefficients differ, none where the effect is absent."""
-    asked, there = one.finding.joint.asked, one.finding.there
-    mine = asked[i]
-    if mine is None or there[i] is There.ABSENT:
-        return None
-    if one.finding.reach is Reach.NOT_TRANSFERRED:
-        return mine.estimate.c
-    some = [j for j, other in enumerate(asked) if other is not None and there[j] is not There.ABSENT]
-    return np.asarray(foretold([other.estimate for j in some if (other := asked[j])])[some.index(i)])
+def _events(member: Member) -> list[Array]:
+    return [one.columns(member.problem) for one in member.events]
+
+
+def _foretold(finding: Finding, i: int) -> Array:
+    """Coefficients (k,) that the other recordings give."""
+    there = [
+        (j, one.estimate)
+        for j, (one, says) in enumerate(zip(finding.joint.asked, finding.there, strict=True))
+        if one is not None and says is not There.ABSENT
+    ]
+    place = [j for j, _ in there].index(i)
+    return np.asarray(foretold([estimate for _, estimate in there])[place])
 
 
 @dataclass(frozen=True)

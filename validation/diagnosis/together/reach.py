@@ -39,35 +39,29 @@ class Finding:
     agreement: Agreement
 
 
-def finding(joint: Joint, named_by: Sequence[bool], needed: float, policy: Policy) -> Finding:
-    """How far an effect reaches.
+def finding(joint: Joint, needed: float, policy: Policy) -> Finding:
+    """How far an effect reaches; needed : nats of the others' coefficients above which it is believed.
 
-    named_by (n,): whether each recording's own diagnosis names it. needed : nats above which the lot believes it.
+    Of another size from recording to recording it is believed too, as long as the others' size explains more than none.
     """
     everyone = [i for i, one in enumerate(joint.asked) if one is not None]
     there = _there(joint, everyone, policy)
     some = [i for i in everyone if there[i] is There.PRESENT]
     total, agree = _common(joint, everyone, policy)
-    if _holds(total, agree, needed, policy):
+    if _holds(joint, total, agree, needed) and agree.p > policy.not_transferred_alarm:
         return Finding(joint, Reach.TRANSFERRED, total, there, agree)
     if len(some) < 2:
         return Finding(joint, None, total, there, agree)
     part, agree_there = _common(joint, some, policy)
-    if There.ABSENT in there and _holds(part, agree_there, needed, policy):
-        return Finding(joint, Reach.SOME, part, there, agree_there)
-    seen = max(total, part) > needed or _named_by_several(joint, some, named_by, needed)
-    nats = max(part, sum(_own(joint.asked[i]) for i in some))
-    return Finding(joint, Reach.NOT_TRANSFERRED if seen else None, nats, there, agree_there)
+    believed = _holds(joint, max(total, part), agree_there, needed)
+    same = There.ABSENT in there and part > needed and agree_there.p > policy.not_transferred_alarm
+    reach = Reach.SOME if same else Reach.NOT_TRANSFERRED
+    return Finding(joint, reach if believed else None, max(total, part), there, agree_there)
 
 
-def _holds(nats: float, agree: Agreement, needed: float, policy: Policy) -> bool:
-    """Whether common coefficients explain enough, and are common."""
-    return nats > needed and agree.p > policy.not_transferred_alarm
-
-
-def _named_by_several(joint: Joint, some: Sequence[int], named_by: Sequence[bool], needed: float) -> bool:
-    """Whether more than one recording's own diagnosis names it on as much evidence as the lot needs."""
-    return sum(named_by[i] and _own(joint.asked[i]) > needed for i in some) > 1
+def _holds(joint: Joint, nats: float, agree: Agreement, needed: float) -> bool:
+    """Whether common coefficients explain enough, and are such as the effect can have."""
+    return nats > needed and joint.candidate.possible(agree.c)
 
 
 def _own(one: Asked | None) -> float:
@@ -93,7 +87,7 @@ def _one(joint: Joint, i: int, others: Sequence[int], policy: Policy) -> There:
     one = joint.asked[i]
     if one is None:
         return There.UNASKED
-    if _own(one) > policy.apart:
+    if _own(one) > policy.apart and joint.candidate.possible(one.estimate.c):
         return There.PRESENT
     c = _pooled([other for j in others if (other := joint.asked[j]) is not None])
     gain = 0.0 if c is None else one.estimate.gain(c)

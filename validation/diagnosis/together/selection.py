@@ -57,10 +57,6 @@ class Member:
         """What its own diagnosis finds and another recording can show."""
         return [one for one in self.seen.belief.found if one not in self.events]
 
-    def names(self, name: str) -> bool:
-        """Whether its own diagnosis has an effect in its list."""
-        return any(name in (one.name, *one.alternatives) for one in self.named)
-
     def beside(self, candidate: Candidate) -> Member:
         """The same with a further effect in, where the recording holds its causes."""
         columns = columns_in(candidate, self.problem)
@@ -137,7 +133,7 @@ def _best(members: Sequence[Member], settings: Settings, chosen: Sequence[Chosen
 def _finding(joint: Joint, members: Sequence[Member], *, coloured: bool) -> Finding:
     policy = members[0].problem.policy
     needed = policy.coloured_nats if coloured else policy.accepted_together(len(EFFECTS))
-    return finding(joint, [one.names(joint.name) for one in members], needed, policy)
+    return finding(joint, needed, policy)
 
 
 def _tried(

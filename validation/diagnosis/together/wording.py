@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from validation.diagnosis.decision.wording import LISTED_CHANNELS, ways_to_tell, words_of
-from validation.diagnosis.result import How, Reach
+from validation.diagnosis.result import NORMAL_95, How, Reach
 from validation.diagnosis.together.common import Common
 from validation.diagnosis.together.reach import There
 from validation.diagnosis.together.result import Together
+from validation.text import figure
 
 
 def sentence_together(found: Together) -> str:
@@ -18,13 +19,18 @@ def sentence_together(found: Together) -> str:
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
     return found.verdict.sentence(
         causes="; ".join(f"{words_of(one.named)}, {reach_of(one)}" for one in found.common),
-        share=f" ({100 * (explained or 0.0):.0f} % of the gap, each recording by the coefficients of the others)"
-        if seen
-        else "",
+        share=_share(found) if seen else "",
         left="; ".join(found.left),
         nearest="",
         goes_with=f"; it goes with {channels}" if channels else "",
     )
+
+
+def _share(found: Together) -> str:
+    fitted = [one for one in found.common if one.named.how is How.HELD_OUT]
+    own = all(one.reach is Reach.NOT_TRANSFERRED for one in fitted)
+    whose = "its own coefficients" if own else "the others' coefficients"
+    return f"; in each recording {whose} explain {100 * (found.gap.explained or 0.0):.0f} % of the gap"
 
 
 def reach_of(one: Common) -> str:
@@ -50,13 +56,22 @@ def _of_differences(found: Together) -> Iterator[str]:
     for one in found.common:
         if one.reach is Reach.NOT_TRANSFERRED:
             yield (
-                f"{one.name} does not transfer: its size differs between the recordings. Ask what was changed between "
-                "them (mount, load, power, settings), and calibrate each state by itself."
+                f"{one.name} does not transfer{_odd_one(found, one)}. Ask what was changed between the recordings "
+                "(mount, load, power, settings), and calibrate each state by itself."
             )
         if one.reach is Reach.SOME:
             without = [name for name, there in zip(found.names, one.there, strict=True) if there is There.ABSENT]
             if without:
                 yield f"{one.name} is not in {', '.join(without)}: ask what was on or mounted in the others only."
+
+
+def _odd_one(found: Together, one: Common) -> str:
+    """The recording that differs most from all others, and by what factor."""
+    known = [(name, *ratio) for name, ratio in zip(found.names, one.ratios, strict=False) if ratio is not None]
+    if not known:
+        return ""
+    name, ratio, std = max(known, key=lambda each: abs(each[1] - 1) / each[2])
+    return f": {name} has {figure(ratio)} times the size that the others have (+-{figure(NORMAL_95 * std, 1)})"
 
 
 def _of_one_alone(found: Together) -> Iterator[str]:

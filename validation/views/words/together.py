@@ -25,14 +25,21 @@ def headline(found: Together) -> str:
 
 def value_rows(found: Together, one: Common) -> Iterator[tuple[str, ...]]:
     """Recording, what it says, parameter, value, low, high, unit; the pooled value first."""
-    for name, value, low, high, unit in parameter_rows(one.named):
-        yield (POOLED, reach_of(one), name, value, low or "", high or "", unit)
+    for row in parameter_rows(one.named):
+        yield (POOLED, reach_of(one), *_cells(row))
     for recording, says, mine in zip(found.names, one.there, one.each, strict=True):
-        if mine is None:
-            yield (recording, str(says), "", "", "", "", "")
-            continue
-        for name, value, low, high, unit in parameter_rows(mine):
-            yield (recording, str(says), name, value, low or "", high or "", unit)
+        rows = [] if mine is None else [row for row in parameter_rows(mine) if _is_own(row, one)]
+        for cells in map(_cells, rows) if rows else [("",) * 5]:
+            yield (recording, str(says), *cells)
+
+
+def _cells(row: tuple[str | None, ...]) -> tuple[str, ...]:
+    return tuple(cell or "" for cell in row)
+
+
+def _is_own(row: tuple[str | None, ...], one: Common) -> bool:
+    """Whether a row of one recording is no setting that all of them share."""
+    return one.p is None or row[2] is not None
 
 
 def agreement_line(one: Common) -> str:
