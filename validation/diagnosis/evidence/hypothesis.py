@@ -79,6 +79,17 @@ def informations(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest
     return [N[np.ix_(g, g)] for g in groups]
 
 
+def information_by_part(rows: Rows, inside: Array, columns: Array, rest: Rest, parts: int) -> list[Array]:
+    """The same products (k + 1, k + 1) of one group of columns, summed over each of so many parts of the rows."""
+    stacked = np.concatenate([rows.base, inside, columns, rows.target[:, :, None]], axis=2)
+    z, _ = rest.whitened(rows.row_s, rows.count, stacked)
+    free, k = _without_base(z, rows.base.shape[2])[0], inside.shape[2]
+    N = _products(free)
+    taken = np.linalg.pinv(N[:k, :k], rcond=1e-12, hermitian=True) @ N[:k, k:]
+    left = free[:, :, k:] - free[:, :, :k] @ taken
+    return [_products(part) for part in np.array_split(left, parts)]
+
+
 def _without_base(z: Array, p: int) -> tuple[Array, Array]:
     """Columns (n, q, j) less their part along the first p, each output by itself, and that part's coefficients."""
     B, others = z[:, :, :p], z[:, :, p:]

@@ -10,25 +10,25 @@ import numpy as np
 
 from sim.state import Array, State
 from validation.diagnosis.evidence.compare import search_price
-from validation.diagnosis.evidence.hypothesis import Hypothesis, informations, white
+from validation.diagnosis.evidence.hypothesis import Hypothesis, information_by_part, white
 from validation.diagnosis.evidence.standing import Beside
 from validation.diagnosis.library.candidates import Candidate, missing_channels
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.together.coefficients import Estimate, left_out_gains
+from validation.diagnosis.together.coefficients import Estimate, left_out_gains, with_scatter
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
     """A candidate in one recording: its columns (n, q, k) in rows, and the hypothesis that it is there.
 
-    products (k + 1, k + 1): of the whitened columns and the target, see `informations`; without: by how many nats the
-    rest alone explains more with a colour of its own than with this one.
+    parts: products (k + 1, k + 1) of the whitened columns and the target over parts of the recording; without: by how
+    many nats the rest alone explains more with a colour of its own than with this one; held: nats on held-out folds.
     """
 
     beside: Beside
     columns: Array
     hypothesis: Hypothesis
-    products: Array
+    parts: tuple[Array, ...]
     without: float
     held: float
 
@@ -38,10 +38,11 @@ class Asked:
         both = beside.joined(columns)
         richer = Hypothesis.of(beside.rows, both, (beside.poorer.rest, white(both.shape[1])))
         same = Hypothesis.given(beside.rows, beside.inside, richer.rest)
-        (products,) = informations(beside.rows, beside.inside, [columns], richer.rest)
+        several = beside.rows.policy.scatter_parts
+        parts = information_by_part(beside.rows, beside.inside, columns, richer.rest, several)
         without = max(beside.poorer.whole - same.whole, 0.0)
         held = richer.held - max(beside.poorer.held, same.held)
-        return cls(beside, columns, richer, products, without, held)
+        return cls(beside, columns, richer, tuple(parts), without, held)
 
     @cached_property
     def chance(self) -> list[Array]:
@@ -54,10 +55,10 @@ class Asked:
         gains = [one.gain(one.c) for one in map(estimate, self.chance)]
         return max(1.0, float(2 * np.mean(gains) / self.columns.shape[2]))
 
-    @property
+    @cached_property
     def estimate(self) -> Estimate:
-        """What the recording says of the coefficients, with the whole width of their error."""
-        return estimate(self.products, self.inflation)
+        """What the recording says of the coefficients, with the error that its rest states."""
+        return estimate(np.sum(self.parts, axis=0))
 
     @property
     def strength(self) -> float:
@@ -119,9 +120,32 @@ class Joint:
     @property
     def gain(self) -> float:
         """Nats over all recordings before the inflation: of common coefficients, or where it is more of their own."""
-        common = float(left_out_gains([estimate(one.products) for one in self.there]).sum())
+        common = float(left_out_gains([one.estimate for one in self.there]).sum())
         own = sum(one.held for one in self.there)
         return max(common - sum(one.without for one in self.there), own) - self.price
+
+    @cached_property
+    def estimates(self) -> tuple[Estimate | None, ...]:
+        """What each recording says of the coefficients, with the whole width of their error."""
+        parts = [[estimate(one) for one in asked.parts] for asked in self.there]
+        found = iter(with_scatter(parts, [one.inflation for one in self.there]) if parts else ())
+        return tuple(None if one is None else next(found) for one in self.asked)
+
+    @property
+    def known(self) -> int:
+        """Degrees of freedom that the errors of the coefficients are known with."""
+        return sum(len(one.parts) - 1 for one in self.there)
+
+    def nats(self, i: int, c: Array) -> float:
+        """Nats that coefficients (k,) explain in a recording, over the inflation of their error.
+
+        That is the error's square along c, as the parts show it, over the one that the rest states.
+        """
+        one, wide = self.asked[i], self.estimates[i]
+        if one is None or wide is None or not c.any():
+            return 0.0
+        inflation = float(c @ one.estimate.N @ c) / max(float(c @ wide.N @ c), 1e-300)
+        return (one.estimate.gain(c) - one.without) / max(1.0, inflation)
 
     @cached_property
     def inflation(self) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, f
 
 from sim.state import Array
 
@@ -38,11 +38,6 @@ class Estimate:
         """Nats that coefficients (k,) as they are explain: ``c^T g - c^T N c / 2``."""
         return float(c @ self.g - c @ self.N @ c / 2)
 
-    @property
-    def present(self) -> float:
-        """Probability that coefficients of zero give as much by chance."""
-        return float(chi2.sf(2 * self.gain(self.c), rank(self.N)))
-
     def blurred(self, form: Array) -> Estimate:
         """The same with a further covariance F (k, k) of the coefficients: ``W = (I + N F)^-1 N``."""
         back = np.linalg.inv(np.eye(len(self.g)) + self.N @ form)
@@ -60,14 +55,47 @@ class Agreement:
     p: float
 
 
-def agreement(several: Sequence[Estimate], form: float) -> Agreement:
+def with_scatter(several: Sequence[Sequence[Estimate]], least: Sequence[float]) -> list[Estimate]:
+    """Estimates of n recordings from their m parts each, with the error that the parts' scores show.
+
+    Were the stated error right, the squares of ``u_b = N^-1/2 (g_b - N_b c) sqrt(m / (m - 1))`` summed over the parts b
+    would be I. Where they are more in some direction, in the mean over the recordings, the covariance there is as many
+    times as large, and `least` (n,) times in any direction: a rest that is slow in the earth's frame has a colour in
+    the body's that follows the motion, and no spectrum shows it.
+    """
+    whole = [_common(parts) for parts in several]
+    size = _size(whole)
+    roots = [_root(one.N / np.outer(size, size)) for one in whole]
+    u = [
+        root @ ((part.g - part.N @ one.c) / size)
+        for root, one, parts in zip(roots, whole, several, strict=True)
+        for part in parts
+    ]
+    m = len(several[0])
+    values, vectors = np.linalg.eigh(np.transpose(u) @ np.array(u) * m / (m - 1) / len(several))
+    found = []
+    for one, root, floor in zip(whole, roots, least, strict=True):
+        spread = vectors * np.maximum(values, floor) @ vectors.T
+        W = inverse(root @ spread @ root) * np.outer(size, size)
+        found.append(Estimate(W, W @ one.c))
+    return found
+
+
+def _root(N: Array) -> Array:
+    """``N^-1/2`` (k, k), zero along what is open."""
+    values, vectors = np.linalg.eigh(N)
+    there = values > OPEN * max(float(values.max()), 1e-300)
+    return np.asarray(vectors[:, there] * values[there] ** -0.5 @ vectors[:, there].T)
+
+
+def agreement(several: Sequence[Estimate], form: float, known: int | None = None) -> Agreement:
     """The common coefficient of estimates and the chi-square of their differences from it.
 
     ``Q = sum_i c_i^T W_i c_i - c^T (sum_i W_i) c``, chi-square of ``sum_i rank N_i - rank sum_i N_i`` degrees.
     form : share of the effect by which its form is in error on one motion or another; it widens every W_i by
     ``F = form^2 (c^T N c / k) N^+`` with N the mean information, an error of that size in any direction. The common
     coefficient and its covariance are without it; the covariance grows with what the recordings differ beyond their
-    own errors.
+    own errors. known : degrees of freedom that these errors are known with; then Q over its degrees is an F.
     """
     size = _size(several)
     scaled = [Estimate(one.N / np.outer(size, size), one.g / size) for one in several]
@@ -76,9 +104,15 @@ def agreement(several: Sequence[Estimate], form: float) -> Agreement:
     F = form**2 * float(common.c @ mean @ common.c) / len(size) * inverse(mean)
     degrees = sum(rank(one.N) for one in scaled) - rank(common.N)
     Q = _differences([one.blurred(F) for one in scaled])
-    p = float(chi2.sf(Q, degrees)) if degrees > 0 else 1.0
+    p = _odds(Q, degrees, known)
     scatter = max(1.0, _differences(scaled) / degrees) if degrees > 0 else 1.0
     return Agreement(common.c / size, scatter * common.covariance / np.outer(size, size), Q, degrees, p)
+
+
+def _odds(Q: float, degrees: int, known: int | None) -> float:
+    if degrees == 0:
+        return 1.0
+    return float(chi2.sf(Q, degrees) if known is None else f.sf(Q / degrees, degrees, known))
 
 
 def _differences(several: Sequence[Estimate]) -> float:

@@ -66,14 +66,13 @@ def _of_finding(
     effect, spread = parameters_of(candidate, agree.c, agree.covariance, there)
     named = Named(effect, alternatives, How.HELD_OUT, one.nats, strength, spread, reach)
     each: list[Named | None] = []
-    for problem, asked in zip(problems, one.joint.asked, strict=True):
-        if asked is None:
+    for problem, asked, own in zip(problems, one.joint.asked, one.joint.estimates, strict=True):
+        if asked is None or own is None:
             each.append(None)
             continue
-        own = asked.estimate
         effect, spread = parameters_of(candidate, own.c, own.covariance, problem)
         each.append(Named(effect, (), How.HELD_OUT, asked.held / asked.inflation, asked.strength, spread, reach))
-    ratios = _ratios([None if asked is None else asked.estimate for asked in one.joint.asked])
+    ratios = _ratios(one.joint.estimates)
     return Common(named, tuple(each), one.there, agree.chi2, agree.degrees, agree.p, ratios)
 
 

@@ -90,8 +90,8 @@ def _events(member: Member) -> list[Array]:
 def _foretold(finding: Finding, i: int) -> Array:
     """Coefficients (k,) that the other recordings give."""
     there = [
-        (j, one.estimate)
-        for j, (one, says) in enumerate(zip(finding.joint.asked, finding.there, strict=True))
+        (j, one)
+        for j, (one, says) in enumerate(zip(finding.joint.estimates, finding.there, strict=True))
         if one is not None and says is not There.ABSENT
     ]
     place = [j for j, _ in there].index(i)

@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
-
-from sim.state import Array
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.result import Reach
-from validation.diagnosis.together.asked import Asked, Joint
-from validation.diagnosis.together.coefficients import Agreement, agreement, left_out_gains
+from validation.diagnosis.together.asked import Joint
+from validation.diagnosis.together.coefficients import Agreement, agreement, foretold
 
 
 class There(StrEnum):
@@ -64,37 +61,37 @@ def _holds(joint: Joint, nats: float, agree: Agreement, needed: float) -> bool:
     return nats > needed and joint.candidate.possible(agree.c)
 
 
-def _own(one: Asked | None) -> float:
-    """Nats on held-out folds of a recording's own coefficients."""
-    return 0.0 if one is None else one.held / one.inflation
+def _own(joint: Joint, i: int) -> float:
+    """Nats on held-out folds of a recording's own coefficients, over the inflation of their error."""
+    one, wide = joint.asked[i], joint.estimates[i]
+    if one is None or wide is None:
+        return 0.0
+    c = wide.c
+    return one.held * float(c @ wide.N @ c) / max(float(c @ one.estimate.N @ c), 1e-300)
 
 
 def _common(joint: Joint, which: Sequence[int], policy: Policy) -> tuple[float, Agreement]:
     """Nats that in each of some recordings the coefficients of the others explain, and whether they agree."""
-    some = [one for i in which if (one := joint.asked[i]) is not None]
-    estimates = [one.estimate for one in some]
-    gains = left_out_gains(estimates) - np.array([one.without / one.inflation for one in some])
-    return float(gains.sum()) - joint.price, agreement(estimates, policy.same_coefficient)
+    there = {i: one for i in which if (one := joint.estimates[i]) is not None}
+    estimates = list(there.values())
+    nats = sum(joint.nats(i, c) for i, c in zip(there, foretold(estimates), strict=True))
+    return nats - joint.price, agreement(estimates, policy.same_coefficient, joint.known)
 
 
 def _there(joint: Joint, everyone: Sequence[int], policy: Policy) -> tuple[There, ...]:
     """What each recording says: by its own coefficients, or by those of the others that have the effect."""
-    strong = [i for i in everyone if _own(joint.asked[i]) > policy.apart] or list(everyone)
+    strong = [i for i in everyone if _own(joint, i) > policy.apart] or list(everyone)
     return tuple(_one(joint, i, [j for j in strong if j != i], policy) for i in range(len(joint.asked)))
 
 
 def _one(joint: Joint, i: int, others: Sequence[int], policy: Policy) -> There:
-    one = joint.asked[i]
+    one = joint.estimates[i]
     if one is None:
         return There.UNASKED
-    if _own(one) > policy.apart and joint.candidate.possible(one.estimate.c):
+    if _own(joint, i) > policy.apart and joint.candidate.possible(one.c):
         return There.PRESENT
-    c = _pooled([other for j in others if (other := joint.asked[j]) is not None])
-    gain = 0.0 if c is None else one.estimate.gain(c)
+    known = [other for j in others if (other := joint.estimates[j]) is not None]
+    gain = one.gain(agreement(known, 0.0).c) if known else 0.0
     if gain > policy.apart:
         return There.PRESENT
     return There.ABSENT if gain < -policy.apart else There.OPEN
-
-
-def _pooled(others: Sequence[Asked]) -> Array | None:
-    return agreement([one.estimate for one in others], 0.0).c if others else None

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.diagnosis.together.coefficients import Estimate, agreement, foretold, left_out_gains
+from validation.diagnosis.together.coefficients import (
+    Estimate,
+    agreement,
+    foretold,
+    left_out_gains,
+    with_scatter,
+)
 
 TRUE = np.array([2.0, -1.0, 0.5])
 SIZES = np.array([1.0, 1e3, 1e-4])
@@ -66,3 +72,26 @@ def test_noise_foretells_nothing() -> None:
     nats = [left_out_gains([drawn(rng, 0 * TRUE)[0] for _ in range(3)]).sum() for _ in range(300)]
     assert np.mean(nats) == pytest.approx(-9 / 4, abs=0.4)
     assert np.mean(np.array(nats) > np.log(29 / 0.001)) == 0.0
+
+
+def test_what_scatters_within_a_recording_may_differ_between_them() -> None:
+    """A coefficient that wanders from part to part: the stated error is a third of the true one."""
+    rng = np.random.default_rng(5)
+
+    def parts(m: int = 6, n: int = 30) -> list[Estimate]:
+        found = []
+        for wander in 0.5 * rng.normal(size=m):
+            X = rng.normal(size=(n, 2))
+            y = X @ np.array([1.0 + wander, -2.0]) + rng.normal(size=n)
+            found.append(Estimate(X.T @ X, X.T @ y))
+        return found
+
+    stated, shown = [], []
+    for _ in range(300):
+        several = [parts() for _ in range(3)]
+        whole = [Estimate(sum(one.N for one in each), sum(one.g for one in each)) for each in several]  # type: ignore[arg-type]
+        stated.append(agreement(whole, 0.0).p)
+        shown.append(agreement(with_scatter(several, [1.0] * 3), 0.0, known=15).p)
+    assert np.mean(np.array(stated) < 0.05) > 0.4
+    assert np.mean(np.array(shown) < 0.05) < 0.08
+    assert np.mean(np.array(shown) < 0.5) > 0.2
