@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 from calib import Reference
 from calib.models.ellipsoid import UPPER
 from calib.numerics.points import lengths
-from calib.numerics.rates import body_rate, world_to_body
+from calib.numerics.rates import world_to_body
 from sim.dataset import Recording
 from validation.worth.legs import Legs
 
 Array = NDArray[np.float64]
+OFFSET, ELLIPSOID, FULL, EDDY, TEMPERATURE = "offset", "ellipsoid", "full matrix", "eddy currents", "temperature"
+"""What models are called by."""
 STEPS, SETTLED = 30, 1e-5
 """Most Gauss-Newton steps, and the share of the cost by which the last may still gain."""
 HALVINGS = 8
@@ -31,8 +33,6 @@ AS_FORETOLD = 0.1
 """Share of a step's foretold gain by which the gain may differ for the step to need no second."""
 SINGULAR = 1e-12
 """Eigenvalue of the normal matrix, in units of its largest with columns of length one, that is rounding."""
-VARIES = 1e-9
-"""A rate, rad/s, whose rms is less tells nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,33 +174,29 @@ def offset(recording: Recording, reference: Reference) -> Model:
     if recording.att_q is not None and reference.field_enu_nT is not None:
         known = world_to_body(recording.att_q, np.array(reference.field_enu_nT)) / reference.strength_nT
     nothing = np.zeros((len(mag), 3, 0))
-    return Model("offset", mag, known, np.eye(3)[None], nothing, np.append(middle + centre, radius)).fitted()
+    return Model(OFFSET, mag, known, np.eye(3)[None], nothing, np.append(middle + centre, radius)).fitted()
 
 
 def with_iron(model: Model) -> Model:
     """Soft iron beside the scale: S symmetric, from the strength; all nine entries, from the vector."""
     units = np.eye(9).reshape(9, 3, 3)
     if model.known is not None:
-        return model.richer("full matrix", slots=units)
+        return model.richer(FULL, slots=units)
     both = units + units.transpose(0, 2, 1)
     upper = [3 * i + j for i, j in zip(*UPPER, strict=True)]
-    return model.richer("ellipsoid", slots=np.minimum(both[upper], 1.0))
+    return model.richer(ELLIPSOID, slots=np.minimum(both[upper], 1.0))
 
 
 def with_warmth(model: Model, warmth: Array) -> Model:
     """An offset that grows with a signal (n,)."""
     off = warmth - warmth.mean()
-    return model.richer("temperature", more=(off / np.sqrt(np.mean(off**2)))[:, None, None] * np.eye(3))
+    more = (off / np.sqrt(np.mean(off**2)))[:, None, None] * np.eye(3)
+    return model.richer(f"{model.name} with {TEMPERATURE}", more=more)
 
 
-def with_eddy(model: Model, recording: Recording) -> Model | None:
-    """Eddy currents, B dh/dt with dh/dt = -omega x h; None where no body rate is known."""
-    rate_rad_s = body_rate(recording)
-    if rate_rad_s is None:
-        return None
+def with_eddy(model: Model, rate_rad_s: Array) -> Model:
+    """Eddy currents, B dh/dt with dh/dt = -omega x h, omega (n, 3)."""
     change = -np.cross(rate_rad_s, model.field() if model.known is None else model.known)
-    rms = float(np.sqrt(np.mean(np.sum(change**2, axis=1))))
-    if not rms > VARIES:
-        return None
+    rms = float(np.sqrt(np.mean(np.sum(change**2, axis=1)))) or 1.0
     more = np.einsum("ai,nj->naij", np.eye(3), change / rms).reshape(len(change), 3, 9)
-    return model.richer("eddy currents", more=more)
+    return model.richer(f"{model.name} with {EDDY}", more=more)

@@ -82,6 +82,11 @@ class Pair:
         return self.better_nT - reach, self.better_nT + reach
 
     @property
+    def kept(self) -> Unseen:
+        """The richer where that is worth it, else the simpler."""
+        return self.richer if self.verdict == "worth_it" else self.simpler
+
+    @property
     def verdict(self) -> Verdict:
         """Worth it or worse where the interval says so, as well where it is narrow, else cannot tell."""
         low, high = self.interval_nT

@@ -10,10 +10,11 @@ from typing import Any
 from scenarios.plain import json_ready
 from validation.text import figure, sentence
 from validation.worth.claims import Claim
+from validation.worth.models import OFFSET
 from validation.worth.paired import Pair
 from validation.worth.worth import Worth
 
-CALLED = {"offset": "the offset alone", "eddy currents": "a term for eddy currents"}
+CALLED = {OFFSET: "the offset alone"}
 """Names for sentences, where they are others than "the ..."."""
 
 
@@ -24,6 +25,7 @@ def summary(found: Worth) -> dict[str, Any]:
         "knowledge": found.knowledge,
         "legs": found.legs.count,
         "legs_by": found.legs.how,
+        "keep": found.keep,
         "comparisons": [_plain(one) for one in found.pairs],
     }
     return json_ready(told)  # type: ignore[no-any-return]
@@ -61,7 +63,8 @@ def headline(found: Worth) -> str:
     """A sentence a pair, and what was held out."""
     of = found.sensor.replace("sensor@", "sensor ") + ": " if "@" in found.sensor else ""
     how = f"held out in turn: {found.legs.count} legs, by {found.legs.how}; known: the field's {found.knowledge}"
-    return "\n".join(of + sentence(text) for text in (*(told(one) for one in found.pairs), how))
+    take = f"take {_called(found.keep)}"
+    return "\n".join(of + sentence(text) for text in (*(told(one) for one in found.pairs), take, how))
 
 
 def told(one: Pair) -> str:

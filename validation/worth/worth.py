@@ -9,10 +9,10 @@ from scenarios.errors import InputError
 from sim.dataset import Recording
 from validation.calibrating.fitting import sensors
 from validation.signals.thin import every_nth
+from validation.worth.extras import extras
 from validation.worth.legs import Legs, legs_of
-from validation.worth.models import Model, offset, with_eddy, with_iron
+from validation.worth.models import Model, offset, with_iron
 from validation.worth.paired import Pair, Unseen
-from validation.worth.slow import with_temperature
 
 LEAST_SAMPLES = 24
 """Twice the parameters of the larger base: fewer leave nothing to hold out."""
@@ -23,12 +23,16 @@ MOST_SAMPLES = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Worth:
-    """Pairs of a simpler and a richer model: offset and matrix first, then what is added to the better of them."""
+    """Pairs of a simpler and a richer model: offset and matrix first, then what is added to the better of them.
+
+    keep : the name of the model that all of them leave
+    """
 
     sensor: str
     knowledge: str
     legs: Legs
     pairs: tuple[Pair, ...]
+    keep: str
 
 
 def worth(recording: Recording, reference: Reference) -> tuple[Worth, ...]:
@@ -41,19 +45,27 @@ def worth(recording: Recording, reference: Reference) -> tuple[Worth, ...]:
 
 
 def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> Worth:
-    """With attitude and the field's vector all of the misfit counts, else the distance that the strength tells."""
-    legs, strength_nT = legs_of(recording), reference.strength_nT
-    simple = offset(recording, reference)
-    plain = Unseen.of(simple, legs, strength_nT)
-    found = [Pair(plain, Unseen.of(with_iron(simple), legs, strength_nT), _doubt(simple, recording, reference))]
-    base = found[0].richer if found[0].verdict == "worth_it" else plain
-    eddy = with_eddy(base.model, recording)
-    if eddy is not None:
-        found.append(Pair(base, Unseen.of(eddy, legs, strength_nT)))
-    warm = with_temperature(base, recording, legs, strength_nT)
-    if warm is not None:
-        found.append(warm)
-    return Worth(sensor, "strength" if simple.known is None else "vector", legs, tuple(found))
+    """With attitude and the field's vector all of the misfit counts, else the distance that the strength tells.
+
+    Soft iron is asked for again beside what else was worth it: what is left out can pass for it.
+    """
+    legs, strength_nT, simple = legs_of(recording), reference.strength_nT, offset(recording, reference)
+    pair, doubt = (simple, with_iron(simple)), _doubt(simple, recording, reference)
+    found = [_paired(pair, doubt, legs, strength_nT)]
+    now = found[0].kept
+    for extra in extras(recording):
+        found.append(extra.pair(now, legs, strength_nT))
+        if found[-1].kept is not now:
+            now, pair = found[-1].kept, (extra.add(pair[0]), extra.add(pair[1]))
+    if pair[0] is not simple:
+        found.append(_paired(pair, doubt, legs, strength_nT))
+        now = found[-1].kept
+    return Worth(sensor, "strength" if simple.known is None else "vector", legs, tuple(found), now.model.name)
+
+
+def _paired(models: tuple[Model, Model], doubt: str, legs: Legs, strength_nT: float) -> Pair:
+    simpler, richer = (Unseen.of(one, legs, strength_nT) for one in models)
+    return Pair(simpler, richer, doubt)
 
 
 def _doubt(simple: Model, recording: Recording, reference: Reference) -> str:
