@@ -75,7 +75,7 @@ def test_a_temperature_that_moves_the_offset_is_worth_it(made: Made) -> None:
 
 
 def test_a_temperature_that_is_left_out_does_not_pass_for_soft_iron_in_the_end(made: Made) -> None:
-    """It does at first, in these of the first twenty: asked again beside the temperature, soft iron that is not there is not taken."""
+    """It does at first, in these of the first twenty; asked again beside the temperature soft iron is not taken."""
     warmth, kept = 15.0 + 5.0 * np.sin(np.linspace(0.0, 18.85, 600)), Counter[str]()
     drift = warmth[:, None] * [10.0, -5.0, 3.0]
     for seed in PASSED_FOR_IRON:
