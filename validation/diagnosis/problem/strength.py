@@ -10,7 +10,7 @@ from scenarios.errors import InputError
 from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.rotation import cross
-from sim.state import Array, State
+from sim.state import SCALAR, Array, State
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem, sample_noise
 from validation.diagnosis.problem.motion import course, measured
@@ -21,16 +21,19 @@ def strength_problem(
 ) -> LinearProblem:
     """The problem of the strength, see `LinearProblem`, about the ellipsoid that fits the recording.
 
+    A scalar magnetometer beside it is the strength sample by sample, whatever was given: it must be compensated.
     Raises InputError where the motion does not determine an ellipsoid.
     """
-    fit = _ellipsoid(recording, strength_nT)
+    measured_nT = measured_strength(recording)
+    F = np.full((1, 1), strength_nT) if measured_nT is None else measured_nT
+    fit = _ellipsoid(recording, float(np.median(F)))
     h = (recording.mag_nT - fit.offset_nT) @ fit.matrix.T
     size = np.linalg.norm(h, axis=1, keepdims=True)
     direction = h / size
-    residual = size - strength_nT
+    residual = size - F
     sigma = sample_noise(residual)
     turn: Array = np.asarray(np.linalg.inv(fit.matrix), dtype=np.float64)
-    state = _state(recording, direction * strength_nT, strength_nT)
+    state = _state(recording, direction * F, float(np.median(F)))
     clean = state.field_nT @ turn.T + fit.offset_nT
     return LinearProblem(
         recording=recording,
@@ -47,6 +50,20 @@ def strength_problem(
         has=measured(recording),
         policy=policy,
     )
+
+
+def measured_strength(recording: Recording) -> Array | None:
+    """The field's strength (n, 1) in nT by a scalar magnetometer beside the vector one, where all its values are known.
+
+    Raises InputError for one that is no strength of a field.
+    """
+    known_nT = recording.channels.get(SCALAR)
+    if known_nT is None or not np.isfinite(known_nT).all():
+        return None
+    if known_nT.min() <= 0:
+        what = f"{SCALAR} is the strength of a field in nT, found {known_nT.min():g}"
+        raise InputError(what, where="recording", do="give it another name if it is something else")
+    return known_nT[:, None]
 
 
 def strength_columns(direction: Array) -> Array:

@@ -1,0 +1,56 @@
+"""A scalar magnetometer beside the vector one is the strength, sample by sample."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenarios.errors import InputError
+from sim.dataset import Recording
+from sim.state import SCALAR
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.pose import pose
+
+
+def in_a_changing_field() -> tuple[Recording, np.ndarray]:
+    """Without attitude, in a field whose strength changes by 2 parts in a thousand along the path."""
+    given = recording()
+    share = 1 + 2e-3 * np.sin(np.arange(len(given)) / 170.0)
+    return replace(given, mag_nT=given.mag_nT * share[:, None], att_q=None), STRENGTH_NT * share
+
+
+def posed(given: Recording) -> LinearProblem:
+    return pose(given, FIELD_ENU_NT, STRENGTH_NT, ())
+
+
+def left_nT(problem: LinearProblem) -> float:
+    """Rms of what iron fitted anew leaves."""
+    return float(np.sqrt(((Ground.of(problem).residual() * problem.sigma_nT) ** 2).mean()))
+
+
+def test_a_field_that_changes_along_the_path_is_no_gap_where_its_strength_is_measured() -> None:
+    given, strength_nT = in_a_changing_field()
+    noise = np.random.default_rng(3).normal(scale=0.1, size=len(given))
+    measured = replace(given, channels={**given.channels, SCALAR: strength_nT + noise})
+    assert left_nT(posed(given)) > 10 * NOISE_NT
+    assert left_nT(posed(measured)) == pytest.approx(NOISE_NT, rel=0.05)
+
+
+def test_the_measured_strength_goes_before_a_stated_one() -> None:
+    given, strength_nT = in_a_changing_field()
+    scaled = replace(given, channels={**given.channels, SCALAR: 1.01 * strength_nT})
+    size_nT = np.linalg.norm(posed(scaled).state.field_nT, axis=1)
+    assert size_nT == pytest.approx(1.01 * STRENGTH_NT, rel=3e-3)
+
+
+def test_a_strength_with_gaps_is_left_and_one_that_is_none_is_refused() -> None:
+    given, strength_nT = in_a_changing_field()
+    gaps, none = strength_nT.copy(), strength_nT - STRENGTH_NT
+    gaps[5] = np.nan
+    assert left_nT(posed(replace(given, channels={SCALAR: gaps}))) > 10 * NOISE_NT
+    with pytest.raises(InputError, match="strength of a field"):
+        posed(replace(given, channels={SCALAR: none}))
