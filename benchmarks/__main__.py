@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import closed_loop, comparison, dataset, engines, gates, kalman, norm, population
+from benchmarks import closed_loop, comparison, dataset, diagnosing, engines, gates, kalman, norm, population
 
-PARTS = (closed_loop, dataset, norm, kalman, population, comparison, engines, gates)
+PARTS = (closed_loop, dataset, norm, kalman, population, comparison, engines, gates, diagnosing)
 
 if __name__ == "__main__":
     rows = [row for part in PARTS for row in part.rows()]

@@ -84,15 +84,26 @@ def course(vehicle: str, seed: int) -> Course:
     """A vehicle's motion through paths drawn for a seed, in a field and at a sample rate drawn for it."""
     rng = np.random.default_rng([seed, sorted(DRAWN).index(vehicle), 21])
     table, phases = DRAWN[vehicle](rng, rng.uniform(SHORTEST_S, LONGEST_S))
-    scenario = Scenario.model_validate(
+    made = _flown(_scenario(table, phases, rng), seed, rng)
+    return _walked(made, rng) if vehicle == HAND else made
+
+
+def circling(length_s: float, every: int) -> Course:
+    """An AUV that circles and tilts for a time, of which every n-th sample is recorded."""
+    rng = np.random.default_rng(0)
+    circles = _circles(rng, length_s, (0.8, 3.0)) | _tilts(rng)
+    return replace(_flown(_scenario({"kind": "auv", "depth_m": 120.0}, [circles], rng), 0, rng), every=every)
+
+
+def _scenario(table: Phase, phases: list[Phase], rng: np.random.Generator) -> Scenario:
+    """A vehicle and its phases in a field and surroundings drawn for it."""
+    return Scenario.model_validate(
         {
             "name": "drawn", "summary": "drawn", "vehicle": table, "phases": phases, "navigation": QUIET,
             "sampling": {"rate_hz": 1 / STEP_S}, "field": {"enu_nT": _field_enu_nT(rng).tolist()},
             "thermal": {"time_constant_s": rng.uniform(60, 400), "scale_depth_m": rng.uniform(20, 200)},
         }
     )  # fmt: skip
-    made = _flown(scenario, seed, rng)
-    return _walked(made, rng) if vehicle == HAND else made
 
 
 def _flown(scenario: Scenario, seed: int, rng: np.random.Generator) -> Course:

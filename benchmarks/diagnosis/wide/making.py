@@ -45,6 +45,12 @@ def hidden_in(motion: str, hidden: Sequence[str], strengths: Sequence[float], se
     return _made(course(motion, seed), hidden, strengths, noise, rng)
 
 
+def hidden_along(flown: Course, name: str, strength: float) -> Made:
+    """A recording of a course with one form hidden in white noise."""
+    rng = _rng(0, (name,), 33)
+    return _made(flown, (name,), (strength,), drawn(rng, None, 0.0), rng)
+
+
 def null(motion: str, colour: str | None, seed: int, number: int) -> Made:
     """A recording of a motion in which nothing is hidden."""
     rng = _rng(seed, (motion, "null"), number)

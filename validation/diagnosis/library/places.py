@@ -16,6 +16,8 @@ from validation.diagnosis.problem.linear import LinearProblem
 
 MEAN_S, MOST_MEANS = 0.5, 3000
 """Means that the search sees, and most of them: an effort, not a decision."""
+SAME_M = 0.1
+"""Distance within which two starts have come to one place."""
 
 
 def places(problem: LinearProblem, residual: Array, member: Candidate) -> list[Candidate]:
@@ -26,7 +28,10 @@ def places(problem: LinearProblem, residual: Array, member: Candidate) -> list[C
     grid = _grid(thin, policy)
     gains = np.array([thin.gain(place) for place in grid])
     starts = grid[np.argsort(-gains)[: policy.place_starts]]
-    found = [place for place in map(thin.best_near, starts) if _beside(thin, place, policy)]
+    found: list[Array] = []
+    for place in map(thin.best_near, starts):
+        if _beside(thin, place, policy) and all(float(((place - other) ** 2).sum()) > SAME_M**2 for other in found):
+            found.append(place)
     return [member.at({name: tuple(float(v) for v in place)}, len(grid)) for place in found]
 
 

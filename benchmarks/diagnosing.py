@@ -1,0 +1,48 @@
+"""Time and memory of a diagnosis: 20 minutes at 50 Hz, and ten hours at 10 Hz, with every channel.
+
+    python -m benchmarks.diagnosing LENGTH_S EVERY
+
+prints CPU seconds and peak memory in MB of one diagnosis in a process of its own.
+"""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+from collections.abc import Iterator
+
+from benchmarks.diagnosis.wide.courses import circling
+from benchmarks.diagnosis.wide.making import hidden_along
+from benchmarks.measure import Row, cpu_s
+from validation.diagnosis.workflow import diagnose
+
+HIDDEN, STRENGTH = "motor_current", 0.5
+MINUTES, HOURS = (1200.0, 1), (36_000.0, 5)
+"""Length in s, and of how many samples at 50 Hz one is taken."""
+MOST_CPU_S, MOST_MB = 10.0, 2000.0
+
+
+def rows() -> Iterator[Row]:
+    """CPU seconds of the short log and peak memory of the long one."""
+    seconds, _ = _measured(*MINUTES)
+    yield Row("diagnose 20 min at 50 Hz, CPU s", seconds, MOST_CPU_S, False, "60,000 samples, one hidden effect")
+    _, peak_MB = _measured(*HOURS)
+    yield Row("diagnose 10 h at 10 Hz, peak MB", peak_MB, MOST_MB, False, "360,000 samples, one hidden effect")
+
+
+def _measured(length_s: float, every: int) -> tuple[float, float]:
+    call = [sys.executable, "-m", "benchmarks.diagnosing", str(length_s), str(every)]
+    seconds, peak_MB = subprocess.run(call, check=True, capture_output=True, text=True).stdout.split()
+    return float(seconds), float(peak_MB)
+
+
+def main(length_s: float, every: int) -> None:
+    """One diagnosis in this process; what makes the recording takes less memory than it does."""
+    made = hidden_along(circling(length_s, every), HIDDEN, STRENGTH)
+    seconds = cpu_s(lambda: diagnose(made.recording, made.model))
+    print(seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000)
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]), int(sys.argv[2]))
