@@ -20,6 +20,7 @@ class Clues:
     absorbed : a fit of hard and soft iron takes it up whole, so that it shows only as a change of the given model.
     same_as : name of an effect that does the same on every motion where iron is fitted too, and that is named first.
     kin : effects of one kin are the same to first order: their forms alone, which may be in error, tell them apart.
+    contains : names of simpler effects that it nearly makes too: it is one of these where it gains hardly more.
     constant : it adds one constant vector, whose change a slow wander imitates.
     one_run : an event of one run, which another run cannot show.
     lasting : a course of the whole run, which no switch begins or ends.
@@ -34,6 +35,7 @@ class Clues:
     absorbed: bool = False
     same_as: str = ""
     kin: str = ""
+    contains: tuple[str, ...] = ()
     constant: bool = False
     one_run: bool = False
     lasting: bool = False

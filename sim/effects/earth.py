@@ -96,7 +96,12 @@ class FieldGradient(Effect):
     stage = "field"
     needs = ("attitude", "position")
     example = {"gradient_nT_m": ((1.0, 2.0, 3.0), (2.0, 1.0, 4.0), (3.0, 4.0, -2.0)), "origin_enu_m": (5.0, 6.0, 7.0)}
-    clues = Clues(apart=THE_TRACK_AGAIN, remedy="calibrate at a place with an even field", source=True)
+    clues = Clues(
+        apart=THE_TRACK_AGAIN,
+        remedy="calibrate at a place with an even field",
+        source=True,
+        contains=(RegionalField.name, "attitude_misalignment"),
+    )
 
     gradient_nT_m: Annotated[
         Mat3,

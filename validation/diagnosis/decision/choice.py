@@ -55,7 +55,9 @@ def accepted(ranking: Sequence[Evidence], policy: Policy) -> Accepted | None:
     needed = policy.accepted(len(EFFECTS))
     if not ranking or ranking[0].nats <= needed:
         return None
-    close = [e for e in ranking if not e.behind(ranking[0], policy) and e.nats > policy.apart]
+    best = ranking[0]
+    as_good = [e for e in ranking if not e.behind(best, policy) or is_simpler(e, best, policy.same_kin)]
+    close = [e for e in as_good if e.nats > policy.apart]
     chosen = simplest(close, policy)
     return Accepted(chosen, tuple(e.name for e in close if e is not chosen), needed)
 
@@ -101,6 +103,11 @@ def simplest(close: Sequence[R], policy: Policy) -> R:
     like = best.candidate.effect.clues.same_as
     same = [e for e in rivals if e.name == like or math.isclose(e.gain, best.gain, rel_tol=policy.same_gain)]
     return min(same, key=lambda e: CHAIN.index(e.name))
+
+
+def is_simpler(one: Evidence, best: Evidence, share: float) -> bool:
+    """Whether the best makes a simpler effect too, and gains no more than a share beyond it."""
+    return one.name in best.candidate.effect.clues.contains and one.gain > (1 - share) * best.gain
 
 
 def are_kin(one: Rival, other: Rival) -> bool:

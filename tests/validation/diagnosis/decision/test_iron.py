@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.validation.diagnosis.synthetic import STRENGTH_NT, problem
 from validation.diagnosis.decision.belief import believed
+from validation.diagnosis.decision.choice import accepted
 from validation.diagnosis.decision.iron import iron_changes
 from validation.diagnosis.decision.selection import select
+from validation.diagnosis.evidence.compare import ranked
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import proposed
 from validation.diagnosis.repair.naming import names_of
 
 
@@ -52,3 +58,16 @@ def test_a_scale_that_differs_is_a_change_of_the_iron() -> None:
     found = select(problem(hidden={"scale": {"error": [1e-3, -1e-3, 5e-4]}}))
     assert found.found == ()
     assert [one.name for one in iron_changes(found).found] == ["scale"]
+
+
+@pytest.mark.parametrize(("less", "name"), [(0.02, "regional_field"), (0.2, "field_gradient")])
+def test_an_error_of_form_makes_no_gradient_of_a_constant(less: float, name: str) -> None:
+    """A gradient has a constant within it: it must gain more beyond that than an error of form does."""
+    posed = problem(hidden={"regional_field": {"error_enu_nT": [150.0, -80.0, 60.0]}})
+    members = {key: many for key, many in proposed(posed).items() if key in ("regional_field", "field_gradient")}
+    found = {e.name: e for e in ranked(Ground.of(posed), members)}
+    constant = found["regional_field"]
+    gradient = replace(found["field_gradient"], gain=constant.gain / (1 - less))
+    chosen = accepted([gradient, constant], posed.policy)
+    assert chosen is not None
+    assert chosen.name == name
