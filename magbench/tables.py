@@ -14,7 +14,7 @@ from validation.scoring.meaning import MEANINGS
 from validation.scoring.outcome import Outcome
 from validation.text import short, symbol
 from validation.views.pages.comparison import Comparison, title_of
-from validation.views.words.diagnosis import gap_rows, parameter_rows
+from validation.views.words.diagnosis import PART_HEADS, gap_rows, parameter_rows, part_rows
 from validation.views.words.diagnosis import headline as diagnosis_headline
 from validation.views.words.outcome import headline
 from validation.views.words.together import agreement_line, gap_rows_together, value_rows
@@ -108,6 +108,8 @@ def show_diagnosis(found: Diagnosis) -> None:
         show_table("missing effects", heads, rows, numbers=False)
     heads = ["gap, rms", "before, nT", "after, nT", "before / noise", "after / noise", "explained"]
     show_table("", heads, gap_rows(found))
+    if parts := part_rows(found):
+        show_table("when it is", PART_HEADS, parts)
     diff = model_diff(found)
     if 0 < len(diff) <= MOST_DIFF_LINES:
         show_text("\n" + "\n".join(diff))

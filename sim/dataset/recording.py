@@ -63,6 +63,17 @@ class Recording:
             return ()
         return self.motor_numbers or tuple(range(1, self.current_A.shape[1] + 1))
 
+    def at(self, samples: NDArray[np.bool_]) -> Recording:
+        """The recording of some of its samples (n,)."""
+        along = {"array_mag_nT": np.s_[:, samples]}
+        held = {one.name: getattr(self, one.name) for one in fields(self)}
+        parts: dict[str, Any] = {
+            name: value[along.get(name, np.s_[samples])]
+            for name, value in held.items()
+            if isinstance(value, np.ndarray)
+        }
+        return replace(self, **parts, channels={name: value[samples] for name, value in self.channels.items()})
+
     def sensor(self, index: int) -> Recording:
         """The recording as seen by one sensor of an array (0-based)."""
         if self.array_mag_nT is None:

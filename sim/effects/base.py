@@ -158,6 +158,11 @@ class Effect(ABC):
         return cls._parameters
 
     @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Names of the parameters, and of the window."""
+        return (*(p.name for p in cls._parameters), SWITCH.name)
+
+    @classmethod
     def with_role(cls, *roles: Role) -> str | None:
         """Name of the first parameter that has one of these roles."""
         return next((p.name for p in cls._parameters if p.role in roles), None)

@@ -157,6 +157,24 @@ class Policy:
     driver_tail: float = number(0.005, "share of a channel's samples at each end beyond which its curve is straight")
     most_curves: int = number(4, "channels whose curves are added up at most")
 
+    # effects in a part of the run
+    window_cells: int = number(
+        80, "cells of the recording between which an effect's begin and end are looked for first"
+    )
+    window_finer: int = number(8, "by how much finer each further look at them is")
+    least_window: float = number(0.04, "share of the recording that a window is long at least")
+    window_share: float = number(
+        0.75, "part of a window's evidence that no effect may reach in the whole run, or there is no window",
+    )  # fmt: skip
+
+    # when it is large
+    part_cells: int = number(120, "cells of the recording between which the gap's size may change")
+    least_part: float = number(0.04, "share of the recording that such a part is long at least")
+    part_price: float = number(4.0, "price of a further part, over ln(cells), in squares of the cells' noise")
+    far_larger: float = number(3.0, "ratio to the rest's power above which the gap is large in one part")
+    phase_share: float = number(0.1, "share of a stretch from which on a phase is one of its phases")
+    steady_heading: float = number(0.9, "length of the mean of a stretch's headings from which on it has one heading")
+
     # is what is left clean?
     mean_lengths_s: tuple[float, ...] = number((1.0, 5.0, 20.0), "lengths of the means that are tested")
     means_alarm: float = number(1e-3, "probability that white noise fails the test of means at any length")

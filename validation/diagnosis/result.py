@@ -14,6 +14,7 @@ from sim.state import Array
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.judged import Judged
 from validation.diagnosis.evidence.localise import Share
+from validation.diagnosis.evidence.when import Part, Stretch
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.verdict import Verdict
@@ -123,7 +124,7 @@ class Diagnosis:
 
     where: channels that the gap goes with; absorbed: effects that look like iron on this motion; untested: effects
     whose causes the recording does not hold; doubts: why names were taken back; ranking: every candidate as the first
-    round judged it; before_nT, after_nT (n, q): what is left.
+    round judged it; before_nT, after_nT (n, q): what is left; parts: of the run, in which the gap's size is steady.
     """
 
     verdict: Verdict
@@ -142,6 +143,7 @@ class Diagnosis:
     before_nT: Array
     after_nT: Array
     advice: tuple[str, ...] = ()
+    parts: tuple[Part, ...] = ()
 
     def __repr__(self) -> str:
         """Verdict and sentence."""
@@ -152,14 +154,19 @@ class Diagnosis:
         """Effects that this recording cannot show."""
         return (*self.absorbed, *self.untested)
 
+    def stretch(self, one: Named) -> Stretch | None:
+        """When a named effect acts; None for the whole run."""
+        return None if one.effect.active_s is None else Stretch.of(self.problem, *one.effect.active_s)
+
     def as_dict(self) -> dict[str, Any]:
         """The JSON of `magbench diagnose`."""
         return {
             "verdict": self.verdict,
             "sentence": self.sentence,
             "mode": self.problem.mode,
-            "effects": [_effect(one) for one in self.named],
+            "effects": [_effect(one) | _when(self.stretch(one)) for one in self.named],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],
+            "when": [_when(part.stretch) | {"rms_nT": part.rms_nT, "rms_sigma": part.rms_sigma} for part in self.parts],
             "gap": {
                 "before": {"rms_nT": self.gap.before_nT, "rms_sigma": self.gap.before_sigma},
                 "after": {"rms_nT": self.gap.after_nT, "rms_sigma": self.gap.after_sigma},
@@ -217,4 +224,15 @@ def _candidate(one: Judged) -> dict[str, Any]:
         "needed_nats": one.needed,
         "strength_sigma": one.evidence.strength,
         "outcome": one.outcome,
+    }
+
+
+def _when(stretch: Stretch | None) -> dict[str, Any]:
+    """A stretch of the run; None: the whole."""
+    if stretch is None:
+        return {"interval_s": None, "phase": None, "heading_deg": None}
+    return {
+        "interval_s": [stretch.from_s, stretch.to_s],
+        "phase": stretch.phase,
+        "heading_deg": stretch.heading_deg,
     }

@@ -20,6 +20,7 @@ from validation.diagnosis.evidence.direct import Direct, direct_evidence, held_r
 from validation.diagnosis.evidence.judged import taken_back
 from validation.diagnosis.evidence.localise import Share, localise
 from validation.diagnosis.evidence.reference import doubts_of_reference
+from validation.diagnosis.evidence.when import parts_of
 from validation.diagnosis.library.candidates import missing_channels
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
@@ -125,6 +126,7 @@ def _without_words(
         problem=problem,
         before_nT=left.before * problem.sigma_nT,
         after_nT=left.after * problem.sigma_nT,
+        parts=parts_of(problem, left.before),
     )
 
 

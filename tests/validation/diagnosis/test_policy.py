@@ -30,6 +30,7 @@ GUARDS = {
     "battery.py": {"MOST_TONES"},
     "spectrum.py": {"WINDOW_LINES"},
     "steps.py": {"LOG_SIZES"},
+    "when.py": {"NORMAL_MAD"},
     "result.py": {"NORMAL_95"},
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
     "chain.py": {"SCALE_NT"},

@@ -19,10 +19,12 @@ IsClean = Callable[[Ground, str], bool]
 """(ground with an effect in, its name) -> whether what is left is white."""
 
 
-def beside_colour(ground: Ground, ranking: Sequence[Evidence], start: Ground, is_clean: IsClean) -> Round:
+def beside_colour(
+    ground: Ground, ranking: Sequence[Evidence], start: Ground, is_clean: IsClean, windowed: Sequence[Evidence] = ()
+) -> Round:
     """The candidate that beats a rest with its own colour; one rest for all would swallow it, or take it for granted.
 
-    start : the ground without any effect, whose gap a share is of.
+    start : the ground without any effect, whose gap a share is of. windowed : candidates that act in a part of the run.
     """
     beside = Beside.of(ground.problem, ground.inside)
     columns = [beside.rows.taken(e.candidate.columns(ground.problem)) for e in ranking]
@@ -30,10 +32,22 @@ def beside_colour(ground: Ground, ranking: Sequence[Evidence], start: Ground, is
     first = np.argsort(-rough, kind="stable")
     most = ground.problem.policy.tried_coloured
     tried = sorted((beside.standing(ranking[i], columns[i]) for i in first[:most]), key=lambda one: -one.gain)
+    tried = [*_far_better(windowed, tried, beside, ground), *tried]
     trials = _until_one_stands(Hearing(ground, beside, start, is_clean), tried)
     chosen = _named(trials[-1], tried, beside) if trials and not trials[-1].refusal else None
     others = [(ranking[i], float(rough[i])) for i in first[most:]]
     return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, ground.problem.policy)])
+
+
+def _far_better(
+    windowed: Sequence[Evidence], tried: Sequence[Standing], beside: Beside, ground: Ground
+) -> list[Standing]:
+    """Candidates in a window that gain far more than any does in the whole run, the strongest first."""
+    policy, problem = ground.problem.policy, ground.problem
+    always = max((one.gain for one in tried), default=0.0)
+    both = (beside.standing(e, beside.rows.taken(e.candidate.columns(problem))) for e in windowed)
+    far = [one for one in both if one.gain > max(always / policy.window_share, always + policy.coloured_nats)]
+    return sorted(far, key=lambda one: -one.gain)
 
 
 def added_share(start: Ground, before: Ground, after: Ground) -> float:

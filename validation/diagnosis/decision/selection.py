@@ -9,10 +9,11 @@ from sim.effects import BY_NAME
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, beside_white_noise
 from validation.diagnosis.decision.hearing import beside_colour
 from validation.diagnosis.evidence.battery import Battery, battery
-from validation.diagnosis.evidence.compare import Evidence, ranked
+from validation.diagnosis.evidence.compare import ranked
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import Judged
 from validation.diagnosis.evidence.stated import as_stated
+from validation.diagnosis.evidence.windowed import windowed
 from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
@@ -52,7 +53,7 @@ def select(
     first: tuple[Judged, ...] = ()
     while len(found) < problem.policy.most_effects and not (found and after.clean):
         say(f"candidates, round {len(found) + 1}")
-        this = _round(ground, ranked(ground, members), found, start, after)
+        this = _round(ground, members, found, start, after)
         first, chosen = first or this.judged, this.chosen
         if chosen is None:
             break
@@ -66,13 +67,22 @@ def select(
 
 
 def _round(
-    ground: Ground, ranking: Sequence[Evidence], found: Sequence[Accepted], start: Ground, tests: Battery
+    ground: Ground,
+    members: dict[str, list[Candidate]],
+    found: Sequence[Accepted],
+    start: Ground,
+    tests: Battery,
 ) -> Round:
     """The next effect: beside white noise where what is left is clean, else beside a rest with its own colour."""
+    ranking = ranked(ground, members)
     if tests.clean:
         return beside_white_noise(ranking, ground.problem.policy)
     before = names_of(found)
-    return beside_colour(ground, ranking, start, lambda after, name: residual_tests(after, [*before, name]).clean)
+
+    def is_clean(after: Ground, name: str) -> bool:
+        return residual_tests(after, [*before, name]).clean
+
+    return beside_colour(ground, ranking, start, is_clean, windowed(ground, ranking, members))
 
 
 def names_of(found: Sequence[Accepted]) -> list[str]:
@@ -125,7 +135,9 @@ def _is_form(chosen: Accepted, found: Sequence[Accepted], policy: Policy) -> boo
 def _differs_by_setting(one: Candidate, other: Candidate) -> bool:
     """Whether two candidates of one effect differ in what its class lists alone: a lag, a threshold, a cutoff."""
     here, there = dict(one.nonlinear), dict(other.nonlinear)
-    return bool(one.effect.search) and all(here[key] == there[key] for key in here if key not in one.effect.search)
+    return bool(one.effect.search) and all(
+        here.get(key) == there.get(key) for key in here.keys() | there.keys() if key not in one.effect.search
+    )
 
 
 def _with_earth_vector(tests: Battery, ground: Ground) -> Battery:

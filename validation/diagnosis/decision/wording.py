@@ -10,6 +10,7 @@ from sim.effects import BY_NAME
 from sim.effects.base import Effect
 from validation.diagnosis.evidence.reference import misread_field, own_compass
 from validation.diagnosis.evidence.slow_noise import turns_the_field
+from validation.diagnosis.evidence.when import Stretch, largest
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
 from validation.text import digits, short
@@ -22,11 +23,11 @@ def sentence_for(found: Diagnosis) -> str:
     """The finding in one sentence for a field engineer."""
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
     return found.verdict.sentence(
-        causes="; ".join(words_of(one) for one in found.named),
+        causes="; ".join(words_of(one, found.stretch(one)) for one in found.named),
         share=_share(found),
         left="; ".join(found.after.why),
         nearest=_nearest(found),
-        goes_with=_curves(found) or (f"; it goes with {channels}" if channels else ""),
+        goes_with=(_curves(found) or (f"; it goes with {channels}" if channels else "")) + _largest(found),
     )
 
 
@@ -36,6 +37,14 @@ def _share(found: Diagnosis) -> str:
         return ""
     amount = f"{digits(gap.structure_nT[0])} nT of structure in {digits(gap.noise_nT)} nT of noise"
     return f"; of {amount} {100 * max(gap.explained, 0.0):.0f} % is gone on held-out data"
+
+
+def _largest(found: Diagnosis) -> str:
+    """From when to when the gap is large."""
+    part = largest(found.parts, found.problem.policy)
+    if part is None:
+        return ""
+    return f"; it is largest {part.stretch.words}: {digits(part.rms_nT)} nT rms"
 
 
 def _nearest(found: Diagnosis) -> str:
@@ -167,13 +176,14 @@ def _channel(one: Named) -> str:
     return one.effect.causes[-1]
 
 
-def words_of(one: Named) -> str:
-    """A name with its look-alikes, its main parameter and its size."""
+def words_of(one: Named, stretch: Stretch | None = None) -> str:
+    """A name with its look-alikes, when it acts, its main parameter and its size."""
+    when = "" if stretch is None else f" {stretch.words}"
     either = f" (or {', '.join(one.alternatives)})" if one.alternatives else ""
     size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
     parameter = next(p for p in one.effect.parameters() if p.name == main_parameter(one.effect))
     value = short(np.asarray(getattr(one.effect, parameter.name), dtype=float).tolist())
-    return f"{one.name}{either}: {parameter.name} {value} {parameter.unit}".rstrip() + size
+    return f"{one.name}{either}{when}: {parameter.name} {value} {parameter.unit}".rstrip() + size
 
 
 def main_parameter(effect: Effect) -> str:

@@ -71,7 +71,7 @@ class Candidate:
         if self.effect.linear:
             return np.concatenate([self.effect.basis(state, signal, **one) for one in self.settings], axis=2)
         rng = np.random.default_rng(0)
-        return np.stack([self.effect(**one).apply(state, signal, rng, {}) for one in self.settings], axis=2)
+        return np.stack([self.effect(**one).contribution(state, signal, rng, {}) for one in self.settings], axis=2)
 
     def made(self, c: Array) -> Effect:
         """The effect with fitted coefficients (k,) of its columns, brought into its bounds."""

@@ -28,15 +28,15 @@ def confirmed(
 
     Gain of each effect with its coefficients as they are, beside the others, in nats over the inflation by colour; the
     base is fitted to the second recording. In vector mode only: without attitude the evidence stays "single-run".
-    An event of one run is none that another could show.
+    An event of one run is none that another could show, nor is an effect that acts in a part of it.
     """
     problem = posed(second, model, field_enu_nT, strength_nT, policy=found.problem.policy)
     if problem.mode != "vector":
         return found
-    fixed = [effect for one in found.named if one.how in FITTED for effect in one.effects]
+    fixed = [effect for one in found.named if _lasts(one) for effect in one.effects]
 
     def upgraded(one: Named) -> Named:
-        if one.how not in FITTED or one.effect.clues.one_run:
+        if not _lasts(one) or one.effect.clues.one_run:
             return one
         others = [effect for effect in fixed if not any(effect is own for own in one.effects)]
         borne_out = evidence_there(problem, fixed, others) > problem.policy.apart
@@ -46,14 +46,19 @@ def confirmed(
     return replace(known, advice=advice_for(known))
 
 
+def _lasts(one: Named) -> bool:
+    """Whether a name has coefficients that hold all through a run."""
+    return one.how in FITTED and one.effect.active_s is None
+
+
 def evidence_there(problem: LinearProblem, all_effects: list[Effect], others: list[Effect]) -> float:
     """Nats over the inflation by which effects as they are explain a recording better than only some of them."""
     use = np.ones(len(problem.recording), bool)
     full, without = (left_with_iron_refitted(problem, predict(problem, some), use) for some in (all_effects, others))
-    return float((without**2).sum() - (full**2).sum()) / 2 / _inflation(problem, full)
+    return float((without**2).sum() - (full**2).sum()) / 2 / inflation_of(problem, full)
 
 
-def _inflation(problem: LinearProblem, left: Array) -> float:
+def inflation_of(problem: LinearProblem, left: Array) -> float:
     """Inflation by colour of a residual (n, q) that nothing more is fitted to."""
     cut = Cut.of(len(left), problem.state.interval_s, problem.policy)
     none = np.zeros((len(left), left.shape[1], 0))

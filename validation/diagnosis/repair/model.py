@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.errors import InputError
 from sim.chain import apply_deterministic
 from sim.effects import Effects, as_tables
 from sim.effects.base import Effect
@@ -18,6 +19,7 @@ from sim.state import HEIGHT, MOTION, Array, State
 from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.repair.chain import joined
 from validation.diagnosis.result import Named
 
@@ -39,10 +41,7 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
     """
     new = [effect for one in named for effect in one.effects]
     if not problem.iron_known:
-        matrix = problem.turn - np.eye(3)
-        field_nT = apply_deterministic([one for one in new if one.stage == "field"], problem.state)[0]
-        middle = problem.clean_nT.mean(axis=0) - problem.turn @ field_nT.mean(axis=0)
-        new = [SoftIron(matrix.tolist()), HardIron(middle.tolist()), *new]
+        new = [*_iron(problem, new), *new]
     given = list(problem.effects)
     if not any(isinstance(effect, WhiteNoise) for effect in given):
         x, y, z = (float(std) for std in np.resize(problem.sigma_nT, 3))
@@ -57,6 +56,32 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
         | _motion(whole)
         | changed
     )
+
+
+def _iron(problem: LinearProblem, new: Sequence[Effect]) -> tuple[Effect, Effect]:
+    """Soft and hard iron as they were fitted, beside new effects."""
+    clean = outside_windows(problem, new)
+    matrix = clean.turn - np.eye(3)
+    field_nT = apply_deterministic([one for one in new if one.stage == "field"], clean.state)[0]
+    middle = clean.clean_nT.mean(axis=0) - clean.turn @ field_nT.mean(axis=0)
+    return SoftIron(matrix.tolist()), HardIron(middle.tolist())
+
+
+def outside_windows(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
+    """The problem of the samples at which no effect acts that has a window: iron is fitted to these.
+
+    The same problem where there are none, or where they do not show the iron.
+    """
+    acting = [one.acts(problem.state.time_s) for one in effects if one.active_s is not None]
+    if not acting:
+        return problem
+    clean = problem.recording.at(~np.logical_or.reduce(acting) & (problem.usable > 0))
+    enu_nT = problem.state.field_enu_nT
+    given = enu_nT if problem.mode == "vector" and not problem.still else None
+    try:
+        return pose(clean, given, float(np.linalg.norm(enu_nT)), problem.effects, problem.policy)
+    except InputError:
+        return problem
 
 
 def _without_own(model: Scenario) -> dict[str, Any]:
@@ -88,8 +113,8 @@ def _adds(effect: Effect, state: State) -> bool:
 
 
 def _rest(effect: Effect) -> dict[str, Any]:
-    """The parameters that an effect is not linear in."""
-    return {p.name: getattr(effect, p.name) for p in effect.parameters() if p.name not in effect.linear}
+    """The parameters that an effect is not linear in, and its window."""
+    return {name: getattr(effect, name) for name in effect.names() if name not in effect.linear}
 
 
 def _field(model: ModelSpec, enu_nT: Array) -> Any:

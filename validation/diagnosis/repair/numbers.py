@@ -72,9 +72,7 @@ def _with(effect: Effect, x: Array) -> Effect:
     """The effect with its free numbers (k,) brought into its bounds."""
     k = len(effect.linear_units())
     bounds = {p.name: (p.low, p.high) for p in effect.parameters()}
-    values: dict[str, Any] = {
-        p.name: getattr(effect, p.name) for p in effect.parameters() if p.name not in effect.linear
-    }
+    values: dict[str, Any] = {name: getattr(effect, name) for name in effect.names() if name not in effect.linear}
     at = k
     for name in _others(effect):
         now = np.asarray(values[name])

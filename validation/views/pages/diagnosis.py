@@ -19,7 +19,14 @@ from validation.views.plots import diagnosis as plots
 from validation.views.plots.curves import draw_curves
 from validation.views.plots.style import Figure
 from validation.views.series import as_they_stand, gap_to_show, places, rms_nT, travels
-from validation.views.words.diagnosis import CANDIDATE_HEADS, candidate_rows, gap_rows, parameter_rows
+from validation.views.words.diagnosis import (
+    CANDIDATE_HEADS,
+    PART_HEADS,
+    candidate_rows,
+    gap_rows,
+    parameter_rows,
+    part_rows,
+)
 
 Draw = Callable[[Diagnosis], Figure]
 FITTED = (How.HELD_OUT, How.IRON)
@@ -68,11 +75,13 @@ def _page(found: Diagnosis, title: str) -> dict[str, Any]:
         "classes": [(one.name, one.alternatives) for one in found.named if one.alternatives],
         "gaps": gap_rows(found),
         "candidate_heads": CANDIDATE_HEADS,
+        "part_heads": PART_HEADS,
         "candidates": candidate_rows(found),
         "left": "; ".join((*found.after.why, *found.doubts)),
         "advice": found.advice,
         "not_observable": found.not_observable,
         "where": found.where,
+        "parts": part_rows(found),
         "diff": model_diff(found),
         "model": to_toml(found.model),
         "pictures": [(name, caption, on_page(partial(draw, found), name)) for name, caption, draw in shown],

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from sim.effects.values import SWITCH
 from validation.diagnosis.result import Diagnosis, Named, parameters
 from validation.text import digits, short
 from validation.views.series import rms_nT, sides
@@ -26,6 +27,29 @@ def parameter_rows(one: Named) -> Iterator[tuple[str, str, str | None, str | Non
             yield name, short(p["value"]), short(p["low"]), short(p["high"]), p["unit"]
         elif isinstance(p["value"], str) or np.any(p["value"]):
             yield name, short(p["value"]), None, None, p["unit"]
+    if one.effect.active_s is not None:
+        yield SWITCH.name, short(list(one.effect.active_s)), None, None, SWITCH.unit
+
+
+PART_HEADS = ("from, s", "to, s", "phase", "heading", "gap, nT rms", "over the noise")
+
+
+def part_rows(found: Diagnosis) -> list[tuple[str, ...]]:
+    """The parts of the run in which the gap's size is steady, in time: `PART_HEADS`; none where it is one."""
+    if len(found.parts) < 2:
+        return []
+    rows = [(one.stretch, one.rms_nT, one.rms_sigma) for one in found.parts]
+    return [
+        (
+            digits(when.from_s),
+            digits(when.to_s),
+            when.phase or "–",
+            "–" if when.heading_deg is None else f"{when.heading_deg:.0f}°",
+            digits(size_nT),
+            digits(size_sigma),
+        )
+        for when, size_nT, size_sigma in rows
+    ]
 
 
 CANDIDATE_HEADS = ("candidate", "evidence, nats", "needed, nats", "alone, nT", "outcome")
