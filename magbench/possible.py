@@ -33,6 +33,7 @@ def bound(
     field_enu_nT: Sequence[float] | None = None,
     noise_std_nT: float | None = None,
     gyro_noise_rad_s: float | None = None,
+    gyro_scale_std: float = 0.0,
     strength_unknown: bool = False,
     coloured: bool = False,
     tilt_limits: tuple[float, float] | None = None,
@@ -44,6 +45,7 @@ def bound(
 
     source : a scenario by name, TOML file or `magbench.load`; else data as in `calibrate`, with its reference.
     knowledge : what a method is told of the field. noise_std_nT, gyro_noise_rad_s : white noise; default: as found.
+    gyro_scale_std : what the gyro's scale may be off by, a fraction.
     coloured, overrides : of a scenario, its flicker noise and random walk too; values changed. tilt_limits : roll and
     pitch, degrees, within which the best of any motion is asked.
     """
@@ -57,7 +59,9 @@ def bound(
             f"{knowledge!r} is nothing that is known", where="knowledge", do=f"one of {', '.join(KNOWLEDGE)}"
         )
     tilts = _tilts(tilt_limits)
-    question = Question(knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts, coloured)
+    question = Question(
+        knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts, coloured, gyro_scale_std
+    )
     scenario = _scenario(source, overrides)
     if scenario is not None:
         return BoundResult.of(question.of_scenario(scenario))

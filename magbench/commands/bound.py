@@ -37,6 +37,9 @@ GyroNoise = Annotated[
         help="White noise of the gyro, each axis of a sample.  [default: the scenario's, of a log 0.001]",
     ),
 ]
+GyroScale = Annotated[
+    float, typer.Option(min=0.0, max=1.0, help="What the gyro's scale may be off by, each axis, a fraction; 0: exact.")
+]
 StrengthUnknown = Annotated[
     bool,
     typer.Option("--strength-unknown", help="The strength is not known either: S up to a factor, its trace fixed."),
@@ -70,6 +73,7 @@ def bound(
     knowledge: Knowledge = "norm",
     noise_std_nT: Noise = None,
     gyro_noise_rad_s: GyroNoise = None,
+    gyro_scale_std: GyroScale = 0.0,
     strength_unknown: StrengthUnknown = False,
     coloured: Coloured = False,
     tilt_limits: TiltLimits = None,
@@ -95,7 +99,9 @@ def bound(
     from validation.bound.question import Question
 
     tilts = Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
-    question = Question(knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts, coloured)
+    question = Question(
+        knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts, coloured, gyro_scale_std
+    )
     if path.suffix == ".toml":
         none_of(of_log, "speaks of a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
         _of_scenario(question, path, set_, what_if, out, json)

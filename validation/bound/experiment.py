@@ -23,6 +23,7 @@ class Experiment:
     turns   : (n - 1, 3, 3), takes the field from a sample to the next, h_next = turn h; None if not measured
     step_s  : (n - 1,), time between samples, s
     noise_std_nT, gyro_std_rad_s : standard deviation of white noise on each axis of a sample
+    gyro_scale_std : of the gyro's scale, each axis, a fraction
     field_enu_nT : (3,), the field in the world, None where only its strength is known
     colour : what there is beside the white noise, None: nothing
     """
@@ -35,6 +36,7 @@ class Experiment:
     gyro_std_rad_s: float = GYRO_STD_RAD_S
     field_enu_nT: Array | None = None
     colour: Colour | None = None
+    gyro_scale_std: float = 0.0
 
     @property
     def strength_nT(self) -> float:
@@ -47,11 +49,18 @@ class Experiment:
         return np.asarray(self.field_nT / np.linalg.norm(self.field_nT, axis=1)[:, None])
 
     @property
-    def field_rate_nT_s(self) -> Array | None:
-        """dh/dt = -omega x h (n, 3), the body rate omega the mean of the turns before and after; None without them."""
+    def rate_rad_s(self) -> Array | None:
+        """Body rate (n - 1, 3) of each step; None without turns."""
         if self.turns is None:
             return None
-        step = -Rotation.from_matrix(self.turns).as_rotvec() / self.step_s[:, None]
+        return np.asarray(-Rotation.from_matrix(self.turns).as_rotvec() / self.step_s[:, None])
+
+    @property
+    def field_rate_nT_s(self) -> Array | None:
+        """dh/dt = -omega x h (n, 3), the body rate omega the mean of the steps before and after; None without turns."""
+        step = self.rate_rad_s
+        if step is None:
+            return None
         padded = np.concatenate((step[:1], step, step[-1:]))
         return np.asarray(-np.cross((padded[:-1] + padded[1:]) / 2.0, self.field_nT))
 

@@ -139,17 +139,26 @@ def norm_and_gyro(known: Experiment) -> Information:
         what = "the bound with a gyro counts white noise alone"
         raise InputError(what, where="--coloured", do="leave it out, or ask with --knowledge norm or vector")
     J = jacobian(known.field_nT / known.strength_nT, SYMMETRIC)
-    n, count = len(J), J.shape[2]
-    across = tangents(known.directions)
+    across, unknown = tangents(known.directions), BIAS if known.gyro_scale_std == 0 else 2 * BIAS
     seen = known.matrix @ across * known.strength_nT / known.noise_std_nT
-    wide = np.concatenate([J / known.noise_std_nT, np.zeros((n, 3, BIAS))], axis=2)
+    wide = np.concatenate([J / known.noise_std_nT, np.zeros((len(J), 3, unknown))], axis=2)
     turns = np.einsum("nai,nab,nbj->nij", across[1:], known.turns, across[:-1], optimize=True)
-    drift = np.zeros((n - 1, 2, count + BIAS))
-    drift[:, :, count:] = known.step_s[:, None, None] * np.einsum(
-        "nai,nab->nib", across[1:], cross_matrices(known.directions[1:]), optimize=True
-    )
+    drift = np.concatenate([np.zeros((len(turns), 2, J.shape[2])), _drift(known, across, unknown)], axis=2)
     information = chained(seen, wide, turns, drift, known.gyro_std_rad_s * known.step_s)
-    return Information(_without_last(information, BIAS), SYMMETRIC)
+    if unknown > BIAS:
+        scales = slice(-unknown, -BIAS)
+        information[scales, scales] += np.eye(BIAS) / known.gyro_scale_std**2
+    return Information(_without_last(information, unknown), SYMMETRIC)
+
+
+def _drift(known: Experiment, across: Array, unknown: int) -> Array:
+    """How the gyro's scales, where they are unknown, and its bias turn each step: (n - 1, 2, unknown)."""
+    turned = np.einsum("nai,nab->nib", across[1:], cross_matrices(known.directions[1:]), optimize=True)
+    by_bias = known.step_s[:, None, None] * turned
+    if unknown == BIAS:
+        return np.asarray(by_bias)
+    assert known.rate_rad_s is not None
+    return np.concatenate([known.rate_rad_s[:, None, :] * by_bias, by_bias], axis=2)
 
 
 KNOWLEDGE: dict[str, Callable[[Experiment], Information]] = {

@@ -35,6 +35,7 @@ class Question:
     noise_std_nT, gyro_std_rad_s : of white noise; None: as found
     tilts : those within which the limit of all motions is asked; None: of none
     coloured : of a scenario, with its flicker noise and random walk
+    gyro_scale_std : of the gyro's scale, each axis, a fraction; 0: it is exact
     """
 
     knowledge: str = "norm"
@@ -43,11 +44,13 @@ class Question:
     gyro_std_rad_s: float | None = None
     tilts: Tilts | None = None
     coloured: bool = False
+    gyro_scale_std: float = 0.0
 
     def answer(self, known: Experiment) -> Answer:
         """The answer for an experiment; InputError for knowledge that it does not hold."""
         if self.gyro_std_rad_s is not None:
             known = replace(known, gyro_std_rad_s=self.gyro_std_rad_s)
+        known = replace(known, gyro_scale_std=self.gyro_scale_std)
         bound = Bound.of(known, self.knowledge, strength_known=self.strength_known)
         least = None if self.tilts is None else limit(known, self.knowledge, self.tilts)
         return Answer(known, bound, uses(known, bound), weak_directions(known, bound), least)

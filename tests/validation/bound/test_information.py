@@ -12,6 +12,7 @@ from calib import get
 from tests.calib import conftest as standard
 from tests.validation.bound.experiments import level_turns, of_motion
 from validation.bound.bound import Bound
+from validation.bound.experiment import Experiment
 from validation.bound.information import KNOWLEDGE
 
 FIGURES = {
@@ -41,6 +42,56 @@ def test_a_useless_gyro_is_none_and_a_perfect_one_leaves_one_direction() -> None
     assert Bound.of(replace(known, gyro_std_rad_s=1e3), "norm+gyro").offset_rms_nT == pytest.approx(norm, rel=1e-3)
     better = [Bound.of(replace(known, gyro_std_rad_s=std), "norm+gyro").offset_rms_nT for std in (1e-2, 1e-3, 1e-4)]
     assert better == sorted(better, reverse=True)
+
+
+@pytest.mark.parametrize("motion", ["pitch", "auv"])
+def test_a_gyros_scale_that_is_hardly_known_costs_something_and_one_that_is_known_nothing(motion: str) -> None:
+    """Between an exact gyro and none."""
+    known = of_motion(motion)
+    stated = [
+        Bound.of(replace(known, gyro_scale_std=std), "norm+gyro").offset_rms_nT for std in (0.0, 1e-7, 0.005, 10.0)
+    ]
+    assert stated[1] == pytest.approx(stated[0], rel=1e-6)
+    assert stated == sorted(stated)
+    assert stated[2] > 1.05 * stated[0]
+    assert stated[3] < Bound.of(known, "norm").offset_rms_nT
+
+
+def test_the_gyros_scale_is_eliminated_as_a_dense_least_squares_does() -> None:
+    """Directions, offset, S, bias and scales of 240 samples at once, by differences of the model itself."""
+    known = replace(of_motion("pitch", 240), gyro_scale_std=0.02, gyro_std_rad_s=1e-3)
+    J = _dense_rows(known)
+    information = J.T @ J
+    size = np.sqrt(np.diag(information))
+    covariance = np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size)
+    found = Bound.of(known, "norm+gyro").offset_std_nT
+    np.testing.assert_allclose(found, np.sqrt(np.diag(covariance)[:3]), rtol=3e-3)
+
+
+def _dense_rows(known: Experiment) -> np.ndarray:
+    """d (measurements, gyro steps, prior) / d (offset, S, bias, scales, two angles a sample), over the noise."""
+    n, rate, F = len(known.field_nT), known.rate_rad_s, known.strength_nT
+    assert rate is not None
+    u = known.directions
+    first = np.cross(u, [0.3, -0.5, 0.8])
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    second = np.cross(u, first)
+    upper = np.triu_indices(3)
+
+    def values(p: np.ndarray) -> np.ndarray:
+        S = known.matrix.copy()
+        S[upper] += p[3:9] / F
+        S.T[upper] = S[upper]
+        turned = u + p[15::2, None] * first + p[16::2, None] * second
+        turned /= np.linalg.norm(turned, axis=1)[:, None]
+        seen = F * turned @ S.T + p[:3]
+        step = Rotation.from_rotvec(-(rate * (1.0 + p[12:15]) - p[9:12]) * known.step_s[:, None])
+        off = (turned[1:] - step.apply(turned[:-1])) / (known.gyro_std_rad_s * known.step_s)[:, None]
+        return np.concatenate([(seen / known.noise_std_nT).ravel(), off.ravel(), p[12:15] / known.gyro_scale_std])
+
+    steps = np.concatenate([np.full(9, 1.0), np.full(3, 1e-5), np.full(3, 1e-4), np.full(2 * n, 1e-5)])
+    ways = np.diag(steps)
+    return np.array([(values(way) - values(-way)) / (2.0 * step) for way, step in zip(ways, steps, strict=True)]).T
 
 
 @pytest.mark.parametrize("knowledge", KNOWLEDGE)
