@@ -137,15 +137,9 @@ class Joint:
         return sum(len(one.parts) - 1 for one in self.there)
 
     def nats(self, i: int, c: Array) -> float:
-        """Nats that coefficients (k,) explain in a recording, over the inflation of their error.
-
-        That is the error's square along c, as the parts show it, over the one that the rest states.
-        """
+        """Nats that coefficients (k,) explain in a recording, over the inflation of their error."""
         one, wide = self.asked[i], self.estimates[i]
-        if one is None or wide is None or not c.any():
-            return 0.0
-        inflation = float(c @ one.estimate.N @ c) / max(float(c @ wide.N @ c), 1e-300)
-        return (one.estimate.gain(c) - one.without) / max(1.0, inflation)
+        return 0.0 if one is None or wide is None else (wide.gain(c) - one.without) / wide.inflation(c)
 
     @cached_property
     def inflation(self) -> float:

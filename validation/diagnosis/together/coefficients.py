@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.stats import chi2, f
@@ -16,15 +17,17 @@ OPEN = 1e-9
 
 @dataclass(frozen=True)
 class Estimate:
-    """What one recording says of k coefficients: information N (k, k) and score g (k,); ``c = N^+ g``, covariance N^+.
+    """What one recording says of k coefficients: information N (k, k) and score g (k,); ``c = N^+ g``.
 
-    Both are over the inflation by chance, so that the covariance is the whole error but for that of the form.
+    spread: covariance (k, k) of ``R c``, R (k, k) the root of N: one where the stated error is right; None: it is.
     """
 
     N: Array
     g: Array
+    R: Array | None = None
+    spread: Array | None = None
 
-    @property
+    @cached_property
     def c(self) -> Array:
         """Coefficients (k,); zero along what the recording leaves open."""
         return inverse(self.N) @ self.g
@@ -32,21 +35,27 @@ class Estimate:
     @property
     def covariance(self) -> Array:
         """Covariance (k, k) of the coefficients, without that of the form."""
-        return inverse(self.N)
+        if self.R is None or self.spread is None:
+            return inverse(self.N)
+        back = inverse(self.N) @ self.R.T
+        return np.asarray(back @ self.spread @ back.T)
 
     def gain(self, c: Array) -> float:
-        """Nats that coefficients (k,) as they are explain: ``c^T g - c^T N c / 2``."""
+        """Nats that coefficients (k,) as they are explain under the stated error: ``c^T g - c^T N c / 2``."""
         return float(c @ self.g - c @ self.N @ c / 2)
 
-    def blurred(self, form: Array) -> Estimate:
-        """The same with a further covariance F (k, k) of the coefficients: ``W = (I + N F)^-1 N``."""
-        back = np.linalg.inv(np.eye(len(self.g)) + self.N @ form)
-        return Estimate(back @ self.N, back @ self.g)
+    def inflation(self, c: Array) -> float:
+        """Variance along coefficients (k,) over the stated one."""
+        size = float(c @ self.N @ c)
+        if self.R is None or self.spread is None or size <= 0:
+            return 1.0
+        u = self.R @ c
+        return max(1.0, float(u @ self.spread @ u) / size)
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """One coefficient for all: c (k,), its covariance (k, k), and whether they agree: chi-square, its degrees, p."""
+    """One coefficient for all: c (k,), its covariance (k, k), and whether they agree: Q, its degrees, probability p."""
 
     c: Array
     covariance: Array
@@ -55,80 +64,70 @@ class Agreement:
     p: float
 
 
+def agreement(several: Sequence[Estimate], form: float, known: int | None = None) -> Agreement:
+    """The common coefficient of estimates, and their differences from it.
+
+    ``Q = sum_i u_i^T (spread_i + R_i F R_i^T)^-1 u_i``, ``u_i = R_i (c_i - c)``, chi-square of
+    ``sum_i rank N_i - rank sum_i N_i`` degrees. form : share of the effect by which its form is in error on one motion
+    or another, ``F = form^2 (c^T N c / k) N^+`` with N the mean information: an error of that size in any direction.
+    known : degrees of freedom that the errors are known with; then Q over its degrees is an F. The covariance of c is
+    without F, and grows with what the recordings differ beyond their own errors.
+    """
+    common = _common(several)
+    size, c = _scale(common.N), common.c
+    rooted = [_rooted(one, size) for one in several]
+    F = form**2 * float(c @ common.N @ c) / len(c) * inverse(common.N)
+    degrees = sum(rank(one.N) for one in several) - rank(common.N)
+    Q, plain = (sum(_distance(each, c, error) for each in rooted) for error in (F, 0 * F))
+    spread = np.mean([spread for *_, spread in rooted], axis=0)
+    wide = Estimate(common.N, common.g, _root(common.N, size), spread)
+    scatter = max(1.0, plain / max(degrees, 1))
+    return Agreement(c, scatter * wide.covariance, Q, degrees, _odds(Q, degrees, known))
+
+
+def _rooted(one: Estimate, size: Array) -> tuple[Array, Array, Array]:
+    """Coefficients c (k,), root R (k, k) of the information, and the covariance (k, k) of R c."""
+    R = _root(one.N, size) if one.R is None else one.R
+    return one.c, R, np.eye(len(one.c)) if one.spread is None else one.spread
+
+
+def _distance(one: tuple[Array, Array, Array], c: Array, F: Array) -> float:
+    """Square of the distance of an estimate's coefficients from others (k,), in units of spread and form F (k, k)."""
+    own, R, spread = one
+    u = R @ (own - c)
+    return float(u @ np.linalg.solve(spread + R @ F @ R.T, u))
+
+
 def with_scatter(several: Sequence[Sequence[Estimate]], least: Sequence[float]) -> list[Estimate]:
     """Estimates of n recordings from their m parts each, with the error that the parts' scores show.
 
     Were the stated error right, the squares of ``u_b = N^-1/2 (g_b - N_b c) sqrt(m / (m - 1))`` summed over the parts b
-    would be I. Where they are more in some direction, in the mean over the recordings, the covariance there is as many
+    would be I. Where they are more in some direction, in the mean over the recordings, the spread there is as many
     times as large, and `least` (n,) times in any direction: a rest that is slow in the earth's frame has a colour in
     the body's that follows the motion, and no spectrum shows it.
     """
     whole = [_common(parts) for parts in several]
-    size = _size(whole)
-    roots = [_root(one.N / np.outer(size, size)) for one in whole]
+    size = _scale(_common(whole).N)
+    roots = [_root(one.N, size) for one in whole]
     u = [
-        root @ ((part.g - part.N @ one.c) / size)
-        for root, one, parts in zip(roots, whole, several, strict=True)
+        R @ inverse(one.N) @ (part.g - part.N @ one.c)
+        for R, one, parts in zip(roots, whole, several, strict=True)
         for part in parts
     ]
     m = len(several[0])
     values, vectors = np.linalg.eigh(np.transpose(u) @ np.array(u) * m / (m - 1) / len(several))
-    found = []
-    for one, root, floor in zip(whole, roots, least, strict=True):
-        spread = vectors * np.maximum(values, floor) @ vectors.T
-        W = inverse(root @ spread @ root) * np.outer(size, size)
-        found.append(Estimate(W, W @ one.c))
-    return found
-
-
-def _root(N: Array) -> Array:
-    """``N^-1/2`` (k, k), zero along what is open."""
-    values, vectors = np.linalg.eigh(N)
-    there = values > OPEN * max(float(values.max()), 1e-300)
-    return np.asarray(vectors[:, there] * values[there] ** -0.5 @ vectors[:, there].T)
-
-
-def agreement(several: Sequence[Estimate], form: float, known: int | None = None) -> Agreement:
-    """The common coefficient of estimates and the chi-square of their differences from it.
-
-    ``Q = sum_i c_i^T W_i c_i - c^T (sum_i W_i) c``, chi-square of ``sum_i rank N_i - rank sum_i N_i`` degrees.
-    form : share of the effect by which its form is in error on one motion or another; it widens every W_i by
-    ``F = form^2 (c^T N c / k) N^+`` with N the mean information, an error of that size in any direction. The common
-    coefficient and its covariance are without it; the covariance grows with what the recordings differ beyond their
-    own errors. known : degrees of freedom that these errors are known with; then Q over its degrees is an F.
-    """
-    size = _size(several)
-    scaled = [Estimate(one.N / np.outer(size, size), one.g / size) for one in several]
-    common = _common(scaled)
-    mean = np.mean([one.N for one in scaled], axis=0)
-    F = form**2 * float(common.c @ mean @ common.c) / len(size) * inverse(mean)
-    degrees = sum(rank(one.N) for one in scaled) - rank(common.N)
-    Q = _differences([one.blurred(F) for one in scaled])
-    p = _odds(Q, degrees, known)
-    scatter = max(1.0, _differences(scaled) / degrees) if degrees > 0 else 1.0
-    return Agreement(common.c / size, scatter * common.covariance / np.outer(size, size), Q, degrees, p)
-
-
-def _odds(Q: float, degrees: int, known: int | None) -> float:
-    if degrees == 0:
-        return 1.0
-    return float(chi2.sf(Q, degrees) if known is None else f.sf(Q / degrees, degrees, known))
-
-
-def _differences(several: Sequence[Estimate]) -> float:
-    return max(2 * (sum(one.gain(one.c) for one in several) - (common := _common(several)).gain(common.c)), 0.0)
+    spreads = [vectors * np.maximum(values, floor) @ vectors.T for floor in least]
+    return [Estimate(one.N, one.g, R, spread) for one, R, spread in zip(whole, roots, spreads, strict=True)]
 
 
 def foretold(several: Sequence[Estimate]) -> Array:
     """Coefficients (n, k) for each of n recordings that all the others together give."""
-    size = _size(several)
-    scaled = [Estimate(one.N / np.outer(size, size), one.g / size) for one in several]
-    rest = ([other for other in scaled if other is not one] for one in scaled)
-    return np.array([_common(others).c / size if others else np.zeros(len(size)) for others in rest])
+    rest = ([other for other in several if other is not one] for one in several)
+    return np.array([_common(others).c if others else np.zeros(len(several[0].g)) for others in rest])
 
 
 def left_out_gains(several: Sequence[Estimate]) -> Array:
-    """Nats (n,) that the others' coefficients, as they are, explain in each recording."""
+    """Nats (n,) that the others' coefficients, as they are, explain in each recording under the stated errors."""
     return np.array([one.gain(c) for one, c in zip(several, foretold(several), strict=True)])
 
 
@@ -138,7 +137,7 @@ def size_over(one: Estimate, c: Array) -> tuple[float, float] | None:
     None where they explain nothing there whatever the factor.
     """
     information = float(c @ one.N @ c)
-    return (float(c @ one.g) / information, information**-0.5) if information > 0 else None
+    return (float(c @ one.g) / information, (one.inflation(c) / information) ** 0.5) if information > 0 else None
 
 
 def inverse(N: Array) -> Array:
@@ -154,17 +153,20 @@ def rank(N: Array) -> int:
     return int(np.count_nonzero(values > OPEN * max(float(values.max(initial=0.0)), 1e-300))) if N.any() else 0
 
 
+def _root(N: Array, size: Array) -> Array:
+    """A root R (k, k) of an information matrix, ``R^T R = N``, symmetric for coefficients in units of 1 / size (k,)."""
+    values, vectors = np.linalg.eigh(N / np.outer(size, size))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T * size)
+
+
+def _odds(Q: float, degrees: int, known: int | None) -> float:
+    if degrees == 0:
+        return 1.0
+    return float(chi2.sf(Q, degrees) if known is None else f.sf(Q / degrees, degrees, known))
+
+
 def _common(several: Sequence[Estimate]) -> Estimate:
-    return Estimate(sum((one.N for one in several), np.zeros_like(several[0].N)), _total([one.g for one in several]))
-
-
-def _total(parts: Sequence[Array]) -> Array:
-    return np.asarray(np.sum(parts, axis=0))
-
-
-def _size(several: Sequence[Estimate]) -> Array:
-    """Scale (k,) of each coefficient's information over all recordings."""
-    return _scale(_common(several).N)
+    return Estimate(np.sum([one.N for one in several], axis=0), np.sum([one.g for one in several], axis=0))
 
 
 def _scale(N: Array) -> Array:

@@ -120,7 +120,10 @@ class Judged:
         cases = tuple(_case(lot, i, [one.named for one in common], belief) for i, belief in enumerate(beliefs))
         gaps = tuple(one.gap for one in cases)
         verdict = verdict_of(replace(cases[0], clean=all(one.clean for one in cases), gap=joined(gaps), where=()))
-        doubts = tuple((*why, *doubts_of(case, verdict)) for why, case in zip(lot.wrong_references, cases, strict=True))
+        doubts = tuple(
+            (*why, *doubts_of(case, verdict), *_explains_little(case))
+            for why, case in zip(lot.wrong_references, cases, strict=True)
+        )
         found = cls(
             verdict, common, beliefs, cases, doubts, joined(gaps), gaps, lot.before, tuple(one.left for one in cases)
         )
@@ -143,6 +146,14 @@ class Judged:
         """What is left in which recording, and what speaks against the names."""
         pairs = zip(names, self.beliefs, self.doubts, strict=True)
         return tuple(f"{name}: {why}" for name, belief, doubts in pairs for why in (*belief.after.why, *doubts))
+
+
+def _explains_little(case: Case) -> tuple[str, ...]:
+    """Where something is left: whether the lot's names explain less than a name must."""
+    explained = case.gap.explained
+    if case.clean or explained is None or explained >= case.problem.policy.least_share or not case.found:
+        return ()
+    return (f"what the others give explains {100 * explained:.0f} % of its gap",)
 
 
 def _case(lot: Lot, i: int, named: Sequence[Named], belief: Belief) -> Case:

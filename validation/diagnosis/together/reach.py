@@ -64,10 +64,7 @@ def _holds(joint: Joint, nats: float, agree: Agreement, needed: float) -> bool:
 def _own(joint: Joint, i: int) -> float:
     """Nats on held-out folds of a recording's own coefficients, over the inflation of their error."""
     one, wide = joint.asked[i], joint.estimates[i]
-    if one is None or wide is None:
-        return 0.0
-    c = wide.c
-    return one.held * float(c @ wide.N @ c) / max(float(c @ one.estimate.N @ c), 1e-300)
+    return 0.0 if one is None or wide is None else one.held / wide.inflation(wide.c)
 
 
 def _common(joint: Joint, which: Sequence[int], policy: Policy) -> tuple[float, Agreement]:
@@ -91,7 +88,8 @@ def _one(joint: Joint, i: int, others: Sequence[int], policy: Policy) -> There:
     if _own(joint, i) > policy.apart and joint.candidate.possible(one.c):
         return There.PRESENT
     known = [other for j in others if (other := joint.estimates[j]) is not None]
-    gain = one.gain(agreement(known, 0.0).c) if known else 0.0
+    c = agreement(known, 0.0).c if known else 0.0 * one.c
+    gain = one.gain(c) / one.inflation(c)
     if gain > policy.apart:
         return There.PRESENT
     return There.ABSENT if gain < -policy.apart else There.OPEN
