@@ -109,6 +109,10 @@ class Policy:
     )
     search_price_odds: float = number(2.0, "the best of n searched settings is priced at odds of 1 in so many times n")
 
+    # iron and effects jointly, without attitude
+    joint_passes: int = number(3, "times at most that the iron is fitted anew beside what was found")
+    joint_settled: float = number(0.1, "rms in sigma by which the target then moves, below which it is settled")
+
     # a rest with a colour of its own
     most_rows: int = number(12_000, "rows of means beyond which longer means are taken")
     memories: int = number(7, "slow processes that a rest is made of, evenly spaced in log memory")

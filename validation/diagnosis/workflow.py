@@ -13,8 +13,8 @@ from sim.scenario import Model
 from sim.state import Array
 from validation.diagnosis.decision.belief import Belief, believed
 from validation.diagnosis.decision.iron import absorbed_effects
+from validation.diagnosis.decision.jointly import select_jointly
 from validation.diagnosis.decision.judgement import Case, doubts_of, verdict_of
-from validation.diagnosis.decision.selection import select
 from validation.diagnosis.decision.wording import advice_for, sentence_for
 from validation.diagnosis.evidence.direct import Direct, direct_evidence, held_rows
 from validation.diagnosis.evidence.judged import taken_back
@@ -78,7 +78,8 @@ def examined(
     direct = tuple(direct_evidence(whole, without))
     problem = whole.without(np.logical_or.reduce([held_rows(whole), *(one.samples for one in direct)]))
     wrong_reference = doubts_of_reference(problem)
-    belief = believed(select(problem, frozenset(BY_NAME) if wrong_reference else without, say))
+    selection = select_jointly(problem, frozenset(BY_NAME) if wrong_reference else without, say)
+    problem, belief = selection.end.problem, believed(selection)
     if wrong_reference:  # its gap resembles many effects
         belief = replace(belief, iron=(), noise=None)
     return Examined(model, problem, direct, belief, wrong_reference)

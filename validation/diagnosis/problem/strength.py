@@ -2,39 +2,46 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from calib import Calibration, Reference, get
 from calib.numerics.rates import body_rate, smoothed_derivative
-from scenarios.errors import InputError
 from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.rotation import cross
 from sim.state import SCALAR, Array, State
 from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.iron import Iron, fitted_iron
 from validation.diagnosis.problem.linear import LinearProblem, sample_noise
 from validation.diagnosis.problem.motion import course, measured
 
 
 def strength_problem(
-    recording: Recording, strength_nT: float, effects: tuple[Effect, ...], policy: Policy
+    recording: Recording,
+    strength_nT: float,
+    effects: tuple[Effect, ...],
+    policy: Policy,
+    disturbance_nT: Array | None = None,
 ) -> LinearProblem:
-    """The problem of the strength, see `LinearProblem`, about the ellipsoid that fits the recording.
+    """The problem of the strength, see `LinearProblem`, about iron fitted beside a known part of the disturbance.
 
-    A scalar magnetometer beside it is the strength sample by sample, whatever was given: it must be compensated.
-    Raises InputError where the motion does not determine an ellipsoid.
+    With the part d (n, 3) of the measurement m out, ``h = M (m - d - o)`` and ``u = h / |h|``; y is
+    ``|h| - F + u M d``: the same to first order wherever d is, so that effects and iron are found jointly in steps. A
+    scalar magnetometer beside it is the strength F sample by sample, whatever was given: it must be compensated.
     """
     measured_nT = measured_strength(recording)
-    F = np.full((1, 1), strength_nT) if measured_nT is None else measured_nT
-    fit = _ellipsoid(recording, float(np.median(F)))
-    h = (recording.mag_nT - fit.offset_nT) @ fit.matrix.T
+    F = np.full((len(recording), 1), strength_nT) if measured_nT is None else measured_nT
+    known = np.zeros((len(recording), 3)) if disturbance_nT is None else disturbance_nT
+    iron = _iron(recording, known, F[:, 0], policy)
+    h = iron.field_nT(recording.mag_nT - known)
     size = np.linalg.norm(h, axis=1, keepdims=True)
     direction = h / size
-    residual = size - F
-    sigma = sample_noise(residual)
-    turn: Array = np.asarray(np.linalg.inv(fit.matrix), dtype=np.float64)
+    sigma = sample_noise(size - F)
+    residual = size - F + np.einsum("ni,ni->n", direction, known @ iron.matrix)[:, None]
+    turn: Array = np.asarray(np.linalg.inv(iron.matrix), dtype=np.float64)
     state = _state(recording, direction * F, float(np.median(F)))
-    clean = state.field_nT @ turn.T + fit.offset_nT
+    clean = state.field_nT @ turn.T + iron.offset_nT
     return LinearProblem(
         recording=recording,
         state=state,
@@ -66,18 +73,24 @@ def measured_strength(recording: Recording) -> Array | None:
     return known_nT[:, None]
 
 
+def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
+    """A strength problem about iron that was fitted with a disturbance (n, 3) of the measurement out."""
+    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
+    anew = strength_problem(problem.recording, strength_nT, problem.effects, problem.policy, disturbance_nT)
+    kept = replace(anew, attitude_std_rad=problem.attitude_std_rad, iron_known=problem.iron_known)
+    return kept.without(problem.usable == 0)
+
+
+def _iron(recording: Recording, known_nT: Array, strength_nT: Array, policy: Policy) -> Iron:
+    interval_s = float(np.median(np.diff(recording.time_s)))
+    block = max(1, round(policy.block_s / interval_s))
+    return fitted_iron(recording.mag_nT - known_nT, strength_nT, block, policy)
+
+
 def strength_columns(direction: Array) -> Array:
     """Changes (n, 9) of the strength with a symmetric matrix and an offset, along unit directions (n, 3)."""
     pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
     return np.column_stack([*(direction[:, i] * direction[:, j] for i, j in pairs), direction])
-
-
-def _ellipsoid(recording: Recording, strength_nT: float) -> Calibration:
-    fit = get("ellipsoid").fit(recording, Reference(strength_nT, None), np.random.default_rng(0))
-    if not np.isfinite(fit.matrix).all() or fit.status.kind == "not_applicable":
-        do = "give a recording with attitude, or one that turns the sensor in all directions"
-        raise InputError(f"no attitude, and no ellipsoid fits: {fit.status.reason}", where="recording", do=do)
-    return fit
 
 
 def _state(recording: Recording, field: Array, strength_nT: float) -> State:

@@ -1,0 +1,58 @@
+"""Effects and iron found jointly where only the field's strength is known: each is fitted with the other out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sim.state import Array
+from validation.diagnosis.decision.selection import Progress, Selection, select
+from validation.diagnosis.problem.blocks import fit
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.strength import about
+from validation.signals.size import rms
+
+
+def select_jointly(
+    problem: LinearProblem, without: frozenset[str] = frozenset(), say: Progress = lambda what: None
+) -> Selection:
+    """The loop of `select`; without attitude again with the iron fitted beside what was found, until that settles.
+
+    The strength is no linear function of iron and effects together: what was found moves the direction of the field,
+    and with it the iron. Without attitude only.
+    """
+    selection = select(problem, without, say)
+    if problem.mode != "strength":
+        return selection
+    for _ in range(problem.policy.joint_passes):
+        if not selection.found:
+            break
+        anew = about(problem, disturbance_nT(selection))
+        if _moved(problem, anew) < problem.policy.joint_settled:
+            break
+        say("iron and effects jointly")
+        problem, again = anew, select(anew, without, say)
+        if not again.found:
+            break
+        selection = again
+    return selection
+
+
+def disturbance_nT(selection: Selection) -> Array:
+    """What the effects that were found add to the measurement (n, 3)."""
+    problem, end = selection.end.problem, selection.end
+    c = fit(end.sums, end.everything).c
+    total, first = np.zeros((len(problem.recording), 3)), 0
+    for one in selection.found:
+        contribution = one.evidence.candidate.contribution_nT(problem)
+        part = contribution @ c[first : first + contribution.shape[2]]
+        early = one.evidence.candidate.effect.stage in ("field", "vehicle")
+        total += part @ problem.turn.T if early else part
+        first += contribution.shape[2]
+    return total
+
+
+def _moved(before: LinearProblem, after: LinearProblem) -> float:
+    """Rms by which the target moves beside what the base takes up, in units of the noise."""
+    moved = (after.target - before.target) * before.usable[:, None]
+    both = np.hstack([before.base, after.base])
+    return rms(moved - both @ np.linalg.lstsq(both, moved, rcond=1e-10)[0])
