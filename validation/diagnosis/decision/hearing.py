@@ -81,7 +81,7 @@ class Hearing:
         policy = self.ground.problem.policy
         with_it = self.ground.beside(one.evidence.candidate.columns(self.ground.problem))
         coloured = not self.is_clean(with_it, one.evidence.name)
-        by_chance = self.beside.surrogates(one)
+        by_chance = self.beside.surrogates(one, self.ground.problem)
         inflation = max(1.0, 2 * float(by_chance.mean()) / one.columns.shape[2])
         needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
         if one.gain / inflation <= needed:

@@ -49,7 +49,7 @@ class Hypothesis:
         found = []
         for start in starts:
             first = cls.given(rows, columns, start)
-            rest = Rest.of(first.residual(rows, columns), rows.interval_s, rows.policy)
+            rest = Rest.of(first.residual(rows, columns), rows.interval_s, rows.policy, rows.sight)
             found.append(cls.given(rows, columns, rest))
         return max(found, key=lambda one: one.whole)
 

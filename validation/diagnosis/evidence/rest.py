@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,14 +23,20 @@ SAME_STEP, SETTLED = 1e-6, 1e-12
 
 @dataclass(frozen=True)
 class Rest:
-    """``r = white + sum_j OU(tau_j)`` of q outputs: variances `white` (q,) and `slow` (q, J), memories `tau_s` (J,)."""
+    """``r = white + sum_j OU(tau_j)`` of q outputs: variances `white` (q,) and `slow` (q, J), memories `tau_s` (J,).
+
+    Where one output is a vector seen along a direction `sight` (n, 3), also ``sight . (OU_x, OU_y, OU_z)(tau_j)``: a
+    wander of the sensor's axes, of variances `turning` (J,), which comes and goes with the motion.
+    """
 
     tau_s: Array
     white: Array
     slow: Array
+    turning: Array = field(default_factory=lambda: np.zeros(0))
+    sight: Array | None = None
 
     @classmethod
-    def of(cls, residual: Array, interval_s: float, policy: Policy) -> Rest:
+    def of(cls, residual: Array, interval_s: float, policy: Policy, sight: Array | None = None) -> Rest:
         """The variances of greatest banded Whittle likelihood for a residual (n, q).
 
         ``sum_b a_b (ln S_b + P_b / S_b)`` over bands b of a_b lines under a Hann window, S the sum of the processes'
@@ -41,25 +47,40 @@ class Rest:
             policy.shortest_memory * interval_s, policy.longest_memory * n * interval_s, policy.memories
         )
         f, power, lines = _bands(residual, interval_s, policy)
-        shapes = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s)])
+        seen = np.zeros((0, len(f))) if sight is None else seen_density(sight, tau_s, interval_s, policy)
+        shapes = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s), seen])
         total = residual.var(axis=0)
         variance = np.outer(total, np.full(len(shapes), 1.0 / len(shapes)))
         for _ in range(ROUNDS):
             S = variance @ shapes
             variance *= (lines * power / S**2) @ shapes.T / ((lines / S) @ shapes.T)
-        return cls(tau_s, np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300)), variance[:, 1:])
+        white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
+        last = 1 + len(tau_s)
+        return cls(tau_s, white, variance[:, 1:last], variance[0, last:], sight)
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
         """Columns (n, q, w) as innovations over their standard deviation, and ln S (n, q) of the innovations.
 
         A Kalman filter with transition exp(-dt / tau_j) at the true times; rows that are not usable teach nothing.
         """
+        if self.sight is not None and len(self.turning):
+            return self._whitened_through(self.sight, time_s, usable, columns)
         out, ln_S = np.zeros(columns.shape), np.zeros(columns.shape[:2])
         for a, (white, slow) in enumerate(zip(self.white, self.slow, strict=True)):
             there = slow > LEAST_SLOW * white
             one, ln = _filter(time_s, usable, columns[:, a].copy(), self.tau_s[there], slow[there], float(white))
             out[:, a], ln_S[:, a] = one, ln
         return out, ln_S
+
+    def _whitened_through(self, sight: Array, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
+        """The same of one output, with the wander of three axes along the line of sight."""
+        white = float(self.white[0])
+        slow, turning = self.slow[0] > LEAST_SLOW * white, self.turning > LEAST_SLOW * white
+        tau_s = np.concatenate([self.tau_s[slow], np.repeat(self.tau_s[turning], 3)])
+        variance = np.concatenate([self.slow[0, slow], np.repeat(self.turning[turning], 3)])
+        seen = np.hstack([np.ones((len(sight), slow.sum())), np.tile(sight, turning.sum())])
+        one, ln = _filter_through(time_s, usable, columns[:, 0].copy(), tau_s, variance, seen, white)
+        return one[:, None], ln[:, None]
 
 
 def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
@@ -71,16 +92,39 @@ def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
     return np.asarray((1 - a**2) / (1 - 2 * a * np.cos(2 * np.pi * f * interval_s) + a**2))
 
 
+def seen_density(sight: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:
+    """Spectra (J, m) in the bands of three independent processes of variance one along directions (n, 3).
+
+    ``sum_l a^|l| C_l cos(2 pi f l dt) / sum h^2`` with C the autocorrelation of ``h u``, h the Hann window: what the
+    windowed spectrum is expected to be.
+    """
+    n, window = len(sight), _hann(len(sight))
+    C = np.fft.irfft((np.abs(np.fft.rfft(sight * window, 2 * n, axis=0)) ** 2).sum(axis=1), 2 * n)
+    lag = np.minimum(np.arange(2 * n), 2 * n - np.arange(2 * n))
+    spectra = np.fft.rfft(np.exp(-lag * interval_s / tau_s[:, None]) * C)[:, ::2].real / (window**2).sum()
+    return np.stack([spectra[:, b].mean(axis=1) for b in _slices(n // 2 + 1, policy)], axis=1)
+
+
+def _hann(n: int) -> Array:
+    """The Hann window (n, 1)."""
+    return np.asarray(np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2)
+
+
+def _slices(lines: int, policy: Policy) -> list[slice]:
+    """The bands of a spectrum, evenly spaced in log frequency."""
+    edges = np.unique(np.geomspace(1, lines, policy.bands).astype(int))
+    return [slice(a, b) for a, b in itertools.pairwise(edges)]
+
+
 def _bands(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, Array, Array]:
     """Frequencies (m,), power (q, m) with white noise at its variance, and independent lines (m,) of bands in log f.
 
     From the first line on: the course of a random walk over the whole run stands there, and would else be a drift.
     """
     n = len(residual)
-    window = np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2
+    window = _hann(n)
     power = np.abs(np.fft.rfft((residual - residual.mean(axis=0)) * window, axis=0)) ** 2 / (window**2).sum()
-    edges = np.unique(np.geomspace(1, len(power), policy.bands).astype(int))
-    band = [slice(a, b) for a, b in itertools.pairwise(edges)]
+    band = _slices(len(power), policy)
     f = np.fft.rfftfreq(n, interval_s)
     lines = np.array([b.stop - b.start for b in band], dtype=np.float64)
     means = np.stack([power[b].mean(axis=0) for b in band], axis=1)
@@ -132,4 +176,48 @@ def _filter(
             out[i, c] = e / np.sqrt(S)
             for j in range(J):
                 x[j, c] += gain[j] * e
+    return out, ln_S
+
+
+@fast_kernel
+def _filter_through(
+    time_s: Array, usable: Array, columns: Array, tau_s: Array, slow: Array, seen: Array, white: float
+) -> tuple[Array, Array]:
+    n, w = columns.shape
+    J = len(tau_s)
+    P, x = np.diag(slow), np.zeros((J, w))
+    Ph, kept = np.zeros(J), np.zeros(J)
+    out, ln_S, last_s = np.zeros((n, w)), np.zeros(n), -1.0
+    for i in range(n):
+        if i > 0:
+            step_s = time_s[i] - time_s[i - 1]
+            if abs(step_s - last_s) >= SAME_STEP * step_s:
+                kept[:] = np.exp(-step_s / tau_s)
+                last_s = step_s
+            for j in range(J):
+                for k in range(J):
+                    P[j, k] *= kept[j] * kept[k]
+                P[j, j] += (1 - kept[j] * kept[j]) * slow[j]
+                for c in range(w):
+                    x[j, c] *= kept[j]
+        if usable[i] == 0:
+            continue
+        S = white
+        for j in range(J):
+            total = 0.0
+            for k in range(J):
+                total += P[j, k] * seen[i, k]
+            Ph[j] = total
+            S += total * seen[i, j]
+        for j in range(J):
+            for k in range(J):
+                P[j, k] -= Ph[j] * Ph[k] / S
+        ln_S[i] = np.log(S)
+        for c in range(w):
+            e = columns[i, c]
+            for j in range(J):
+                e -= seen[i, j] * x[j, c]
+            out[i, c] = e / np.sqrt(S)
+            for j in range(J):
+                x[j, c] += Ph[j] * e / S
     return out, ln_S

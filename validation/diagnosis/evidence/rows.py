@@ -17,7 +17,8 @@ class Rows:
     """Samples (N,) taken together so that no series is longer than `most_rows`; white noise keeps its variance.
 
     time_s (N,), usable (N,) of the samples; base (n, q, p) and target (n, q) of the rows, each output with its base;
-    fold_s: length of a segment of a fold, 0: the policy's.
+    sight (n, 3): the direction that a target of one output is seen along, where it is part of a vector; fold_s: length
+    of a segment of a fold, 0: the policy's.
     """
 
     time_s: Array
@@ -26,15 +27,25 @@ class Rows:
     base: Array
     target: Array
     policy: Policy
+    sight: Array | None = None
     fold_s: float = 0.0
 
     @classmethod
-    def of(cls, time_s: Array, usable: Array, base: Array, target: Array, policy: Policy) -> Rows:
+    def of(
+        cls,
+        time_s: Array,
+        usable: Array,
+        base: Array,
+        target: Array,
+        policy: Policy,
+        sight: Array | None = None,
+    ) -> Rows:
         """The rows of samples: base (N, p) for all outputs or (N, q, p), target (N, q), 0 where nothing is usable."""
         starts = np.arange(0, len(time_s), -(-len(time_s) // policy.most_rows))
         rows = cls(time_s, usable, starts, np.zeros(0), np.zeros(0), policy)
         each = base if base.ndim == 3 else np.repeat(base[:, None], target.shape[1], axis=1)
-        return cls(time_s, usable, starts, rows.taken(each), rows.taken(target), policy)
+        along = None if sight is None else _directions(np.add.reduceat(sight, starts, axis=0))
+        return cls(time_s, usable, starts, rows.taken(each), rows.taken(target), policy, along)
 
     def taken(self, values: Array) -> Array:
         """Sums (n, ...) of values (N, ...) over rows, over the root of their number of usable samples."""
@@ -87,3 +98,8 @@ class Rows:
                 break
             rows = replace(self, fold_s=rows.segment_s / 2)
         return rows
+
+
+def _directions(vectors: Array) -> Array:
+    """Unit vectors (n, 3) along vectors (n, 3)."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))

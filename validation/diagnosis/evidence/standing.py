@@ -12,6 +12,7 @@ from validation.diagnosis.evidence.compare import Evidence, search_price
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, informations, white
 from validation.diagnosis.evidence.rows import Rows
+from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -38,7 +39,8 @@ class Beside:
     @classmethod
     def of(cls, problem: LinearProblem, inside: Array) -> Beside:
         """The rows of a problem, with effects' columns (N, q, k) in."""
-        rows = Rows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy)
+        sight = problem.state.field_nT if problem.mode == "strength" else None
+        rows = Rows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy, sight)
         return cls.in_rows(rows, rows.taken(inside))
 
     @classmethod
@@ -68,20 +70,19 @@ class Beside:
         gain = richer.held - max(poorer.held, same.held) - price
         return Standing(evidence, columns, rows, richer, gain)
 
-    def surrogates(self, one: Standing) -> Array:
-        """Nats that a candidate's columns, mirrored and rolled in time, gain in sample from what it leaves."""
-        return gains(*self._without_effect(one.columns, one.hypothesis), one.hypothesis.rest)
+    def surrogates(self, one: Standing, problem: LinearProblem) -> Array:
+        """Nats that a candidate's columns, moved in time, gain in sample from what it leaves."""
+        moved = moved_in_time(one.evidence.candidate, problem, self.rows)
+        return gains(*self._without_effect(one.columns, one.hypothesis), moved, one.hypothesis.rest)
 
-    def by_chance(self, columns: Array, hypothesis: Hypothesis) -> list[Array]:
-        """Products (k + 1, k + 1) of the same mirrored and rolled columns and of what the candidate leaves."""
-        return informations(*self._without_effect(columns, hypothesis), hypothesis.rest)
+    def by_chance(self, columns: Array, hypothesis: Hypothesis, moved: Sequence[Array]) -> list[Array]:
+        """Products (k + 1, k + 1) of columns moved in time and of what the candidate leaves."""
+        return informations(*self._without_effect(columns, hypothesis), moved, hypothesis.rest)
 
-    def _without_effect(self, columns: Array, hypothesis: Hypothesis) -> tuple[Rows, Array, list[Array]]:
-        """Rows whose target is what a hypothesis with an effect leaves, nothing inside, and columns of no effect."""
-        n, times = len(columns), self.rows.policy.surrogates
-        rolled = [np.roll(columns[::-1], n * (2 * t + 1) // (2 * times), axis=0) for t in range(times)]
+    def _without_effect(self, columns: Array, hypothesis: Hypothesis) -> tuple[Rows, Array]:
+        """Rows whose target is what a hypothesis with an effect leaves, and nothing inside."""
         left = replace(self.rows, target=hypothesis.residual(self.rows, self.joined(columns)))
-        return left, columns[:, :, :0], rolled
+        return left, columns[:, :, :0]
 
     def left_of(self, rival: Standing, best: Standing) -> float:
         """Part of its own gain that a rival keeps once the best is in, with the best's rest."""
@@ -91,6 +92,18 @@ class Beside:
         joint = Hypothesis.given(rows, np.concatenate([both, rival.columns], axis=2), rest)
         without = Hypothesis.given(rows, self.inside, rest)
         return (joint.held - best.hypothesis.held) / max(alone.held - without.held, 1e-9)
+
+
+def moved_in_time(candidate: Candidate, problem: LinearProblem, rows: Rows) -> list[Array]:
+    """Columns (n, q, k) of an effect that is none: what it adds, mirrored and rolled in time, at several shifts.
+
+    They are rolled in the frame of the sensor, and seen along the motion as it was: where only the strength is known,
+    a wander of one axis comes and goes with the direction of the field, and so must they.
+    """
+    mirrored, times = candidate.contribution_nT(problem)[::-1], problem.policy.surrogates
+    shifts = (len(mirrored) * (2 * t + 1) // (2 * times) for t in range(times))
+    moved = (problem.whitened(np.roll(mirrored, shift, axis=0), candidate.effect.stage) for shift in shifts)
+    return [rows.taken(columns) for columns in moved]
 
 
 def gains_along_the_field(before: Ground, after: Ground) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from sim.state import Array, State
 from validation.diagnosis.evidence.compare import search_price
 from validation.diagnosis.evidence.hypothesis import Hypothesis, information_by_part, white
-from validation.diagnosis.evidence.standing import Beside
+from validation.diagnosis.evidence.standing import Beside, moved_in_time
 from validation.diagnosis.library.candidates import Candidate, missing_channels
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.together.coefficients import Estimate, left_out_gains, with_scatter
@@ -25,6 +25,8 @@ class Asked:
     many nats the rest alone explains more with a colour of its own than with this one; held: nats on held-out folds.
     """
 
+    candidate: Candidate
+    problem: LinearProblem
     beside: Beside
     columns: Array
     hypothesis: Hypothesis
@@ -33,7 +35,7 @@ class Asked:
     held: float
 
     @classmethod
-    def of(cls, beside: Beside, columns: Array) -> Asked:
+    def of(cls, candidate: Candidate, problem: LinearProblem, beside: Beside, columns: Array) -> Asked:
         """The candidate with a rest of its own, the likelier of those that begin white and with the poorer's colour."""
         both = beside.joined(columns)
         richer = Hypothesis.of(beside.rows, both, (beside.poorer.rest, white(both.shape[1])))
@@ -42,12 +44,13 @@ class Asked:
         parts = information_by_part(beside.rows, beside.inside, columns, richer.rest, several)
         without = max(beside.poorer.whole - same.whole, 0.0)
         held = richer.held - max(beside.poorer.held, same.held)
-        return cls(beside, columns, richer, tuple(parts), without, held)
+        return cls(candidate, problem, beside, columns, richer, tuple(parts), without, held)
 
     @cached_property
     def chance(self) -> list[Array]:
         """Products (k + 1, k + 1) of the columns mirrored and rolled in time, as effects of none."""
-        return self.beside.by_chance(self.columns, self.hypothesis)
+        moved = moved_in_time(self.candidate, self.problem, self.beside.rows)
+        return self.beside.by_chance(self.columns, self.hypothesis, moved)
 
     @cached_property
     def inflation(self) -> float:
@@ -96,8 +99,8 @@ class Joint:
         """The candidate, found among so many settings, beside the effects that are in already."""
         columns = [columns_in(candidate, problem) for problem in problems]
         asked = tuple(
-            None if each is None else Asked.of(beside, beside.rows.taken(each))
-            for beside, each in zip(besides, columns, strict=True)
+            None if each is None else Asked.of(candidate, problem, beside, beside.rows.taken(each))
+            for problem, beside, each in zip(problems, besides, columns, strict=True)
         )
         width = next((one.columns.shape[2] for one in asked if one), 1)
         return cls(candidate, asked, search_price(tried, width, problems[0].policy))

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from sim.state import Array
-from validation.diagnosis.evidence.rest import Rest, ou_density
+from validation.diagnosis.evidence.rest import Rest, _bands, ou_density, seen_density
 from validation.diagnosis.policy import STANDARD
 
 
@@ -88,3 +88,31 @@ def test_a_found_rest_is_as_likely_as_the_true_one(step: float, seed: int) -> No
     true = Rest(np.array([1e6]), np.ones(1), np.full((1, 1), step**2 * 1e6 / 2))
     assert likelihood(Rest.of(y, 1.0, STANDARD)) > likelihood(true) - 8
     assert likelihood(Rest(np.ones(1), np.array([y.var()]), np.zeros((1, 1)))) < likelihood(true) - 100
+
+
+def test_a_wander_seen_along_a_turning_direction_has_the_likelihood_of_its_dense_covariance() -> None:
+    """Against the normal density with the covariance written down: white, one scalar process, one of three axes."""
+    rng = np.random.default_rng(5)
+    n, tau_s, slow, turning, noise = 120, np.array([3.0, 40.0]), np.array([[2.0, 0.0]]), np.array([0.0, 5.0]), 0.7
+    time_s = np.cumsum(rng.uniform(0.5, 1.5, n))
+    sight = rng.normal(size=(n, 3))
+    sight /= np.linalg.norm(sight, axis=1, keepdims=True)
+    apart = np.abs(time_s[:, None] - time_s)
+    C = noise * np.eye(n) + 2.0 * np.exp(-apart / 3.0) + 5.0 * np.exp(-apart / 40.0) * (sight @ sight.T)
+    y = np.linalg.cholesky(C) @ rng.normal(size=n)
+    z, ln_S = Rest(tau_s, np.array([noise]), slow, turning, sight).whitened(time_s, np.ones(n), y[:, None, None])
+    assert (z**2).sum() == pytest.approx(y @ np.linalg.solve(C, y), rel=1e-9)
+    assert ln_S.sum() == pytest.approx(np.linalg.slogdet(C)[1], rel=1e-9)
+
+
+def test_the_expected_spectrum_of_a_turning_wander_is_that_of_many() -> None:
+    rng = np.random.default_rng(6)
+    n, tau_s = 512, np.array([30.0])
+    sight = np.column_stack([np.cos(0.3 * np.arange(n)), np.sin(0.3 * np.arange(n)), np.zeros(n)])
+    expected = seen_density(sight, tau_s, 1.0, STANDARD)[0]
+    kept, power = np.exp(-1 / 30.0), []
+    for _ in range(400):
+        steps = rng.normal(size=(n, 3)) * np.r_[1.0, np.full(n - 1, np.sqrt(1 - kept**2))][:, None]
+        wander = lfilter([1.0], [1.0, -kept], steps, axis=0)
+        power.append(_bands((wander * sight).sum(axis=1)[:, None], 1.0, STANDARD)[1][0])
+    assert np.allclose(np.mean(power, axis=0)[3:] / expected[3:], 1.0, atol=0.25)
