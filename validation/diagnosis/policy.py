@@ -110,6 +110,12 @@ class Policy:
     search_price_odds: float = number(2.0, "the best of n searched settings is priced at odds of 1 in so many times n")
 
     # iron and effects jointly, without attitude
+    matrix_prior: float = number(0.25, "standard deviation of the iron's matrix about the unit matrix")
+    offset_prior: float = number(
+        0.5, "the same of its offset about zero, in strengths of the field",
+        run="level turns with a current of 2000 nT: with 4 the offset went to three times the field",
+    )  # fmt: skip
+    other_unit: float = number(2.0, "factor between measurements and the field from which on their unit is another")
     joint_passes: int = number(3, "times at most that the iron is fitted anew beside what was found")
     joint_settled: float = number(0.1, "rms in sigma by which the target then moves, below which it is settled")
 

@@ -12,7 +12,7 @@ from sim.effects.base import Effect
 from sim.rotation import cross
 from sim.state import SCALAR, Array, State
 from validation.diagnosis.policy import Policy
-from validation.diagnosis.problem.iron import Iron, fitted_iron
+from validation.diagnosis.problem.iron_by_strength import Iron, fitted_iron
 from validation.diagnosis.problem.linear import LinearProblem, sample_noise
 from validation.diagnosis.problem.motion import course, measured
 

@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from sim.state import Array
 from validation.diagnosis.policy import STANDARD
-from validation.diagnosis.problem.iron import _left, _slopes, fitted_iron
+from validation.diagnosis.problem.iron_by_strength import _left, _slopes, fitted_iron
 
 FIELD_NT, NOISE_NT, BLOCK = 50_000.0, 20.0, 50
 MATRIX = np.array([[1.05, 0.02, -0.01], [0.02, 0.97, 0.03], [-0.01, 0.03, 1.02]])

@@ -9,10 +9,6 @@ import numpy as np
 from sim.state import Array
 from validation.diagnosis.policy import Policy
 
-MATRIX_STD, OFFSET_STD = 0.25, 0.5
-"""The prior: of the matrix about the unit matrix, and of the offset about zero in strengths of the field."""
-WRONG_UNIT = 2.0
-"""Factor by which measurements are larger or smaller than the field, if their unit is another."""
 MOST_STEPS, SETTLED = 60, 1e-9
 """Steps at most, and the relative change of the cost below which they end; also what is nothing beside the field."""
 FIRST_DAMPING, DAMPING_FACTOR = 1e-3, 5.0
@@ -43,13 +39,13 @@ def fitted_iron(measured_nT: Array, strength_nT: float, block: int, policy: Poli
     nothing the prior stands, M = 1 and o = 0.
     """
     size = float(np.median(np.linalg.norm(measured_nT, axis=1)))
-    unit = 1.0 if 1 / WRONG_UNIT < size / strength_nT < WRONG_UNIT else strength_nT / size
+    unit = 1.0 if 1 / policy.other_unit < size / strength_nT < policy.other_unit else strength_nT / size
     y = measured_nT * (unit / strength_nT)
     theta = np.r_[np.eye(3)[PAIRS], np.zeros(3)]
     for _ in range(ROUNDS):
         left = _left(theta, y)
         use = _near(np.abs(left), policy)
-        theta = _minimum(theta, y, use, _power(left[use > 0], block, policy))
+        theta = _minimum(theta, y, use, _power(left[use > 0], block, policy), policy)
     matrix, offset = _parts(theta)
     return Iron(matrix * unit, offset * strength_nT / unit)
 
@@ -96,9 +92,9 @@ def _power(left: Array, block: int, policy: Policy) -> float:
     return power * excess
 
 
-def _minimum(theta: Array, y: Array, use: Array, power: float) -> Array:
+def _minimum(theta: Array, y: Array, use: Array, power: float, policy: Policy) -> Array:
     """The nine numbers of least cost, by Levenberg-Marquardt steps from a start."""
-    prior = np.r_[np.full(6, MATRIX_STD), np.full(3, OFFSET_STD)]
+    prior = np.r_[np.full(6, policy.matrix_prior), np.full(3, policy.offset_prior)]
     middle = np.r_[np.eye(3)[PAIRS], np.zeros(3)]
 
     def cost(at: Array) -> float:
