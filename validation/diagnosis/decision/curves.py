@@ -74,7 +74,7 @@ def _next(ground: Ground, start: Ground, known: Sequence[Driver], *, first: bool
     look = _Look.of(ground)
     tried = _tried(ground, look, known)
     for best in sorted(tried, key=lambda one: -one.gain):
-        by_chance = look.beside.surrogates(best)
+        by_chance = look.beside.surrogates(best, ground.problem)
         inflation = max(1.0, 2 * float(by_chance.mean()) / best.columns.shape[2])
         if best.gain / inflation <= policy.coloured_nats or best.gain <= by_chance.max():
             continue
