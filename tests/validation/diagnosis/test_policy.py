@@ -27,7 +27,7 @@ GUARDS = {
     "linear.py": {"LEAST_NOISE"},
     "coefficients.py": {"OPEN"},
     "values.py": {"STEP"},
-    "places.py": {"MEAN_S", "MOST_MEANS"},
+    "places.py": {"MEAN_S", "MOST_MEANS", "SAME_M"},
     "battery.py": {"MOST_TONES"},
     "spectrum.py": {"WINDOW_LINES"},
     "steps.py": {"LOG_SIZES"},

@@ -31,23 +31,23 @@ class Iron:
         return np.asarray((measured_nT - self.offset_nT) @ self.matrix)
 
 
-def fitted_iron(measured_nT: Array, strength_nT: float, block: int, policy: Policy) -> Iron:
-    """Iron by which measurements (n, 3) have the field's strength F: ``min sum (|M (m - o)| - F)^2 / v + prior``.
+def fitted_iron(measured_nT: Array, strength_nT: Array, block: int, policy: Policy) -> Iron:
+    """Iron by which measurements (n, 3) have the field's strength F (n,): ``min sum (|M (m - o)| - F)^2 / v + prior``.
 
     v is the power of what is left times its colour over means of `block` samples and more, so that a slow disturbance
     bends no axis that the motion hardly shows. What lies far off is left out. No motion is refused: where it shows
     nothing the prior stands, M = 1 and o = 0.
     """
-    size = float(np.median(np.linalg.norm(measured_nT, axis=1)))
-    unit = 1.0 if 1 / policy.other_unit < size / strength_nT < policy.other_unit else strength_nT / size
-    y = measured_nT * (unit / strength_nT)
+    size, middle_nT = (float(np.median(one)) for one in (np.linalg.norm(measured_nT, axis=1), strength_nT))
+    unit = 1.0 if 1 / policy.other_unit < size / middle_nT < policy.other_unit else middle_nT / size
+    y, F = measured_nT * (unit / middle_nT), strength_nT / middle_nT
     theta = np.r_[np.eye(3)[PAIRS], np.zeros(3)]
     for _ in range(ROUNDS):
-        left = _left(theta, y)
+        left = _left(theta, y, F)
         use = _near(np.abs(left), policy)
-        theta = _minimum(theta, y, use, _power(left[use > 0], block, policy), policy)
+        theta = _minimum(theta, y, F, use, _power(left[use > 0], block, policy), policy)
     matrix, offset = _parts(theta)
-    return Iron(matrix * unit, offset * strength_nT / unit)
+    return Iron(matrix * unit, offset * middle_nT / unit)
 
 
 def _near(off: Array, policy: Policy) -> Array:
@@ -63,10 +63,10 @@ def _parts(theta: Array) -> tuple[Array, Array]:
     return upper + upper.T - np.diag(np.diag(upper)), theta[6:]
 
 
-def _left(theta: Array, y: Array) -> Array:
-    """``|M (y - o)| - 1`` (n,)."""
+def _left(theta: Array, y: Array, F: Array) -> Array:
+    """``|M (y - o)| - F`` (n,)."""
     matrix, offset = _parts(theta)
-    return np.asarray(np.linalg.norm((y - offset) @ matrix, axis=1) - 1)
+    return np.asarray(np.linalg.norm((y - offset) @ matrix, axis=1) - F)
 
 
 def _slopes(theta: Array, y: Array) -> Array:
@@ -92,20 +92,20 @@ def _power(left: Array, block: int, policy: Policy) -> float:
     return power * excess
 
 
-def _minimum(theta: Array, y: Array, use: Array, power: float, policy: Policy) -> Array:
+def _minimum(theta: Array, y: Array, F: Array, use: Array, power: float, policy: Policy) -> Array:
     """The nine numbers of least cost, by Levenberg-Marquardt steps from a start."""
     prior = np.r_[np.full(6, policy.matrix_prior), np.full(3, policy.offset_prior)]
     middle = np.r_[np.eye(3)[PAIRS], np.zeros(3)]
 
     def cost(at: Array) -> float:
-        return float((use * _left(at, y) ** 2).sum() / power + (((at - middle) / prior) ** 2).sum())
+        return float((use * _left(at, y, F) ** 2).sum() / power + (((at - middle) / prior) ** 2).sum())
 
     damping, now = FIRST_DAMPING, cost(theta)
     for _ in range(MOST_STEPS):
         J = _slopes(theta, y)
         weighted = J * use[:, None]
         normal = weighted.T @ J / power + np.diag(prior**-2.0)
-        downhill = weighted.T @ _left(theta, y) / power + (theta - middle) / prior**2
+        downhill = weighted.T @ _left(theta, y, F) / power + (theta - middle) / prior**2
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), downhill)
         then = cost(theta - step)
         if then > now:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from calib.numerics.rates import body_rate, smoothed_derivative
+from scenarios.errors import InputError
 from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.rotation import cross

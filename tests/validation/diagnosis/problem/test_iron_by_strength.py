@@ -11,6 +11,7 @@ from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.iron_by_strength import _left, _slopes, fitted_iron
 
 FIELD_NT, NOISE_NT, BLOCK = 50_000.0, 20.0, 50
+KNOWN_NT = np.full(4000, FIELD_NT)
 MATRIX = np.array([[1.05, 0.02, -0.01], [0.02, 0.97, 0.03], [-0.01, 0.03, 1.02]])
 OFFSET_NT = np.array([800.0, -1500.0, 2500.0])
 
@@ -24,7 +25,7 @@ def _measured(rng: np.random.Generator, least_up: float = -1.0, most_up: float =
 
 
 def test_over_the_whole_sphere_the_iron_is_the_true_one() -> None:
-    iron = fitted_iron(_measured(np.random.default_rng(0)), FIELD_NT, BLOCK, STANDARD)
+    iron = fitted_iron(_measured(np.random.default_rng(0)), KNOWN_NT, BLOCK, STANDARD)
     assert np.allclose(iron.matrix, MATRIX, atol=2e-4)
     assert np.allclose(iron.offset_nT, OFFSET_NT, atol=5.0)
 
@@ -33,7 +34,7 @@ def test_far_values_do_not_bend_it() -> None:
     rng = np.random.default_rng(1)
     measured = _measured(rng)
     measured[rng.random(len(measured)) < 0.02] += 30_000.0
-    iron = fitted_iron(measured, FIELD_NT, BLOCK, STANDARD)
+    iron = fitted_iron(measured, KNOWN_NT, BLOCK, STANDARD)
     assert np.allclose(iron.matrix, MATRIX, atol=5e-4)
 
 
@@ -41,7 +42,7 @@ def test_far_values_do_not_bend_it() -> None:
 def test_in_a_plane_the_prior_stands_for_what_the_motion_does_not_show(wander_nT: float) -> None:
     rng = np.random.default_rng(2)
     walk = gaussian_filter1d(rng.normal(size=(4000, 3)), 200, axis=0)
-    iron = fitted_iron(_measured(rng, -0.9, -0.899) + wander_nT * walk / walk.std(), FIELD_NT, BLOCK, STANDARD)
+    iron = fitted_iron(_measured(rng, -0.9, -0.899) + wander_nT * walk / walk.std(), KNOWN_NT, BLOCK, STANDARD)
     size = np.linalg.svd(iron.matrix)[1]
     assert 0.5 < size.min() < size.max() < 1.5
     assert np.linalg.norm(iron.offset_nT) < FIELD_NT
@@ -49,7 +50,7 @@ def test_in_a_plane_the_prior_stands_for_what_the_motion_does_not_show(wander_nT
 
 def test_measurements_in_another_unit_are_brought_to_the_field_s() -> None:
     measured = _measured(np.random.default_rng(3))
-    counts, same = (fitted_iron(values, FIELD_NT, BLOCK, STANDARD) for values in (measured / 100, measured))
+    counts, same = (fitted_iron(values, KNOWN_NT, BLOCK, STANDARD) for values in (measured / 100, measured))
     assert np.allclose(counts.matrix / 100, same.matrix, rtol=1e-3, atol=1e-4)
 
 
@@ -57,5 +58,7 @@ def test_slopes_are_those_of_small_differences() -> None:
     rng = np.random.default_rng(4)
     theta, y = np.r_[1.1, 0.9, 1.0, 0.02, -0.01, 0.03, 0.1, -0.2, 0.05], rng.normal(size=(20, 3))
     step = 1e-6 * np.eye(9)
-    differences = np.stack([(_left(theta + one, y) - _left(theta - one, y)) / 2e-6 for one in step], axis=1)
+    differences = np.stack(
+        [(_left(theta + one, y, np.ones(20)) - _left(theta - one, y, np.ones(20))) / 2e-6 for one in step], axis=1
+    )
     assert np.allclose(_slopes(theta, y), differences, atol=1e-8)
