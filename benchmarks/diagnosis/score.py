@@ -15,7 +15,7 @@ from validation.diagnosis.result import How
 from validation.diagnosis.verdict import Verdict
 
 Row = dict[str, Any]
-NOISES = {effect.name for effect in EFFECTS if effect.clues.spectrum is not None}
+NOISES = {effect.name for effect in EFFECTS if effect.clues.spectrum is not None or effect.name == "white_noise"}
 CONFIDENT = (Verdict.NAMED, Verdict.COMPOSITE)
 IN_TIME = {"offset_jump", "hard_iron_drift", "diurnal_drift"} | NOISES
 """Effects whose cause is time alone."""

@@ -97,7 +97,7 @@ class Hearing:
         if added_share(self.start, self.ground, with_it) < problem.policy.least_added:
             return "explains next to nothing of the gap"
         source = problem.mode == "vector" and candidate.effect.clues.source
-        if source and not gains_along_the_field(self.ground, with_it):
+        if source and not gains_along_the_field(self.ground, with_it, candidate.tried):
             return "nothing along the field: an error of the attitude"
         return ""
 

@@ -15,6 +15,7 @@ from validation.diagnosis.evidence.rows import Rows
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.strength import strength_columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,24 +107,33 @@ def moved_in_time(candidate: Candidate, problem: LinearProblem, rows: Rows) -> l
     return [rows.taken(columns) for columns in moved]
 
 
-def gains_along_the_field(before: Ground, after: Ground) -> bool:
+def gains_along_the_field(before: Ground, after: Ground, tried: int = 1) -> bool:
     """Whether what was taken in explains the part along the field too, where an error of the attitude has nothing.
 
-    Nats of means over `slow_mean_s` of that part, ``(b - a) / 2``, over what is still coloured, ``max(1, a / n)``.
+    Nats of means over `slow_mean_s` of that part, ``(b - a) / 2``, over what is still coloured, ``max(1, a / n)``, less
+    what the k columns taken in gain by chance, ``k / 2``, and the price of a search among `tried` settings.
     """
+    policy, k = before.problem.policy, after.inside.shape[2] - before.inside.shape[2]
     poorer, richer = (along_the_field(ground) for ground in (before, after))
     gained = float((poorer**2).sum() - (richer**2).sum()) / 2
-    return gained / max(1.0, float((richer**2).mean())) > before.problem.policy.apart
+    by_chance = k / 2 + search_price(tried, k, policy)
+    return gained / max(1.0, float((richer**2).mean())) - by_chance > policy.apart
 
 
 def along_the_field(ground: Ground) -> Array:
-    """Means (m,) of what a ground leaves along the field, over `slow_mean_s`; white noise has a variance of one."""
+    """Means (m,) of what a ground leaves along the field, over `slow_mean_s`; white noise has a variance of one.
+
+    The nine columns of a strength fit are taken off: a matrix that was fitted to a turn of the field leaves them there.
+    """
     problem = ground.problem
     u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
     back = u @ np.linalg.inv(problem.turn) * problem.sigma_nT
-    along = np.einsum("ni,ni->n", back, ground.residual()) / np.linalg.norm(back, axis=1)
+    unit = np.linalg.norm(back, axis=1)
+    along = np.einsum("ni,ni->n", back, ground.residual()) / unit
     length = max(1, min(round(problem.policy.slow_mean_s / problem.state.interval_s), len(along) // 2))
-    return np.asarray(Cut(length, len(along) // length).means(along) * np.sqrt(length))
+    cut = Cut(length, len(along) // length)
+    base, means = cut.means(strength_columns(u) * (problem.usable / unit)[:, None]), cut.means(along)
+    return np.asarray(np.sqrt(length) * (means - base @ np.linalg.lstsq(base, means, rcond=1e-9)[0]))
 
 
 def look_alikes(
