@@ -76,7 +76,8 @@ class Course:
             del noisy["gyro_rad_s"]
         if not self.has:
             del noisy["current_A"]
-        return Recording(self.time_s[at], mag_nT[at], att_q=self.q[at], pos_enu_m=self.pos_enu_m[at], **noisy)
+        time_s, mag, q, pos = (np.ascontiguousarray(v[at]) for v in (self.time_s, mag_nT, self.q, self.pos_enu_m))
+        return Recording(time_s, mag, att_q=q, pos_enu_m=pos, **noisy)
 
 
 @lru_cache(maxsize=4)

@@ -117,7 +117,7 @@ def gains_along_the_field(before: Ground, after: Ground, tried: int = 1) -> bool
     poorer, richer = (along_the_field(ground) for ground in (before, after))
     gained = float((poorer**2).sum() - (richer**2).sum()) / 2
     by_chance = k / 2 + search_price(tried, k, policy)
-    return gained / max(1.0, float((richer**2).mean())) - by_chance > policy.apart
+    return bool(gained / max(1.0, float((richer**2).mean())) - by_chance > policy.apart)
 
 
 def along_the_field(ground: Ground) -> Array:
