@@ -166,6 +166,10 @@ class Policy:
 
     # a curve of a channel, where no effect stands
     driver_tail: float = number(0.005, "share of a channel's samples at each end beyond which its curve is straight")
+    curve_left: float = number(
+        0.5, "part of what names leave of the gap that a curve of another channel leaves at most, or the names stay",
+        run="four payloads of three tones on an AUV: two ripples left half of the gap, the curve a hundredth",
+    )  # fmt: skip
     most_curves: int = number(4, "channels whose curves are added up at most")
 
     # effects in a part of the run

@@ -25,7 +25,7 @@ from validation.diagnosis.library.candidates import missing_channels
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.repair.curves import with_curves
+from validation.diagnosis.repair.curves import Followed, followed, followed_instead
 from validation.diagnosis.repair.model import patched
 from validation.diagnosis.repair.naming import Left, names_of
 from validation.diagnosis.result import Diagnosis, How, Named
@@ -93,13 +93,22 @@ def told(seen: Examined) -> Diagnosis:
     case = Case(problem, named, belief.clean, left.gap, where, left.after)
     verdict = verdict_of(case)
     doubts = (*seen.wrong_reference, *doubts_of(case, verdict))
-    if doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
-        verdict, left = Verdict.UNKNOWN, left.undone()
-        named = tuple(one for one in named if one.how is How.DIRECT)
-        if not seen.wrong_reference:
-            named, left = with_curves(belief.selection.start, named, left)
+    curves = _curves(seen, case, verdict, doubts)
+    if curves or doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
+        verdict, left = Verdict.UNKNOWN, curves.left if curves else left.undone()
+        named = tuple(one for one in named if one.how is How.DIRECT) + (curves.named if curves else ())
     found = _without_words(seen, named, verdict, doubts, where, left)
     return replace(found, sentence=sentence_for(found), advice=advice_for(found))
+
+
+def _curves(seen: Examined, case: Case, verdict: Verdict, doubts: tuple[str, ...]) -> Followed | None:
+    """The channels that the gap follows, where nothing is named; beside a part of it, where they explain much more."""
+    start = seen.belief.selection.start
+    if seen.wrong_reference:
+        return None
+    if doubts or verdict is Verdict.UNKNOWN:
+        return followed(start)
+    return followed_instead(start, case) if verdict is Verdict.PARTIAL else None
 
 
 def _without_words(

@@ -3,31 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from sim.state import Array
+from sim.state import Array, current_name
 from validation.diagnosis.decision.curves import Curve, curves
+from validation.diagnosis.decision.judgement import Case
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.problem.blocks import fit, inflation
 from validation.diagnosis.repair.naming import Left
 from validation.diagnosis.result import GapSize, How, Named
 
 
-def with_curves(start: Ground, named: tuple[Named, ...], left: Left) -> tuple[tuple[Named, ...], Left]:
-    """Names and what they leave, with curves of channels where such stand; the same where none does.
+@dataclass(frozen=True)
+class Followed:
+    """Curves of channels as names, and what they leave together."""
 
-    start : the ground without any effect.
-    """
+    named: tuple[Named, ...]
+    left: Left
+
+    @property
+    def explained(self) -> float:
+        """Share of the gap on held-out data."""
+        return self.left.gap.explained or 0.0
+
+
+def followed(start: Ground) -> Followed | None:
+    """The channels that a gap follows, where curves of such stand; start : the ground without any effect."""
     found = curves(start)
     if not found:
-        return named, left
+        return None
     columns = [one.candidate.columns(start.problem) for one in found]
     end = start.beside(np.concatenate(columns, axis=2))
-    after = _left(start, end)
-    if (after.gap.explained or 0.0) < start.problem.policy.least_share:
-        return named, left
-    return (*named, *_named(found, end, [one.shape[2] for one in columns])), after
+    all_of_it = Followed(tuple(_named(found, end, [one.shape[2] for one in columns])), _left(start, end))
+    return all_of_it if all_of_it.explained >= start.problem.policy.least_share else None
+
+
+def followed_instead(start: Ground, case: Case) -> Followed | None:
+    """Curves that explain much more than names do, where the gap goes first with a channel that no name follows.
+
+    A name whose cause is that channel stays: a curve gains what its form lacks.
+    """
+    if not case.where or case.where[0].channel not in _unnamed_channels(case):
+        return None
+    found, explained = followed(start), case.gap.explained or 0.0
+    if found is None or 1 - found.explained > start.problem.policy.curve_left * (1 - explained):
+        return None
+    return found
+
+
+def _unnamed_channels(case: Case) -> set[str]:
+    """Recorded channels that no name has for its cause; to an effect of the currents all motors are one."""
+    causes = {cause for one in case.named for cause in one.effect.causes}
+    known = set(case.problem.state.channels) - causes
+    motors = {current_name(motor) for motor in case.problem.state.motors}
+    return known - motors if causes & motors else known
 
 
 def _left(start: Ground, end: Ground) -> Left:

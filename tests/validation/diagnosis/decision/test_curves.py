@@ -114,6 +114,19 @@ def test_a_channel_that_is_shifted_in_time_drives_nothing(seed: int) -> None:
     assert not found(disturbed(2 * load(seed), seed, load=np.roll(load(seed), 1500)))
 
 
+def test_a_channel_that_settles_is_not_told_from_time() -> None:
+    settling = np.exp(-np.arange(4000) / 1500.0)
+    assert not found(disturbed(8 * settling, charge=settling + 0.02 * slow(2)))
+
+
+def test_tones_beside_a_current_give_way_to_the_channel_that_makes_them() -> None:
+    t = np.arange(4000) / HZ
+    x = sum(np.sin(2 * np.pi * t / period) for period in (4.7, 6.1, 8.9)) / 3
+    told = diagnose(disturbed(3 * np.tanh(2 * x), load_A=x), MODEL)
+    assert [one.effect.causes for one in told.named] == [("load_A",)]
+    assert told.verdict == "unknown"
+
+
 def test_a_channel_that_resembles_the_motion_is_no_driver() -> None:
     given = problem(recording())
     turning = given.state.rate_rad_s[:, 0] / np.abs(given.state.rate_rad_s[:, 0]).max()
