@@ -16,6 +16,7 @@ from sim.state import HEIGHT, Array
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, HZ, NOISE_NT, STRENGTH_NT, problem, recording
 from validation.diagnosis.decision.curves import channel_of, curves
 from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.pose import pose, posed
 from validation.diagnosis.repair.chain import left_with_iron_refitted
 from validation.diagnosis.repair.confirm import confirmed
@@ -114,9 +115,11 @@ def test_a_channel_that_is_shifted_in_time_drives_nothing(seed: int) -> None:
     assert not found(disturbed(2 * load(seed), seed, load=np.roll(load(seed), 1500)))
 
 
-def test_a_channel_that_settles_is_not_told_from_time() -> None:
-    settling = np.exp(-np.arange(4000) / 1500.0)
-    assert not found(disturbed(8 * settling, charge=settling + 0.02 * slow(2)))
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_a_course_of_time_is_not_a_channels_however_little_is_asked(power: int) -> None:
+    course = np.linspace(-1, 1, 4000) ** power
+    asks_little = Policy(coloured_nats=1.0)
+    assert not curves(Ground.of(problem(disturbed(4 * course, charge=course), policy=asks_little)))
 
 
 def test_tones_beside_a_current_give_way_to_the_channel_that_makes_them() -> None:
