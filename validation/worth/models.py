@@ -191,7 +191,7 @@ def with_warmth(model: Model, warmth: Array) -> Model:
     """An offset that grows with a signal (n,)."""
     off = warmth - warmth.mean()
     more = (off / np.sqrt(np.mean(off**2)))[:, None, None] * np.eye(3)
-    return model.richer(f"{model.name} with {TEMPERATURE}", more=more)
+    return model.richer(_with(model, TEMPERATURE), more=more)
 
 
 def with_eddy(model: Model, rate_rad_s: Array) -> Model:
@@ -199,4 +199,9 @@ def with_eddy(model: Model, rate_rad_s: Array) -> Model:
     change = -np.cross(rate_rad_s, model.field() if model.known is None else model.known)
     rms = float(np.sqrt(np.mean(np.sum(change**2, axis=1)))) or 1.0
     more = np.einsum("ai,nj->naij", np.eye(3), change / rms).reshape(len(change), 3, 9)
-    return model.richer(f"{model.name} with {EDDY}", more=more)
+    return model.richer(_with(model, EDDY), more=more)
+
+
+def _with(model: Model, what: str) -> str:
+    """The name of a model with more in it."""
+    return f"{model.name} {'and' if model.more.shape[2] else 'with'} {what}"

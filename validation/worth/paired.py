@@ -16,6 +16,8 @@ from validation.worth.models import Model
 Array = NDArray[np.float64]
 Verdict = Literal["worth_it", "as_well", "worse", "cannot_tell"]
 SURE = 0.95
+ROUNDING = 1e-9
+"""Share of the field that an error is taken to have at least: less is rounding."""
 SAME = 0.05
 """An interval within this share of what the simpler model leaves: the two predict as well as each other."""
 
@@ -32,7 +34,7 @@ class Unseen:
     def of(cls, model: Model, legs: Legs, strength_nT: float) -> Unseen:
         """Each leg by the parameters that the others give."""
         errors = [strength_nT * one for one in model.unseen(legs)]
-        rms = np.array([np.sqrt(np.mean(one**2)) for one in errors])
+        rms = np.array([max(np.sqrt(np.mean(one**2)), ROUNDING * strength_nT) for one in errors])
         return cls(model, rms, np.array([one.mean(axis=0) for one in errors]))
 
     @property

@@ -12,7 +12,7 @@ from validation.text import figure, sentence
 from validation.worth.claims import Claim
 from validation.worth.models import OFFSET
 from validation.worth.paired import Pair
-from validation.worth.worth import Worth
+from validation.worth.worth import UNTOLD, Worth
 
 CALLED = {OFFSET: "the offset alone"}
 """Names for sentences, where they are others than "the ..."."""
@@ -63,7 +63,7 @@ def headline(found: Worth) -> str:
     """A sentence a pair, and what was held out."""
     of = found.sensor.replace("sensor@", "sensor ") + ": " if "@" in found.sensor else ""
     how = f"held out in turn: {found.legs.count} legs, by {found.legs.how}; known: the field's {found.knowledge}"
-    take = f"take {_called(found.keep)}"
+    take = f"take {_called(found.keep)}" if found.keep else f"take none of them: {UNTOLD}"
     return "\n".join(of + sentence(text) for text in (*(told(one) for one in found.pairs), take, how))
 
 

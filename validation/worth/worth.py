@@ -16,7 +16,7 @@ from validation.worth.paired import Pair, Unseen
 
 LEAST_SAMPLES = 24
 """Twice the parameters of the larger base: fewer leave nothing to hold out."""
-UNTOLD = "this motion does not tell its offset"
+UNTOLD = "this motion does not tell the offset"
 MOST_SAMPLES = 10_000
 """Of a longer recording every second, third, ... sample is taken: what the models leave hangs on the motion."""
 
@@ -25,7 +25,7 @@ MOST_SAMPLES = 10_000
 class Worth:
     """Pairs of a simpler and a richer model: offset and matrix first, then what is added to the better of them.
 
-    keep : the name of the model that all of them leave
+    keep : the name of the model that all of them leave; "" where the motion does not tell its offset
     """
 
     sensor: str
@@ -60,7 +60,13 @@ def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> Worth
     if pair[0] is not simple:
         found.append(_paired(pair, doubt, legs, strength_nT))
         now = found[-1].kept
-    return Worth(sensor, "strength" if simple.known is None else "vector", legs, tuple(found), now.model.name)
+    return Worth(
+        sensor,
+        "strength" if simple.known is None else "vector",
+        legs,
+        tuple(found),
+        _kept(now.model, recording, reference),
+    )
 
 
 def _paired(models: tuple[Model, Model], doubt: str, legs: Legs, strength_nT: float) -> Pair:
@@ -72,3 +78,10 @@ def _doubt(simple: Model, recording: Recording, reference: Reference) -> str:
     """Why soft iron is not to be taken though it predicts better: a calibrator of it finds the motion too little."""
     method = get("ellipsoid" if simple.known is None else "vector_least_squares")
     return UNTOLD if method.fit(recording, reference).status.kind == "unobservable" else ""
+
+
+def _kept(model: Model, recording: Recording, reference: Reference) -> str:
+    """The model's name; none for an offset that a calibrator of the offset alone finds unobservable."""
+    alone = model.known is None and len(model.slots) == 1
+    lost = alone and get("sphere").fit(recording, reference).status.kind == "unobservable"
+    return "" if lost else model.name

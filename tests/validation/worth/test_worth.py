@@ -123,8 +123,21 @@ def test_an_ellipsoid_that_the_motion_does_not_tell_is_not_recommended(made: Mad
     field = np.column_stack([19_000 * np.cos(0.1 * time_s), -19_000 * np.sin(0.1 * time_s), np.full(600, -44_000.0)])
     recording = made(np.random.default_rng(0), np.eye(3))
     mag = field * [1.1, 0.9, 1.0] + 5.0 * np.random.default_rng(1).standard_normal((600, 3))
-    pair = first(worth(replace(recording, mag_nT=mag), STRENGTH)).pairs[0]
-    assert pair.verdict != "worth_it"
+    found = first(worth(replace(recording, mag_nT=mag), STRENGTH))
+    assert found.pairs[0].verdict != "worth_it"
+    assert found.keep == ""
+    assert "Take none of them: this motion does not tell the offset." in headline(found)
+
+
+@pytest.mark.parametrize("attitude", [False, True])
+def test_rounding_is_no_gain(made: Made, attitude: bool) -> None:
+    """A field that never changes, and a sphere without noise."""
+    recording = made(np.random.default_rng(0), np.eye(3), kind="tumble", noise_nT=0.0, attitude=attitude)
+    still = replace(recording, mag_nT=np.tile([2e4, 3e4, 1e4], (600, 1)), gyro_rad_s=np.zeros((600, 3)))
+    reference = VECTOR if attitude else STRENGTH
+    exact, eddy = first(worth(recording, reference)), first(worth(still, reference)).pairs[1]
+    assert all(pair.verdict != "worth_it" for pair in exact.pairs)
+    assert eddy.verdict == "as_well"
 
 
 def test_too_short_a_recording_is_refused(made: Made) -> None:
