@@ -152,13 +152,14 @@ class Policy:
         0.001, "the same as alpha for several recordings together: nats of coefficients that each gets from the others"
     )
     not_transferred_alarm: float = number(
-        0.01, "probability that equal coefficients differ as much between recordings as those that do not transfer"
-    )
+        0.05, "probability that equal coefficients differ as much between recordings as those that do not transfer",
+        alarms="4 of 196 lots of three with equal coefficients, white and coloured: see scatter_parts",
+    )  # fmt: skip
     scatter_parts: int = number(
         4, "parts of a recording whose scores show how far its coefficients scatter",
-        alarms="none of 49 white and 147 coloured lots of three with equal coefficients differed at 1 %",
+        alarms="of 49 white and 147 coloured lots of three with equal coefficients 4 differed at 5 %, none at 1 %",
         run="quadrotor, 280 s, flicker noise, attitude that wanders by 0.01 and 0.1 degrees over 60 s, effects of 0.03 "
-        "to 0.3 of the noise: with 6 parts 5 of these 147 differed, by surrogates alone 10 of the first 36",
+        "to 0.3 of the noise: at 1 % with 6 parts 5 of these 147 differed, by surrogates alone 10 of the first 36",
     )  # fmt: skip
     same_coefficient: float = number(
         0.04, "share of an effect by which its form is in error on one motion or another, beside the data's own error"

@@ -119,15 +119,24 @@ def _best(members: Sequence[Member], settings: Settings, chosen: Sequence[Chosen
     """The first of the likeliest candidates that the recordings together bear out."""
     besides = [Beside.of(one.problem, one.ground.inside) for one in members]
     tried = _tried(members, besides, settings, chosen)
+    refused: list[Joint] = []
     for joint in sorted(tried, key=lambda one: -one.gain):
+        if any(_left_of(joint, better) < members[0].problem.policy.look_alike_left for better in refused):
+            continue  # what a better one takes up does not stand in its place
         with_it = [one.beside(joint.candidate) for one in members]
         coloured = not _clean(with_it, [*(one.name for one in chosen), joint.name])
         found = _finding(joint, members, coloured=coloured)
-        if found.reach is None or found.nats <= _most_by_chance(joint):
-            continue
-        if not coloured or (_adds(found, members, with_it) and _along_the_field(found, members, with_it)):
+        if _stands(found, members, with_it, coloured=coloured):
             return _named(found, tried, members, coloured=coloured)
+        refused.append(joint)
     return None
+
+
+def _stands(found: Finding, members: Sequence[Member], with_it: Sequence[Member], *, coloured: bool) -> bool:
+    """Whether the recordings bear an effect out by more than chance, beside a coloured rest by enough of the gap."""
+    if found.reach is None or found.nats <= _most_by_chance(found.joint):
+        return False
+    return not coloured or (_adds(found, members, with_it) and _along_the_field(found, members, with_it))
 
 
 def _finding(joint: Joint, members: Sequence[Member], *, coloured: bool) -> Finding:
