@@ -129,7 +129,7 @@ def _without_words(
         absorbed=tuple(name for name in absorbed_effects(problem) if name not in names),
         untested=_untested(problem),
         doubts=doubts,
-        ranking=taken_back(selection.judged) if verdict is Verdict.UNKNOWN else selection.judged,
+        ranking=taken_back(selection.judged, doubts) if verdict is Verdict.UNKNOWN else selection.judged,
         before=selection.before,
         after=seen.belief.after,
         model=patched(seen.model, named, problem),

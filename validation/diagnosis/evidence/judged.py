@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from validation.diagnosis.evidence.compare import Evidence
 
 NAMED, BEHIND, TOO_LITTLE = "named", "explains less", "below what is needed"
-TAKEN_BACK = "named, then taken back: see what is left over"
+TAKEN_BACK, SMALL_SHARE = "not believed: ", "all names together explain too little of the gap"
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ def with_outcomes(judged: Sequence[Judged], named: str | None, alternatives: Seq
     return tuple(sorted((replace(one, outcome=outcome(one)) for one in judged), key=lambda one: -one.nats))
 
 
-def taken_back(judged: Sequence[Judged]) -> tuple[Judged, ...]:
-    """The same where no name is believed in the end."""
-    return tuple(replace(one, outcome=TAKEN_BACK) if one.outcome == NAMED else one for one in judged)
+def taken_back(judged: Sequence[Judged], doubts: Sequence[str]) -> tuple[Judged, ...]:
+    """The same where no name is believed in the end, for a doubt or because they explain too little."""
+    why = TAKEN_BACK + ("; ".join(doubts) or SMALL_SHARE)
+    return tuple(replace(one, outcome=why) if one.outcome == NAMED else one for one in judged)

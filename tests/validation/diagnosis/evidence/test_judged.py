@@ -9,6 +9,7 @@ from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.judged import (
     BEHIND,
     NAMED,
+    SMALL_SHARE,
     TAKEN_BACK,
     TOO_LITTLE,
     Judged,
@@ -41,4 +42,5 @@ def test_every_candidate_learns_what_came_of_it() -> None:
 
 def test_a_name_that_is_not_believed_is_said_to_be_taken_back() -> None:
     judged = with_outcomes([_judged(0, 99.0), _judged(4, 3.0)], BEST.name, ())
-    assert [one.outcome for one in taken_back(judged)] == [TAKEN_BACK, TOO_LITTLE]
+    assert [one.outcome for one in taken_back(judged, ())] == [TAKEN_BACK + SMALL_SHARE, TOO_LITTLE]
+    assert taken_back(judged, ("a channel is left",))[0].outcome == TAKEN_BACK + "a channel is left"
