@@ -81,7 +81,10 @@ def _nothing(case: Case) -> bool:
 
 
 def _explains_some(case: Case) -> bool:
-    return case.gap.explained is None or case.gap.explained >= case.problem.policy.least_share
+    """Whether names explain enough of the gap: where there is none to speak of, those that rest on it explain none."""
+    if case.gap.explained is None:
+        return not case.found
+    return case.gap.explained >= case.problem.policy.least_share
 
 
 def _only_iron_with_rivals(case: Case) -> bool:

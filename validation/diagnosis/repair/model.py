@@ -64,7 +64,13 @@ def _iron(problem: LinearProblem, new: Sequence[Effect]) -> tuple[Effect, Effect
     matrix = clean.turn - np.eye(3)
     field_nT = apply_deterministic([one for one in new if one.stage == "field"], clean.state)[0]
     middle = clean.clean_nT.mean(axis=0) - clean.turn @ field_nT.mean(axis=0)
-    return SoftIron(matrix.tolist()), HardIron(middle.tolist())
+    return _possible(SoftIron, matrix), _possible(HardIron, middle)
+
+
+def _possible(iron: type[SoftIron] | type[HardIron], values: Array) -> Effect:
+    """Iron with these values, brought into its bounds: a motion that hardly shows a direction may leave it beyond."""
+    parameter = iron.parameters()[0]
+    return iron(**{parameter.name: np.clip(values, parameter.low, parameter.high).tolist()})
 
 
 def outside_windows(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:

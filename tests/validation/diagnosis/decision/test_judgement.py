@@ -24,6 +24,7 @@ GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.97)
 EFFECT = DRIVEN(**{DRIVEN.linear[0]: (1.0, 0.0, 0.0)})
 FOUND = Named(EFFECT, (), How.HELD_OUT, 50.0, 1.0)
 IRON = Named(HardIron((3.0, 0.0, 0.0)), (), How.IRON, 50.0, 1.0)
+SEEN = replace(FOUND, how=How.DIRECT, nats=None)
 NOISE = Named(EFFECT, (), How.SPECTRUM, 50.0, 0.0)
 
 
@@ -47,7 +48,8 @@ def _or(named: Named, *others: str) -> Named:
         (_case(FOUND, clean=False), Verdict.PARTIAL),
         (_case(FOUND, clean=False, explained=0.4), Verdict.PARTIAL),
         (_case(FOUND, clean=False, explained=0.15), Verdict.UNKNOWN),
-        (_case(FOUND, clean=False, explained=None), Verdict.PARTIAL),
+        (_case(FOUND, clean=False, explained=None), Verdict.UNKNOWN),
+        (_case(SEEN, clean=False, explained=None), Verdict.PARTIAL),
         (_case(IRON), Verdict.NAMED),
         (_case(_or(IRON, "soft_iron")), Verdict.CLASS),
         (_case(_or(IRON, "eddy_current")), Verdict.NOT_OBSERVABLE),
