@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -62,6 +62,20 @@ class Asked:
     def estimate(self) -> Estimate:
         """What the recording says of the coefficients, with the error that its rest states."""
         return estimate(np.sum(self.parts, axis=0))
+
+    def nats_of(self, c: Array) -> float:
+        """Nats that coefficients (k,) as they are gain beside a rest of their own, over the same rows without them."""
+        beside = self.beside
+        left = replace(beside.rows, target=beside.rows.target - np.einsum("nqk,k->nq", self.columns, c))
+        frozen = Hypothesis.of(left, beside.inside, (self.hypothesis.rest, beside.poorer.rest))
+        given = self.estimate.gain(c) - self.without
+        return max(given, frozen.whole - self.alone)
+
+    @cached_property
+    def alone(self) -> float:
+        """Log-likelihood of the rows without the effect, its rest begun as the poorer's and as the one beside it."""
+        again = Hypothesis.of(self.beside.rows, self.beside.inside, (self.hypothesis.rest,))
+        return max(self.beside.poorer.whole, again.whole)
 
     @property
     def strength(self) -> float:
@@ -142,7 +156,7 @@ class Joint:
     def nats(self, i: int, c: Array) -> float:
         """Nats that coefficients (k,) explain in a recording, over the inflation of their error."""
         one, wide = self.asked[i], self.estimates[i]
-        return 0.0 if one is None or wide is None else (wide.gain(c) - one.without) / wide.inflation(c)
+        return 0.0 if one is None or wide is None else one.nats_of(c) / wide.inflation(c)
 
     @cached_property
     def inflation(self) -> float:
