@@ -1,11 +1,19 @@
-"""Three recordings at once: what transfers, what differs in one of them, and what must not be named."""
+"""Three recordings at once: what transfers, what differs in one of them, and what must not be named.
+
+python -m benchmarks.diagnosis.three --seeds 1 --only differs,null -o out/three
+
+Tuning seeds, from 0 on; trials land one by one in a file, and the same command goes on where it was stopped.
+"""
 
 from __future__ import annotations
 
+import argparse
+import json
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -175,3 +183,26 @@ def is_wrong(row: Row) -> bool:
 def _reaches(row: Row, reach: Reach) -> bool:
     right = {row["hidden"]} | EQUIVALENT.get(row["hidden"], set())
     return any(right & {name, *others} and how == reach for name, others, _, how, *_ in row["names"])
+
+
+def main() -> None:
+    """Run the trials that are not in the log yet, and print their figures."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis.three")
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--only", help="kinds of trials, e.g. differs,null")
+    parser.add_argument("-o", "--out", type=Path, default=Path("out/three"))
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    log = given.out / "trials.jsonl"
+    done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
+    wanted = [one for one in threes(0, given.seeds) if not given.only or one.kind in given.only.split(",")]
+    with log.open("a") as file:
+        for trial in (one for one in wanted if one.key not in done):
+            done[trial.key] = run_three(trial)
+            file.write(json.dumps(done[trial.key]) + "\n")
+            file.flush()
+    print(json.dumps(figures_of_three([done[one.key] for one in wanted]), indent=1))
+
+
+if __name__ == "__main__":
+    main()
