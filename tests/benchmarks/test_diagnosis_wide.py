@@ -11,13 +11,15 @@ from benchmarks.diagnosis.score import figures
 from benchmarks.diagnosis.wide.courses import STEP_S, Course
 from benchmarks.diagnosis.wide.field import gradient
 from benchmarks.diagnosis.wide.forms import answered, lagged
-from benchmarks.diagnosis.wide.making import _beside_iron, _through
+from benchmarks.diagnosis.wide.making import _beside_iron, _through, hidden_in
 from benchmarks.diagnosis.wide.noises import powers
 from benchmarks.diagnosis.wide.rests import _random_phases
 from benchmarks.diagnosis.wide.sensor import filtered, late, plays
 from benchmarks.diagnosis.wide.table import FAMILIES, FAULTS
 from sim.effects import BY_NAME
 from sim.rotation import matrix_from_q, q_from_rotation_vector
+from validation.diagnosis.evidence.direct import direct_evidence
+from validation.diagnosis.problem.pose import posed
 
 
 @pytest.fixture(scope="module")
@@ -126,3 +128,10 @@ def test_a_second_name_is_one_too_many() -> None:
     two = [("hysteresis", [], "held-out"), ("nonlinearity", [], "held-out")]
     found = figures([_row("hysteresis", "composite", two)])["wide single, 0.3 sigma"]
     assert (found["in_class"], found["one_name"], found["extra_names"]) == (1, 0, 1)
+
+
+def test_fast_turns_are_no_spikes() -> None:
+    """A quadrotor that sways, seen at a low rate, jumps from sample to sample, with the motion; wrong values stay."""
+    turning, wrong = (hidden_in("quadrotor", (name,), (1.0,), 4) for name in ("offset_jump", "spikes"))
+    assert direct_evidence(posed(turning.recording, turning.model, None, None)) == []
+    assert [d.effect.name for d in direct_evidence(posed(wrong.recording, wrong.model, None, None))] == ["spikes"]

@@ -82,14 +82,20 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     mag, policy = problem.recording.mag_nT, problem.policy
     steps = np.array([0.0 if one is None else one.step for one in lattices])
     currents = np.asarray(spikes(problem.state.current_A).any(axis=1), dtype=np.bool_)
-    where = spikes(mag, steps) & ~(beside | _beside(problem, currents))[:, None]
+    left = mag - problem.clean_nT
+    where = _standing_out(problem, left, steps) & ~(beside | _beside(problem, currents))[:, None]
     if np.count_nonzero(where) < policy.least_spikes or any(isinstance(one, Spikes) for one in problem.effects):
         return None
-    left = mag - problem.clean_nT
     rate_hz, mean_nT = _spike_law(np.abs(left - np.median(left, axis=0))[where], len(left) * problem.state.interval_s)
     single = where.any(axis=1)
     far = (np.abs(left) > policy.far_sigma * problem.sigma_nT).any(axis=1) & (single | _quiet(problem, left)) & ~beside
     return _possible(Spikes, single | far, rate_hz=rate_hz, amplitude_nT=mean_nT)
+
+
+def _standing_out(problem: LinearProblem, left: Array, steps: Array) -> Mask:
+    """Single values (n, 3) far off their neighbours, and in what the base leaves too: a fast turn is no spike."""
+    raw = spikes(problem.recording.mag_nT, steps)
+    return raw & spikes(left, steps) if problem.mode == "vector" and not problem.still else raw
 
 
 def _spike_law(size_nT: Array, duration_s: float) -> tuple[float, float]:
