@@ -171,7 +171,11 @@ class Policy:
         0.5, "part of what names leave of the gap that a curve of another channel leaves at most, or the names stay",
         run="four payloads of three tones on an AUV: two ripples left half of the gap, the curve a hundredth",
     )  # fmt: skip
-    most_curves: int = number(4, "channels whose curves are added up at most")
+    most_curves: int = number(
+        4, "channels whose curves are added up at most",
+        alarms="of 108 rests (white, coloured, a channel's shifted in time) on an AUV and a quadrotor beside three "
+        "unrelated channels 2 had a curve: both of a periodic sawtooth, whose shift is a curve of it",
+    )  # fmt: skip
 
     # effects in a part of the run
     window_cells: int = number(
