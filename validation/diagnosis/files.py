@@ -15,6 +15,7 @@ from sim.dataset import Recording, read_recording
 from sim.dataset.manifest import file_of
 from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.fitting import reference_of
+from validation.diagnosis.onward.advice import advised
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.result import Diagnosis
@@ -92,10 +93,11 @@ def diagnose_recording(
     found = diagnose(
         recording, model, field_enu_nT=vector, strength_nT=strength, fitted_base=fitted_base, policy=policy, say=say
     )
-    if confirm is None:
-        return found
-    say("the second recording")
-    return confirmed(found, confirm, model, vector, strength)
+    if confirm is not None:
+        say("the second recording")
+        found = confirmed(found, confirm, model, vector, strength)
+    say("what to fly next")
+    return advised(found)
 
 
 def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Recording:

@@ -269,6 +269,10 @@ class Policy:
     leading_share: float = number(0.5, "part of the first channel's share from which on another leads too")
     listed_noises: int = number(3, "effects that are listed as alternatives of a slow disturbance")
 
+    # what to fly next
+    least_leg_nats: float = number(0.1, "nats of the best leg below which no motion tells two effects apart")
+    leg_margin: float = number(3.0, "times the nats that tell two effects apart that a leg is to bring")
+
     # parameters
     open_eigenvalue: float = number(
         1e-8, "eigenvalue of the parameters' correlation below which their combination is left open", run=TUNED

@@ -118,13 +118,35 @@ class GapSize:
         return cls(rms(before * sigma_nT), before_sigma, rms(after * sigma_nT), after_sigma, explained)
 
 
+@dataclass(frozen=True)
+class Flight:
+    """What to fly next: a scenario, in words, and the nats by which one leg of it tells a name from a look-alike.
+
+    needed_s: time of the leg after which they are told apart, were every minute worth the same.
+    """
+
+    scenario: Scenario
+    name: str
+    other: str
+    leg: str
+    leg_s: float
+    nats: float
+    needed_s: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """The key `next` of the JSON."""
+        told = {"tells": self.name, "from": self.other, "leg": self.leg, "leg_s": self.leg_s}
+        return told | {"nats": self.nats, "needed_s": self.needed_s, "scenario": "next.toml"}
+
+
 @dataclass(frozen=True, repr=False)
 class Diagnosis:
     """All that is reported of one recording against one model.
 
     where: channels that the gap goes with; absorbed: effects that look like iron on this motion; untested: effects
     whose causes the recording does not hold; doubts: why names were taken back; ranking: every candidate as the first
-    round judged it; before_nT, after_nT (n, q): what is left; parts: of the run, in which the gap's size is steady.
+    round judged it; before_nT, after_nT (n, q): what is left; parts: of the run, in which the gap's size is steady;
+    onward: what to fly next.
     """
 
     verdict: Verdict
@@ -144,6 +166,7 @@ class Diagnosis:
     after_nT: Array
     advice: tuple[str, ...] = ()
     parts: tuple[Part, ...] = ()
+    onward: Flight | None = None
 
     def __repr__(self) -> str:
         """Verdict and sentence."""
@@ -176,6 +199,7 @@ class Diagnosis:
             "candidates": [_candidate(one) for one in self.ranking],
             "not_observable": list(self.not_observable),
             "advice": list(self.advice),
+            "next": None if self.onward is None else self.onward.as_dict(),
         }
 
 

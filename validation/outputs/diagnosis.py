@@ -19,6 +19,8 @@ from validation.views.recording.diagnosis import diagnosis_recording
 from validation.views.recording.together import together_recording
 
 FILES = ("report.html", "diagnosis.json", "model.toml", "recording.rrd")
+NEXT = "next.toml"
+"""Beside them, where a leg is advised."""
 
 
 def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
@@ -30,6 +32,17 @@ def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
     summary = json_text(found.as_dict())
     texts = (page_html(found, title), summary, to_toml(found.model))
     write_whole(out, (*(text.encode() for text in texts), diagnosis_recording(found, title)))
+    _write_next(found, out / NEXT)
+
+
+def _write_next(found: Diagnosis, path: Path) -> None:
+    """The scenario to fly next; one of an earlier diagnosis goes."""
+    with system_errors_about(path):
+        if found.onward is None:
+            path.unlink(missing_ok=True)
+            return
+        with beside(path) as part:
+            part.write_text(to_toml(found.onward.scenario), encoding="utf-8")
 
 
 def write_together(found: Together, out: Path, title: str) -> tuple[str, ...]:

@@ -32,6 +32,8 @@ GUARDS = {
     "spectrum.py": {"WINDOW_LINES"},
     "steps.py": {"LOG_SIZES"},
     "when.py": {"NORMAL_MAD"},
+    "advice.py": {"MINUTE_S", "MOST_TIMES"},
+    "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
     "result.py": {"NORMAL_95"},
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
     "chain.py": {"SCALE_NT"},

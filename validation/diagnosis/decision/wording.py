@@ -97,8 +97,8 @@ def seek_the_mechanism(found: Diagnosis) -> Iterator[str]:
 
 
 def fly_another_motion(found: Diagnosis) -> Iterator[str]:
-    """Effects that the base takes up need another motion."""
-    if found.absorbed:
+    """Effects that the base takes up need another motion; a fixed station has none."""
+    if found.absorbed and found.problem.turns:
         yield (
             f"On this motion {', '.join(found.absorbed)} can hardly be told from hard and soft iron, which they bias; "
             "fly turns at different rates and with changing roll and pitch (a spiral both ways, then a comb)."

@@ -61,6 +61,13 @@ class LinearProblem:
         gone = cumulative_trapezoid(rate, self.state.time_s, axis=0, initial=0.0)
         return np.asarray(self.clean_nT[0] + gone)
 
+    @property
+    def turns(self) -> bool:
+        """Whether it is known that the sensor turns in the field."""
+        field_nT = self.state.field_nT
+        spread = np.linalg.norm(field_nT.std(axis=0)) / np.linalg.norm(field_nT[0])
+        return self.mode == "vector" and not self.still and bool(spread > self.policy.still_spread)
+
     def whitened(self, contribution_nT: Array, stage: str) -> Array:
         """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""
         early = stage in ("field", "vehicle")
