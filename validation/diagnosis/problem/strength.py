@@ -31,8 +31,7 @@ def strength_problem(
     ``|h| - F + u M d``: the same to first order wherever d is, so that effects and iron are found jointly in steps. A
     scalar magnetometer beside it is the strength F sample by sample, whatever was given: it must be compensated.
     """
-    measured_nT = measured_strength(recording)
-    F = np.full((len(recording), 1), strength_nT) if measured_nT is None else measured_nT
+    F = _strength(recording, strength_nT)
     known = np.zeros((len(recording), 3)) if disturbance_nT is None else disturbance_nT
     iron = _iron(recording, known, F[:, 0], policy)
     h = iron.field_nT(recording.mag_nT - known)
@@ -58,6 +57,12 @@ def strength_problem(
         has=measured(recording),
         policy=policy,
     )
+
+
+def _strength(recording: Recording, given_nT: float) -> Array:
+    """The field's strength (n, 1) in nT: measured, or as given."""
+    measured_nT = measured_strength(recording)
+    return np.full((len(recording), 1), given_nT) if measured_nT is None else measured_nT
 
 
 def measured_strength(recording: Recording) -> Array | None:
