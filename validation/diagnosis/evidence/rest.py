@@ -52,7 +52,7 @@ class Rest:
         total = residual.var(axis=0)
         variance = np.outer(total, np.full(len(shapes), 1.0 / len(shapes)))
         for _ in range(ROUNDS):
-            S = variance @ shapes
+            S = np.maximum(variance @ shapes, 1e-12)  # the least power of a band
             variance *= (lines * power / S**2) @ shapes.T / ((lines / S) @ shapes.T)
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
         last = 1 + len(tau_s)
