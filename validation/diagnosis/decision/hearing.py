@@ -136,7 +136,7 @@ def _named(trial: Trial, tried: Sequence[Standing], beside: Beside) -> Accepted:
     of_its_kin = look_alikes(best, kin, beside, chance, policy.same_kin_coloured if coloured else policy.same_kin)
     alike = look_alikes(best, others, beside, chance, policy.same_coloured) if coloured else []
     within = [one for one in others if one.evidence.name in best.evidence.candidate.effect.clues.contains]
-    simpler = look_alikes(best, within, beside, chance, policy.same_kin)
+    simpler = look_alikes(best, within, beside, chance, policy.same_kin) if coloured else []
     narrow = list(dict.fromkeys([best, *as_good, *of_its_kin, *simpler]))
     chosen = simplest([_deflated(one, trial.inflation) for one in narrow], policy)
     names = dict.fromkeys(one.evidence.name for one in (*narrow, *alike))
