@@ -23,6 +23,7 @@ GUARDS = {
     "pose.py": {"NOMINAL_NT"},
     "reference.py": {"MISREAD"},
     "vector.py": {"FIELD_ERROR", "STEPS"},
+    "hypothesis.py": {"GONE"},
     "iron_by_strength.py": {"MOST_STEPS", "SETTLED", "FIRST_DAMPING", "DAMPING_FACTOR", "ROUNDS", "PAIRS"},
     "linear.py": {"LEAST_NOISE"},
     "coefficients.py": {"OPEN"},

@@ -11,6 +11,9 @@ from sim.state import Array
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.rows import Rows
 
+GONE = 1e-10
+"""Part of a column's square below which it is the rounding of what other columns make whole."""
+
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
@@ -73,7 +76,9 @@ def informations(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest
     stacked = np.concatenate([rows.base, inside, *several, rows.target[:, :, None]], axis=2)
     z, _ = rest.whitened(rows.row_s, rows.count, stacked)
     N, k = _products(_without_base(z, rows.base.shape[2])[0]), inside.shape[2]
-    N = N[k:, k:] - N[k:, :k] @ np.linalg.pinv(N[:k, :k], rcond=1e-12, hermitian=True) @ N[:k, k:]
+    left = N[k:, k:] - N[k:, :k] @ _taken(N, k)
+    some = np.diag(left) > GONE * np.diag(N)[k:]
+    N = left * np.outer(some, some)
     ends = np.cumsum([one.shape[2] for one in several])
     groups = [np.r_[end - one.shape[2] : end, len(N) - 1] for one, end in zip(several, ends, strict=True)]
     return [N[np.ix_(g, g)] for g in groups]
@@ -84,10 +89,16 @@ def information_by_part(rows: Rows, inside: Array, columns: Array, rest: Rest, p
     stacked = np.concatenate([rows.base, inside, columns, rows.target[:, :, None]], axis=2)
     z, _ = rest.whitened(rows.row_s, rows.count, stacked)
     free, k = _without_base(z, rows.base.shape[2])[0], inside.shape[2]
-    N = _products(free)
-    taken = np.linalg.pinv(N[:k, :k], rcond=1e-12, hermitian=True) @ N[:k, k:]
-    left = free[:, :, k:] - free[:, :, :k] @ taken
+    left = free[:, :, k:] - free[:, :, :k] @ _taken(_products(free), k)
     return [_products(part) for part in np.array_split(left, parts)]
+
+
+def _taken(products: Array, k: int) -> Array:
+    """Coefficients (k, j - k) by which the first k columns make the others, from products (j, j); units may differ."""
+    size = np.sqrt(np.maximum(np.diag(products), 1e-300))
+    N = products / np.outer(size, size)
+    through = np.linalg.pinv(N[:k, :k], rcond=1e-12, hermitian=True) @ N[:k, k:]
+    return np.asarray(through * size[k:] / size[:k, None])
 
 
 def _without_base(z: Array, p: int) -> tuple[Array, Array]:

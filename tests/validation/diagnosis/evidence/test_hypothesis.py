@@ -12,7 +12,7 @@ from tests.validation.diagnosis.evidence.test_rest import covariance
 from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.evidence.hypothesis import Hypothesis, white
+from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, white
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.rows import Rows
 from validation.diagnosis.evidence.standing import Beside, gains_along_the_field
@@ -127,3 +127,15 @@ def test_folds_show_an_event_and_leave_the_others_as_they_were() -> None:
     short = rows.showing(event)
     power = np.bincount(short.fold, (event**2).sum(axis=(1, 2)))
     assert (power > 0.02 * power.sum()).all()
+
+
+def test_a_column_that_others_make_gains_nothing_whatever_its_unit() -> None:
+    """Once it is in, in other units, rounding is all that is left of it: no gain, and no overflow."""
+    rng = np.random.default_rng(8)
+    time_s = np.arange(2000) / 10
+    rows = Rows.of(time_s, np.ones(2000), np.ones((2000, 1)), rng.normal(size=(2000, 3)), STANDARD)
+    columns = rng.normal(size=(2000, 3, 2))
+    inside = np.concatenate([columns * [1e-5, 1e6], rng.normal(size=(2000, 3, 1))], axis=2)
+    again, other = gains(rows, inside, [columns @ [[1.0, 2.0], [3.0, 4.0]], rng.normal(size=(2000, 3, 2))], white(3))
+    assert again == pytest.approx(0.0, abs=1e-6)
+    assert 0 < other < 20
