@@ -141,8 +141,8 @@ class Policy:
         0.03, "the same of its kin beside a white rest: what an error of form gains", run="a trial before this program"
     )
     same_kin_coloured: float = number(
-        0.35, "the same of its kin beside a coloured rest",
-        run="a hand-held optical log: its delay of 15 ms gains 0.66 to 0.70 of what nine free columns do",
+        0.45, "the same of its kin beside a coloured rest",
+        run="a hand-held optical log: its delay of 15 ms gains 0.57 to 0.70 of what nine free columns do",
     )  # fmt: skip
     look_alike_left: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
     least_added: float = number(0.05, "share of the gap that an effect must explain beside a coloured rest")
