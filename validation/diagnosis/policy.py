@@ -251,6 +251,10 @@ class Policy:
     )
     same_form_share: float = number(0.35, "the same for an effect that is in already", run=TUNED)
     absorbed_survival: float = number(0.1, "share of an effect left by the base below which it is not observable")
+    same_iron: float = number(
+        1e-3, "part of a change of the iron's evidence within which an effect that gains less looks like it",
+        run="level spirals: an error of the field of 33 sigma gains 1e-6 less, by the second order of both",
+    )  # fmt: skip
     survival_mean_s: float = number(1.0, "means that this share is read from, for rates are noisy")
 
     # doubts

@@ -10,9 +10,10 @@ from sim.effects import EFFECTS
 from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted, accepted
 from validation.diagnosis.decision.selection import Selection
-from validation.diagnosis.evidence.compare import ranked
+from validation.diagnosis.evidence.compare import Evidence, ranked
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron, proposed
+from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -58,10 +59,15 @@ def _changes(selection: Selection, ground: Ground) -> tuple[Accepted, ...]:
         if chosen is None or _is_of_no_account(chosen, found, selection):
             break
         rivals = ranked(ground, others)
-        alike = tuple(e.name for e in rivals if not e.behind(ranking[0], problem.policy))
+        alike = tuple(e.name for e in rivals if _looks_like(e, ranking[0], problem.policy))
         found.append(replace(chosen, alternatives=(*chosen.alternatives, *alike)))
         ground = ground.beside(chosen.columns(ground.problem))
     return tuple(found)
+
+
+def _looks_like(rival: Evidence, best: Evidence, policy: Policy) -> bool:
+    """Whether data do not tell an effect from a change of the iron, but by what is of second order in both."""
+    return not rival.behind(best, policy) or rival.gain > (1 - policy.same_iron) * best.gain
 
 
 def absorbed_effects(problem: LinearProblem) -> tuple[str, ...]:

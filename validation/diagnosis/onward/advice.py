@@ -73,16 +73,30 @@ def onward(found: Diagnosis) -> Onward:
 
     In vector mode and where the recording turns: a fixed station is not told to fly.
     """
-    pairs = [(one, other) for one in found.named for other in one.alternatives if _is_tried(one, other, found.problem)]
-    if not pairs or not found.problem.turns:
+    if not found.problem.turns:
         return Onward(None, ())
+    twins, pairs = _pairs(found)
+    if not pairs:
+        return Onward(None, twins)
     always = patched(found.model, (), found.problem).chain()
     legs = [(leg, posed) for leg in legs_of(found.model) if (posed := leg.problem(found.problem, always)) is not None]
     most = [_best(found, one, other, always, legs) for one, other in pairs]
     told = [one for one in most if one is not None]
     least = found.problem.policy.least_leg_nats
-    same = tuple((one.name, one.other) for one in told if one.nats < least)
+    same = (*twins, *((one.name, one.other) for one in told if one.nats < least))
     return Onward(max((one for one in told if one.nats >= least), key=lambda one: one.nats, default=None), same)
+
+
+def _pairs(found: Diagnosis) -> tuple[tuple[tuple[str, str], ...], list[tuple[Named, str]]]:
+    """Names and look-alikes: those that are one on every motion, and those that a leg may tell apart."""
+    listed = [(one, other) for one in found.named for other in one.alternatives if _is_tried(one, other, found.problem)]
+    twins = [(one.name, other) for one, other in listed if _are_twins(one.name, other)]
+    return tuple(twins), [(one, other) for one, other in listed if (one.name, other) not in twins]
+
+
+def _are_twins(one: str, other: str) -> bool:
+    """Whether one effect says of itself that it is the other on every motion."""
+    return BY_NAME[one].clues.same_as == other or BY_NAME[other].clues.same_as == one
 
 
 def _best(

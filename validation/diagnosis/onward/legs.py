@@ -75,7 +75,7 @@ class Leg:
         not come to the end of the leg.
         """
         try:
-            recording = _measured(self.scenario)
+            recording = measured_along(self.scenario)
         except InputError:
             return None
         enu_nT = like.state.field_enu_nT
@@ -111,7 +111,7 @@ def _with(model: Scenario, phases: Sequence[Phase]) -> Scenario | None:
         return None
 
 
-def _measured(scenario: Scenario) -> Recording:
+def measured_along(scenario: Scenario) -> Recording:
     """The recording of a flight without any error of the magnetometer or of navigation."""
     bare: dict[str, Any] = {"effects": Effects(), "effect_order": None, "vary": {}, "sensor": None}
     quiet = scenario.navigation.model_copy(update=QUIET)

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sim.dataset import Recording
+from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import STRENGTH_NT, problem
 from validation.diagnosis.decision.belief import believed
 from validation.diagnosis.decision.choice import accepted
@@ -15,6 +17,7 @@ from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.compare import ranked
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.repair.naming import names_of
 
 
@@ -71,3 +74,19 @@ def test_an_error_of_form_makes_no_gradient_of_a_constant(less: float, name: str
     chosen = accepted([gradient, constant], posed.policy)
     assert chosen is not None
     assert chosen.name == name
+
+
+def test_an_error_of_the_field_on_a_level_circle_is_listed_beside_the_iron_it_looks_like() -> None:
+    """Its form differs in second order alone; at a strength of thirty sigma that is more than ln 100 nats."""
+    n, rng = 4000, np.random.default_rng(1)
+    heading = np.radians(np.arange(n) * 1.0)
+    cos, sin, zero, one = np.cos(heading), np.sin(heading), np.zeros(n), np.ones(n)
+    R_wb = np.stack([cos, -sin, zero, sin, cos, zero, zero, zero, one], axis=1).reshape(n, 3, 3)
+    field = np.array([500.0, 20_000.0, -45_000.0])
+    soft = np.eye(3) + 0.05 * rng.normal(size=(3, 3))
+    mag = ((field + np.array([100.0, -50.0, 20.0])) @ R_wb) @ soft.T + 2.0 * rng.normal(size=(n, 3))
+    q = np.column_stack([np.cos(heading / 2), zero, zero, np.sin(heading / 2)])
+    model = ModelSpec.model_validate({"effects": {"soft_iron": {"matrix": (soft - np.eye(3)).tolist()}}})
+    level = posed(Recording(time_s=np.arange(n) / 10.0, mag_nT=mag, att_q=q), model, field, None)
+    found = iron_changes(select(level)).found
+    assert "regional_field" in {name for one in found for name in (one.name, *one.alternatives)}

@@ -18,7 +18,7 @@ from sim.scenario import Scenario, load
 from sim.simulate import plan
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT
 from validation.diagnosis.onward.advice import advised, onward
-from validation.diagnosis.onward.legs import _measured, legs_of
+from validation.diagnosis.onward.legs import legs_of, measured_along
 from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.workflow import diagnose
 
@@ -33,7 +33,7 @@ def _level() -> Scenario:
 
 
 def _flown(scenario: Scenario, hidden: dict[str, Any], seed: int) -> Recording:
-    recording = _measured(scenario)
+    recording = measured_along(scenario)
     state = pose(recording, plan(scenario, 0, 0).field_enu_nT, 5e4, ()).state
     effects = effect_table.build({**BASE, **hidden}, None, "test")
     return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])

@@ -1,0 +1,154 @@
+"""The advised leg: does it, flown in the simulator, leave the true one of two look-alikes alone?
+
+    python -m benchmarks.diagnosis.onward --tuning --seeds 1 -o out/onward-bench
+
+Motions that tell little (a level spiral, a yawing quadrotor) make classes; where an answer has two effects and a leg
+is advised, that leg is flown with the same truth, and its recording is diagnosed anew. A trial lands in trials.jsonl
+as it ends; the same command goes on where it was stopped.
+"""
+
+from __future__ import annotations
+
+import os
+
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a trial a core; before numpy is imported
+    os.environ.setdefault(_name, "1")
+
+import argparse  # noqa: E402
+import json  # noqa: E402
+from collections.abc import Callable, Iterator, Sequence  # noqa: E402
+from dataclasses import asdict, dataclass, replace  # noqa: E402
+from pathlib import Path  # noqa: E402
+from typing import Any  # noqa: E402
+
+import numpy as np  # noqa: E402
+
+from benchmarks.diagnosis.motion import QUIET  # noqa: E402
+from benchmarks.diagnosis.truth import BASE  # noqa: E402
+from sim import effects as effect_table  # noqa: E402
+from sim.chain import Chain  # noqa: E402
+from sim.dataset import Recording  # noqa: E402
+from sim.effects import Effects  # noqa: E402
+from sim.pool import map_unordered  # noqa: E402
+from sim.scenario import Scenario, load  # noqa: E402
+from sim.simulate import plan  # noqa: E402
+from validation.diagnosis.onward.advice import advised  # noqa: E402
+from validation.diagnosis.onward.legs import measured_along  # noqa: E402
+from validation.diagnosis.problem.pose import pose  # noqa: E402
+from validation.diagnosis.result import Diagnosis  # noqa: E402
+from validation.diagnosis.workflow import diagnose  # noqa: E402
+
+SCORED, TUNED = 2000, 0
+"""First seed of the scoring set, and of the tuning set."""
+MOTIONS = ("auv-spiral", "auv-comb", "quad-spiral")
+"""Of the catalogue, level for the most part."""
+Row = dict[str, Any]
+Draw = Callable[[np.random.Generator], dict[str, Any]]
+
+
+def _vector(rng: np.random.Generator, size: float) -> list[float]:
+    return list(size * rng.normal(size=3))
+
+
+HIDDEN: dict[str, Draw] = {
+    "eddy_current": lambda rng: {"matrix_s": (0.002 * (np.eye(3) + 0.2 * rng.normal(size=(3, 3)))).tolist()},
+    "latency": lambda rng: {"delay_s": float(rng.uniform(0.005, 0.03))},
+    "temperature_offset": lambda rng: {"slope_nT_K": _vector(rng, 2.0)},
+    "hard_iron_drift": lambda rng: {"rate_nT_h": _vector(rng, 60.0)},
+    "attitude_misalignment": lambda rng: {"angles_deg": _vector(rng, 0.2)},
+    "motor_current": lambda rng: {"gain_nT_A": _vector(rng, 5.0)},
+    "nonlinearity": lambda rng: {"second_order": _vector(rng, 3e-4)},
+    "regional_field": lambda rng: {"error_enu_nT": _vector(rng, 100.0)},
+}
+"""Physical sizes, whatever the motion shows of them."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A scenario of the catalogue, what is hidden, the seed."""
+
+    motion: str
+    hidden: str
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """What tells it from every other."""
+        return "/".join(map(str, asdict(self).values()))
+
+
+def trials(first: int, seeds: int) -> Iterator[Trial]:
+    """Every effect on every motion, a seed at a time."""
+    for seed in range(first, first + seeds):
+        for motion in MOTIONS:
+            for hidden in HIDDEN:
+                yield Trial(motion, hidden, seed)
+
+
+def run(trial: Trial) -> Row:
+    """Diagnose, fly what is advised, diagnose again."""
+    model = load(trial.motion, list(QUIET)).model_copy(
+        update={"vary": {}, "effect_order": None, "effects": Effects(BASE), "sensor": None}
+    )
+    truth = {trial.hidden: HIDDEN[trial.hidden](np.random.default_rng([trial.seed, 5]))}
+    found = advised(diagnose(_flown(model, truth, trial.seed), model))
+    row = {"key": trial.key, "hidden": trial.hidden, "verdict": found.verdict, "names": _names(found)}
+    if found.onward is None:
+        return row
+    again = diagnose(_flown(found.onward.scenario, truth, trial.seed + 1), model)
+    both = {"name": found.onward.name, "other": found.onward.other, "nats": found.onward.nats, "leg": found.onward.leg}
+    return row | both | {"after": again.verdict, "then": _names(again)}
+
+
+def _flown(scenario: Scenario, truth: dict[str, Any], seed: int) -> Recording:
+    """The recording of a flight of an instrument with the base's errors and a hidden one."""
+    recording = measured_along(scenario)
+    state = pose(recording, plan(scenario, 0, 0).field_enu_nT, 5e4, ()).state
+    effects = effect_table.build({**BASE, **truth}, None, "truth")
+    return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])
+
+
+def _names(found: Diagnosis) -> list[list[str]]:
+    return [[one.name, *one.alternatives] for one in found.named]
+
+
+def split(row: Row) -> bool:
+    """Whether the leg left the true one of the two, and not the other."""
+    listed = {name for names in row["then"] for name in names}
+    other = row["other"] if row["hidden"] == row["name"] else row["name"]
+    return row["hidden"] in listed and other not in listed
+
+
+def report(rows: Sequence[Row]) -> str:
+    """What was advised, and how often it told the two apart."""
+    asked = [row for row in rows if row.get("leg") and row["hidden"] in (row["name"], row["other"])]
+    lines = [f"{len(rows)} trials, {len(asked)} with a leg between the truth and a look-alike"]
+    lines.append(f"told apart by the leg: {sum(map(split, asked))} of {len(asked)}")
+    lines += [
+        f"missed: {row['key']}: {row['leg']}, {row['nats']:.0f} nats: {row['then']}" for row in asked if not split(row)
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Run the trials that are not in the log yet, and report."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis.onward")
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--tuning", action="store_true", help="the tuning seeds instead of the scoring ones")
+    parser.add_argument("-o", "--out", type=Path, default=Path("out/onward-bench"))
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    log = given.out / "trials.jsonl"
+    done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
+    wanted = list(trials(TUNED if given.tuning else SCORED, given.seeds))
+    with log.open("a") as file:
+        for trial, row in map_unordered(run, [one for one in wanted if one.key not in done], given.jobs):
+            done[trial.key] = row
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+    print(report([done[trial.key] for trial in wanted]))
+
+
+if __name__ == "__main__":
+    main()
