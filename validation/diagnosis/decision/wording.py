@@ -8,6 +8,7 @@ import numpy as np
 
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
+from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.reference import misread_field, own_compass
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.evidence.when import Stretch, largest
@@ -52,7 +53,8 @@ def _nearest(found: Diagnosis) -> str:
     if not found.ranking or found.ranking[0].nats <= found.problem.policy.apart:
         return ""
     best = found.ranking[0]
-    return f"; nearest is {best.name}, {digits(best.nats)} nats where {digits(best.needed)} are needed: {best.outcome}"
+    why = "" if best.outcome == TOO_LITTLE else f" ({best.outcome})"
+    return f"; nearest is {best.name}, {digits(best.nats)} nats where {digits(best.needed)} are needed{why}"
 
 
 def advice_for(found: Diagnosis) -> tuple[str, ...]:

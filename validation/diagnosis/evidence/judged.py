@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from validation.diagnosis.evidence.compare import Evidence
 
 NAMED, BEHIND, TOO_LITTLE = "named", "explains less", "below what is needed"
+NOT_TOLD = "not told from"
 TAKEN_BACK, SMALL_SHARE = "not believed: ", "all names together explain too little of the gap"
 
 
@@ -36,7 +37,7 @@ def with_outcomes(judged: Sequence[Judged], named: str | None, alternatives: Seq
         if one.name == named:
             return NAMED
         if one.name in alternatives:
-            return f"not told from {named}"
+            return f"{NOT_TOLD} {named}"
         return one.outcome or (BEHIND if one.nats > one.needed else TOO_LITTLE)
 
     return tuple(sorted((replace(one, outcome=outcome(one)) for one in judged), key=lambda one: -one.nats))
@@ -45,4 +46,6 @@ def with_outcomes(judged: Sequence[Judged], named: str | None, alternatives: Seq
 def taken_back(judged: Sequence[Judged], doubts: Sequence[str]) -> tuple[Judged, ...]:
     """The same where no name is believed in the end, for a doubt or because they explain too little."""
     why = TAKEN_BACK + ("; ".join(doubts) or SMALL_SHARE)
-    return tuple(replace(one, outcome=why) if one.outcome == NAMED else one for one in judged)
+    names = {one.name for one in judged if one.outcome == NAMED}
+    alike = {f"{NOT_TOLD} {name}" for name in names}
+    return tuple(replace(one, outcome=why) if one.name in names or one.outcome in alike else one for one in judged)

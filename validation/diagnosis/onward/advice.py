@@ -17,7 +17,7 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.confirm import inflation_of
 from validation.diagnosis.repair.model import patched
 from validation.diagnosis.result import Diagnosis, Flight, How, Named
-from validation.text import digits
+from validation.text import digits, listed
 
 MINUTE_S = 60.0
 MOST_TIMES = 6
@@ -27,7 +27,9 @@ MOST_TIMES = 6
 def advised(found: Diagnosis) -> Diagnosis:
     """The diagnosis with the leg to fly next, first among its advice; as it is where there is none."""
     told = onward(found)
-    same = [f"No motion that the simulator knows tells {name} from {other}." for name, other in told.same]
+    same = [
+        f"No leg that the simulator can fly tells {listed([name, *others])} apart." for name, others in _by_name(told)
+    ]
     if told.next is None:
         return replace(found, advice=(*same, *found.advice)) if same else found
     return replace(found, advice=(f"Next, {told.next.words}.", *same, *found.advice), onward=told.next.flight)
@@ -56,7 +58,7 @@ class Next:
         minutes = self.leg.duration_s / MINUTE_S
         return (
             f"fly {self.leg.words} (next.toml): {digits(minutes)} min tell {self.name} from {self.other} by "
-            f"{digits(self.nats)} nats, by the simulator; {digits(self.needed_s / MINUTE_S)} min are needed"
+            f"{digits(self.nats)} nats, by the simulator; {_minutes(self.needed_s)} needed"
         )
 
 
@@ -87,11 +89,21 @@ def onward(found: Diagnosis) -> Onward:
     return Onward(max((one for one in told if one.nats >= least), key=lambda one: one.nats, default=None), same)
 
 
+def _by_name(told: Onward) -> list[tuple[str, list[str]]]:
+    """Each name with the look-alikes that no leg tells from it."""
+    names = dict.fromkeys(name for name, _ in told.same)
+    return [(name, [other for one, other in told.same if one == name]) for name in names]
+
+
+def _minutes(seconds: float) -> str:
+    return "less than one is" if seconds < MINUTE_S else f"{digits(seconds / MINUTE_S)} min are"
+
+
 def _pairs(found: Diagnosis) -> tuple[tuple[tuple[str, str], ...], list[tuple[Named, str]]]:
     """Names and look-alikes: those that are one on every motion, and those that a leg may tell apart."""
-    listed = [(one, other) for one in found.named for other in one.alternatives if _is_tried(one, other, found.problem)]
-    twins = [(one.name, other) for one, other in listed if _are_twins(one.name, other)]
-    return tuple(twins), [(one, other) for one, other in listed if (one.name, other) not in twins]
+    every = [(one, other) for one in found.named for other in one.alternatives if _is_tried(one, other, found.problem)]
+    twins = [(one.name, other) for one, other in every if _are_twins(one.name, other)]
+    return tuple(twins), [(one, other) for one, other in every if (one.name, other) not in twins]
 
 
 def _are_twins(one: str, other: str) -> bool:

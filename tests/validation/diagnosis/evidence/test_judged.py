@@ -41,6 +41,6 @@ def test_every_candidate_learns_what_came_of_it() -> None:
 
 
 def test_a_name_that_is_not_believed_is_said_to_be_taken_back() -> None:
-    judged = with_outcomes([_judged(0, 99.0), _judged(4, 3.0)], BEST.name, ())
-    assert [one.outcome for one in taken_back(judged, ())] == [TAKEN_BACK + SMALL_SHARE, TOO_LITTLE]
+    judged = with_outcomes([_judged(0, 99.0), _judged(1, 98.0), _judged(4, 3.0)], BEST.name, (ALIKE.name,))
+    assert [one.outcome for one in taken_back(judged, ())] == 2 * [TAKEN_BACK + SMALL_SHARE] + [TOO_LITTLE]
     assert taken_back(judged, ("a channel is left",))[0].outcome == TAKEN_BACK + "a channel is left"
