@@ -98,13 +98,17 @@ class Beside:
 def moved_in_time(candidate: Candidate, problem: LinearProblem, rows: Rows) -> list[Array]:
     """Columns (n, q, k) of an effect that is none: what it adds, mirrored and rolled in time, at several shifts.
 
-    They are rolled in the frame of the sensor, and seen along the motion as it was: where only the strength is known,
-    a wander of one axis comes and goes with the direction of the field, and so must they.
+    Where only the strength is known they are rolled in the frame of the sensor, and seen along the motion as it was: a
+    wander of one axis comes and goes with the direction of the field, and so must they.
     """
-    mirrored, times = candidate.contribution_nT(problem)[::-1], problem.policy.surrogates
-    shifts = (len(mirrored) * (2 * t + 1) // (2 * times) for t in range(times))
-    moved = (problem.whitened(np.roll(mirrored, shift, axis=0), candidate.effect.stage) for shift in shifts)
-    return [rows.taken(columns) for columns in moved]
+    times = problem.policy.surrogates
+    shares = [(2 * t + 1) / (2 * times) for t in range(times)]
+    if problem.mode == "vector":
+        columns = rows.taken(candidate.columns(problem))[::-1]
+        return [np.roll(columns, int(share * len(columns)), axis=0) for share in shares]
+    added = candidate.contribution_nT(problem)[::-1]
+    moved = (np.roll(added, int(share * len(added)), axis=0) for share in shares)
+    return [rows.taken(problem.whitened(one, candidate.effect.stage)) for one in moved]
 
 
 def gains_along_the_field(before: Ground, after: Ground, tried: int = 1) -> bool:

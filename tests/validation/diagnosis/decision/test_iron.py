@@ -84,7 +84,7 @@ def test_an_error_of_the_field_on_a_level_circle_is_listed_beside_the_iron_it_lo
     R_wb = np.stack([cos, -sin, zero, sin, cos, zero, zero, zero, one], axis=1).reshape(n, 3, 3)
     field = np.array([500.0, 20_000.0, -45_000.0])
     soft = np.eye(3) + 0.05 * rng.normal(size=(3, 3))
-    mag = ((field + np.array([100.0, -50.0, 20.0])) @ R_wb) @ soft.T + 2.0 * rng.normal(size=(n, 3))
+    mag = ((field + np.array([500.0, -250.0, 100.0])) @ R_wb) @ soft.T + 2.0 * rng.normal(size=(n, 3))
     q = np.column_stack([np.cos(heading / 2), zero, zero, np.sin(heading / 2)])
     model = ModelSpec.model_validate({"effects": {"soft_iron": {"matrix": (soft - np.eye(3)).tolist()}}})
     level = posed(Recording(time_s=np.arange(n) / 10.0, mag_nT=mag, att_q=q), model, field, None)

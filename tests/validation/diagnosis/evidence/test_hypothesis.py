@@ -9,14 +9,14 @@ import pytest
 
 from sim.effects import EFFECTS
 from tests.validation.diagnosis.evidence.test_rest import covariance
-from tests.validation.diagnosis.synthetic import problem, recording
+from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, white
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.rows import Rows
-from validation.diagnosis.evidence.standing import Beside, gains_along_the_field
-from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.evidence.standing import Beside, gains_along_the_field, moved_in_time
+from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -139,3 +139,17 @@ def test_a_column_that_others_make_gains_nothing_whatever_its_unit() -> None:
     again, other = gains(rows, inside, [columns @ [[1.0, 2.0], [3.0, 4.0]], rng.normal(size=(2000, 3, 2))], white(3))
     assert again == pytest.approx(0.0, abs=1e-6)
     assert 0 < other < 20
+
+
+@pytest.mark.parametrize("seen", ["vector", "strength"])
+def test_what_is_moved_in_time_is_seen_along_the_motion_as_it_was(seen: str) -> None:
+    """Mirrored about its middle and moved by odd parts of the run: the cause moves, the direction does not."""
+    posed = problem(recording(2000) if seen == "vector" else without_attitude(recording(2000)))
+    candidate = Candidate(DRIVEN)
+    rows = Beside.of(posed, np.zeros((*posed.target.shape, 0))).rows
+    moved = moved_in_time(candidate, posed, rows)
+    assert len(moved) == STANDARD.surrogates
+    late = {name: np.roll(values[::-1], int(5 / 32 * 2000)) for name, values in posed.state.channels.items()}
+    gone = replace(posed, state=replace(posed.state, channels=late))
+    assert np.allclose(moved[2], rows.taken(candidate.columns(gone)), atol=1e-9)
+    assert not np.allclose(moved[2], rows.taken(candidate.columns(posed)), atol=1e-3)

@@ -48,6 +48,13 @@ def test_in_a_plane_the_prior_stands_for_what_the_motion_does_not_show(wander_nT
     assert np.linalg.norm(iron.offset_nT) < FIELD_NT
 
 
+def test_a_strong_disturbance_in_a_plane_does_not_carry_the_offset_away() -> None:
+    rng = np.random.default_rng(5)
+    switched = 3000.0 * np.sign(np.sin(np.arange(4000) / 150.0))[:, None] * [0.6, -0.3, 0.74]
+    iron = fitted_iron(_measured(rng, -0.9, -0.899) + switched, KNOWN_NT, BLOCK, STANDARD)
+    assert np.linalg.norm(iron.offset_nT) < 2 * FIELD_NT
+
+
 def test_measurements_in_another_unit_are_brought_to_the_field_s() -> None:
     measured = _measured(np.random.default_rng(3))
     counts, same = (fitted_iron(values, KNOWN_NT, BLOCK, STANDARD) for values in (measured / 100, measured))
