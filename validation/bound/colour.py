@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.numerics.kernels import fast_kernel
+from calib.numerics.innovations import innovations
 from sim.effects.noise import FLICKER_LOW_HZ
 
 Array = NDArray[np.float64]
@@ -56,42 +56,6 @@ def whitened(rows: Array, noise_std_nT: float, colour: Colour | None, step_s: Ar
         seen = [axis for axis in range(3) if row[:, axis].any()]
         toward = np.repeat(row[:, seen], len(size), axis=1)
         own = (np.tile(one, len(seen)) for one in (size, decay, kick))
-        parts.append(_filtered(np.ascontiguousarray(row), toward, (*own,), noise_std_nT**2))
+        white, all_rows = noise_std_nT**2, np.ones(len(row))
+        parts.append(innovations(np.ascontiguousarray(row), toward, (*own,), white, all_rows)[0])
     return np.concatenate(parts)
-
-
-@fast_kernel
-def _filtered(columns: Array, toward: Array, processes: tuple[Array, ...], white: float) -> Array:
-    """Innovations (n, k) of columns (n, k), each over its standard deviation.
-
-    toward (n, m): how a sample sees the processes; var x_0 (m,), decay and var w (n - 1, m)
-    """
-    size, decay, kick = processes
-    n, k = columns.shape
-    m = toward.shape[1]
-    out, state, gain, P = np.empty((n, k)), np.zeros((m, k)), np.empty(m), np.diag(size)
-    for i in range(n):
-        if i > 0:
-            for a in range(m):
-                for b in range(m):
-                    P[a, b] *= decay[i - 1, a] * decay[i - 1, b]
-                P[a, a] += kick[i - 1, a]
-                for j in range(k):
-                    state[a, j] *= decay[i - 1, a]
-        variance = white
-        for a in range(m):
-            gain[a] = 0.0
-            for b in range(m):
-                gain[a] += P[a, b] * toward[i, b]
-            variance += gain[a] * toward[i, a]
-        for j in range(k):
-            off = columns[i, j]
-            for a in range(m):
-                off -= toward[i, a] * state[a, j]
-            out[i, j] = off / np.sqrt(variance)
-            for a in range(m):
-                state[a, j] += gain[a] * off / variance
-        for a in range(m):
-            for b in range(m):
-                P[a, b] -= gain[a] * gain[b] / variance
-    return out

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from calib.numerics.innovations import innovations
 from calib.numerics.kernels import fast_kernel
 from sim.state import Array
 from validation.diagnosis.policy import Policy
@@ -79,7 +80,9 @@ class Rest:
         tau_s = np.concatenate([self.tau_s[slow], np.repeat(self.tau_s[turning], 3)])
         variance = np.concatenate([self.slow[0, slow], np.repeat(self.turning[turning], 3)])
         seen = np.hstack([np.ones((len(sight), slow.sum())), np.tile(sight, turning.sum())])
-        one, ln = _filter_through(time_s, usable, columns[:, 0].copy(), tau_s, variance, seen, white)
+        decay = np.exp(-np.diff(time_s)[:, None] / tau_s)
+        processes = (variance, decay, (1 - decay**2) * variance)
+        one, ln = innovations(columns[:, 0].copy(), seen, processes, white, usable)
         return one[:, None], ln[:, None]
 
 
@@ -176,48 +179,4 @@ def _filter(
             out[i, c] = e / np.sqrt(S)
             for j in range(J):
                 x[j, c] += gain[j] * e
-    return out, ln_S
-
-
-@fast_kernel
-def _filter_through(
-    time_s: Array, usable: Array, columns: Array, tau_s: Array, slow: Array, seen: Array, white: float
-) -> tuple[Array, Array]:
-    n, w = columns.shape
-    J = len(tau_s)
-    P, x = np.diag(slow), np.zeros((J, w))
-    Ph, kept = np.zeros(J), np.zeros(J)
-    out, ln_S, last_s = np.zeros((n, w)), np.zeros(n), -1.0
-    for i in range(n):
-        if i > 0:
-            step_s = time_s[i] - time_s[i - 1]
-            if abs(step_s - last_s) >= SAME_STEP * step_s:
-                kept[:] = np.exp(-step_s / tau_s)
-                last_s = step_s
-            for j in range(J):
-                for k in range(J):
-                    P[j, k] *= kept[j] * kept[k]
-                P[j, j] += (1 - kept[j] * kept[j]) * slow[j]
-                for c in range(w):
-                    x[j, c] *= kept[j]
-        if usable[i] == 0:
-            continue
-        S = white
-        for j in range(J):
-            total = 0.0
-            for k in range(J):
-                total += P[j, k] * seen[i, k]
-            Ph[j] = total
-            S += total * seen[i, j]
-        for j in range(J):
-            for k in range(J):
-                P[j, k] -= Ph[j] * Ph[k] / S
-        ln_S[i] = np.log(S)
-        for c in range(w):
-            e = columns[i, c]
-            for j in range(J):
-                e -= seen[i, j] * x[j, c]
-            out[i, c] = e / np.sqrt(S)
-            for j in range(J):
-                x[j, c] += Ph[j] * e / S
     return out, ln_S
