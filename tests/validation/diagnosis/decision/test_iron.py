@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sim.dataset import Recording
+from sim.effects import EFFECTS
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import STRENGTH_NT, problem
 from validation.diagnosis.decision.belief import believed
 from validation.diagnosis.decision.choice import accepted
-from validation.diagnosis.decision.iron import iron_changes
+from validation.diagnosis.decision.iron import _looks_like, iron_changes
 from validation.diagnosis.decision.selection import select
-from validation.diagnosis.evidence.compare import ranked
+from validation.diagnosis.evidence.compare import Evidence, ranked
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.library.candidates import Candidate, proposed
+from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.repair.naming import names_of
 
@@ -90,3 +93,13 @@ def test_an_error_of_the_field_on_a_level_circle_is_listed_beside_the_iron_it_lo
     level = posed(Recording(time_s=np.arange(n) / 10.0, mag_nT=mag, att_q=q), model, field, None)
     found = iron_changes(select(level)).found
     assert "regional_field" in {name for one in found for name in (one.name, *one.alternatives)}
+
+
+@pytest.mark.parametrize(("nats_less", "looks_like"), [(2.0, True), (100.0, True), (1e5, False)])
+def test_what_gains_a_millionth_less_than_a_change_of_the_iron_looks_like_it(
+    nats_less: float, looks_like: bool
+) -> None:
+    """Of ten million nats a hundred are of second order, a hundred thousand are a difference."""
+    nothing: Any = None
+    change = Evidence(Candidate(EFFECTS[0]), 1e7, 1.0, 30.0, 1.0, nothing, nothing, 9)
+    assert _looks_like(replace(change, gain=1e7 - nats_less), change, STANDARD) is looks_like
