@@ -53,7 +53,8 @@ class Calibrator(ABC):
     NEEDS), `min_samples`, `sequential` (the order of the samples matters; the base leaves the claimed covariance as it
     is), `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame of
     sensor 1, whose matrix is upper triangular), `one_axis` (made for a turn about one axis, whose measurements lie in a
-    plane).
+    plane). Where it finds B too it says so by `eddy`, a fact of the class or one of its hyperparameters: what it
+    estimates decides what no method can do better.
 
     The base sees to the rest: what the recording must have, that the motion shows what the method fits, that the
     computation did not break down, and that the answer bears out an "ok" (`calib.judgement`). A parameter

@@ -51,6 +51,11 @@ class Flights:
             self._kept.popitem(last=False)
 
 
+def alike(plan: Plan) -> str:
+    """What decides a run but for the noise of its sensors, as text: motion, field and errors as they were drawn."""
+    return canonical_json({"drawn": as_dict(plan.drawn), "motion": physics(plan)})
+
+
 def physics(plan: Plan) -> str:
     """What decides the motion, as text: equal for two runs exactly when their motions are."""
     said = as_dict(plan.drawn)

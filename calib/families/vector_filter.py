@@ -127,6 +127,7 @@ class VectorFilter(Calibrator):
 
     needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
     min_samples: ClassVar[int] = 21
+    eddy: ClassVar[bool] = True
     sequential: ClassVar[bool] = True
     settings: KalmanSettings = KalmanSettings()
     engine: Engine = "compiled"

@@ -35,6 +35,7 @@ class VectorLmCalibrator(Calibrator):
     summary: ClassVar[str] = "Levenberg-Marquardt on the 21-parameter vector model, well scaled"
     needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
     min_samples: ClassVar[int] = 21
+    eddy: ClassVar[bool] = True
     tolerance: Positive = 1e-15
     max_evaluations: Count = 100
 

@@ -74,6 +74,12 @@ def test_noise_free_recording_is_recovered_or_declined(name, motion, standard):
 
 
 @QUICK
+def test_what_it_says_that_it_estimates_is_estimated(name, standard):
+    """The bound that its scores are held against is that of its own parameters."""
+    assert (usual(name, standard)[1].eddy_s is not None) == bool(getattr(CALIBRATORS[name], "eddy", False))
+
+
+@QUICK
 def test_turning_the_sensor_turns_the_result(name, standard):
     recording, one = usual(name, standard)
     attitude = Rotation.from_quat(recording.att_q, scalar_first=True) * TURN.inv()

@@ -20,7 +20,7 @@ from sim.dataset.manifest import file_of
 from sim.effects.base import Effect
 from sim.run import run_in_memory
 from sim.scenario import Scenario
-from sim.simulate import plan
+from sim.simulate import Plan, plan
 from validation.bound.experiment import Experiment
 from validation.bound.stated import stated_colour, stated_noise_nT
 from validation.calibrating.fitting import reference_of
@@ -39,11 +39,15 @@ def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None, *
 
     Raises InputError where the vehicle cannot do the motion, and where there is no noise.
     """
-    run = plan(scenario)
+    return run_experiment(plan(scenario), noise_std_nT, coloured=coloured)
+
+
+def run_experiment(run: Plan, noise_std_nT: float | None = None, *, coloured: bool = False) -> Experiment:
+    """The same of a planned run."""
     recording, truth = run_in_memory(run)
     if coloured and noise_std_nT is None:
         noise_std_nT = stated_noise_nT(run.effects[0])
-    known = true_experiment(recording, truth, run.effects[0], run.field_enu_nT, scenario.name, noise_std_nT)
+    known = true_experiment(recording, truth, run.effects[0], run.field_enu_nT, run.scenario.name, noise_std_nT)
     colour = stated_colour(run.effects[0]) if coloured else None
     return replace(known, gyro_std_rad_s=run.drawn.navigation.gyro_noise_std_rad_s, colour=colour)
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from calib import CALIBRATORS
 from scenarios.errors import InputError
 from sim.scenario import Scenario
-from sim.simulate import plan
+from sim.simulate import Plan, plan
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
-from validation.bound.files import scenario_experiment
+from validation.bound.files import run_experiment
 from validation.bound.stated import stated_noise_nT
 from validation.bound.uses import uses
 from validation.scoring.meaning import MEANINGS
@@ -21,24 +21,31 @@ OTHER_SENSORS = {"scalar", "array"}
 """What tells a method more than one magnetometer does: no bound is known for it."""
 
 
-def knowledge_of(name: str, *, attitude_free: bool) -> str | None:
-    """What a calibrator is told of the field, by the word of `KNOWLEDGE`; None for other or several sensors."""
+def knowledge_of(name: str, *, attitude_free: bool, eddy: bool = False) -> str | None:
+    """What a calibrator is told of the field, and whether it finds eddy currents beside it, by the word of `KNOWLEDGE`.
+
+    None for other or several sensors.
+    """
     needs = set(CALIBRATORS[name].needs) if name in CALIBRATORS else set()
     if "@" in name or needs & OTHER_SENSORS:
         return None
     if not attitude_free:
-        return "vector"
+        return "vector+eddy" if eddy else "vector"
     return "norm+gyro" if "gyro" in needs else "norm"
 
 
 def least_scores(scenario: Scenario, knowledges: set[str]) -> dict[tuple[str, str], float]:
-    """The least rms of scores over runs, by what is known and the score's column; of the scenario's first run.
+    """The least rms of scores over runs, by what is known and the score's column; of the scenario's first run."""
+    return least_in(plan(scenario), knowledges)
+
+
+def least_in(run: Plan, knowledges: set[str]) -> dict[tuple[str, str], float]:
+    """The same of a run.
 
     Empty where there is no bound: without noise, or where the vehicle cannot do the motion.
     """
-    run = plan(scenario)
     try:
-        return least_of(scenario_experiment(scenario, stated_noise_nT(run.effects[0])), knowledges)
+        return least_of(run_experiment(run, stated_noise_nT(run.effects[0])), knowledges)
     except InputError:
         return {}
 

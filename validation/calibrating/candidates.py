@@ -31,13 +31,14 @@ class Candidate:
     """A calibrator that takes part: small, frozen, and the same in every process.
 
     `attitude_free`: it uses no attitude, so that its scores leave out the rotation which the field's strength cannot
-    tell. `whole_array`: it takes all sensors of an array at once.
+    tell. `whole_array`: it takes all sensors of an array at once. `eddy`: it finds eddy currents too.
     """
 
     name: str
     method: Method
     attitude_free: bool
     whole_array: bool = False
+    eddy: bool = False
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None) -> Calibration:
         """The calibration of one recording; as `timed`."""
@@ -137,4 +138,5 @@ def own_name(spec: str) -> str:
 def _candidate(name: str, method: Method, facts: object) -> Candidate:
     """A candidate by what its class, its function or its module's process says of it."""
     attitude_free = "attitude" not in getattr(facts, "needs", ())
-    return Candidate(name, method, attitude_free, whole_array=bool(getattr(facts, "whole_array", False)))
+    whole_array, eddy = (bool(getattr(facts, fact, False)) for fact in ("whole_array", "eddy"))
+    return Candidate(name, method, attitude_free, whole_array=whole_array, eddy=eddy)

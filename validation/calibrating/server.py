@@ -47,6 +47,7 @@ class Facts:
 
     needs: tuple[str, ...]
     whole_array: bool
+    eddy: bool
     file: str
     sha256: str
 
@@ -59,8 +60,8 @@ def serve(handle: int, spec: str) -> None:
     try:
         method = loaded(spec)
         file = sys.modules[spec.partition(":")[0]].__file__ or ""
-        whole_array = bool(getattr(method, "whole_array", False))
-        facts = Facts(needs_of(method, spec), whole_array, file, content_of(file))
+        whole_array, eddy = (bool(getattr(method, fact, False)) for fact in ("whole_array", "eddy"))
+        facts = Facts(needs_of(method, spec), whole_array, eddy, file, content_of(file))
     except InputError as error:
         _send(connection, refused={"what": error.what, "do": error.do})
         return

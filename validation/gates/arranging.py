@@ -13,12 +13,13 @@ import numpy as np
 from scenarios.errors import InputError
 from scenarios.names import closest
 from sim.scenario import Scenario, load
-from validation.bound.ratio import knowledge_of, least_scores
+from validation.bound.ratio import knowledge_of
 from validation.calibrating.candidates import Candidate, candidates
 from validation.comparison.design import Design, Point
 from validation.comparison.trial import Row
 from validation.gates.baseline import read_baseline
 from validation.gates.course import Course, Trial
+from validation.gates.least import Least
 from validation.gates.planning import planned
 from validation.gates.sequential import Array
 from validation.gates.spec import BOUND, FAILURE, Gate, GateFile
@@ -27,18 +28,18 @@ from validation.scoring.judging import UNCORRECTED
 
 @dataclass(frozen=True)
 class Entry:
-    """A gate among the trials of its group: which rows it reads, and how far it got; bound: what its limit is of."""
+    """A gate among the trials of its group: which rows it reads, and how far it got; least: what its limit is of."""
 
     course: Course
     calibrator: str
     reference: str | None = None
     baseline: Array | None = None
-    bound: float = 1.0
+    least: Least | None = None
 
     def reading(self, run: int, rows: Mapping[str, Row]) -> Trial:
         """What one trial, its rows by calibrator, says to the gate."""
         row, gate = rows[self.calibrator], self.course.plan.gate
-        score, other = value_of(row, gate), self.bound
+        score, other = value_of(row, gate), 1.0 if self.least is None else self.least.of(run)
         if self.reference is not None:
             other = value_of(rows[self.reference], gate)
         if self.baseline is not None:
@@ -115,17 +116,16 @@ def _name(text: str) -> str:
     return text.partition("@")[0]
 
 
-def _bound_of(gate: Gate, calibrator: str, design: Design) -> float:
-    """The least rms of a gate's score that any method reaches which is told as much; InputError where none is known."""
-    free = next((one.attitude_free for one in design.candidates if one.name == _name(calibrator)), False)
-    knowledge = knowledge_of(calibrator, attitude_free=free)
+def _least_of(gate: Gate, calibrator: str, design: Design) -> Least:
+    """What any method reaches which is told as much; InputError where none is known in the first run."""
     scenario = design.points[-1].scenario
-    least = least_scores(scenario, {knowledge}) if knowledge and calibrator != UNCORRECTED else {}
-    found = least.get((knowledge or "", gate.meaning.column), math.inf)
-    if not 0 < found < math.inf:
+    one = next((one for one in design.candidates if one.name == _name(calibrator)), None)
+    knowledge = None if one is None else knowledge_of(calibrator, attitude_free=one.attitude_free, eddy=one.eddy)
+    least = Least(scenario, design.seed, knowledge or "", gate.meaning.column)
+    if knowledge is None or not 0 < least.of(0) < math.inf:
         what = f"no bound is known on {gate.meaning.name} of {calibrator} in {scenario.name}"
         raise InputError(what, do="name a calibrator as the reference, or give a limit")
-    return found
+    return least
 
 
 @dataclass(frozen=True)
@@ -179,13 +179,13 @@ class _Builder:
         with self._at(index, "reference"):
             bounded = gate.reference == BOUND
             reference = None if bounded or gate.reference is None else _row_of(gate.reference, rows, design)
-            bound = _bound_of(gate, calibrator, design) if bounded else 1.0
+            least = _least_of(gate, calibrator, design) if bounded else None
         values = None
         if gate.baseline is not None and self.baselines:
             with self._at(index, "baseline"):
                 file = self.path.parent / gate.baseline
                 values = read_baseline(file, design, calibrator, gate.meaning.name, plan.max_trials)
-        return Entry(Course(plan), calibrator, reference, values, bound)
+        return Entry(Course(plan), calibrator, reference, values, least)
 
     @contextmanager
     def _at(self, index: int, key: str) -> Iterator[None]:

@@ -137,7 +137,9 @@ def _answered(design: Design, table: Table, asked: Question) -> Comparison:
 
 def _least(design: Design) -> dict[tuple[int, str, str], float]:
     """The bound on each score by point, calibrator and column."""
-    told = {one.name: knowledge_of(one.name, attitude_free=one.attitude_free) for one in design.candidates}
+    told = {
+        one.name: knowledge_of(one.name, attitude_free=one.attitude_free, eddy=one.eddy) for one in design.candidates
+    }
     least: dict[tuple[int, str, str], float] = {}
     for number, point in enumerate(design.points):
         found = least_scores(point.scenario, {knowledge for knowledge in told.values() if knowledge})

@@ -140,9 +140,12 @@ def summary(outcome: Outcome) -> dict[str, Any]:
 def _rows(outcome: Outcome) -> dict[str, list[dict[str, Any]]]:
     """Every score as plain values, with its ratio to the bound of what its calibrator is told, where one is known."""
     told = {
-        key: knowledge_of(key, attitude_free=any(one.rotation_removed for one in scores))
-        for key, scores in outcome.scores.items()
-        if key != UNCORRECTED
+        key: knowledge_of(
+            key,
+            attitude_free=any(one.rotation_removed for one in outcome.scores.get(key, ())),
+            eddy=fit.eddy_s is not None,
+        )
+        for key, fit in outcome.calibrations.items()
     }
     least = _least(outcome, {knowledge for knowledge in told.values() if knowledge})
     return {

@@ -13,6 +13,7 @@ from validation.bound.ratio import bound_ratio, knowledge_of, least_scores
 def test_what_a_calibrator_is_told_follows_from_what_it_needs() -> None:
     assert knowledge_of("ellipsoid", attitude_free=True) == "norm"
     assert knowledge_of("vector_least_squares", attitude_free=False) == "vector"
+    assert knowledge_of("vector_lm", attitude_free=False, eddy=True) == "vector+eddy"
     assert knowledge_of("mine", attitude_free=True) == "norm"
     assert knowledge_of("gyro_ml", attitude_free=True) == "norm+gyro"
     assert knowledge_of("ellipsoid@2", attitude_free=True) is None

@@ -11,8 +11,14 @@ import pytest
 from calib import from_json
 from sim.dataset import read_run
 from sim.generate import generate
+from sim.run import run_in_memory
 from sim.scenario import load
+from sim.simulate import plan
 from tests.validation.views import outcome_example as example
+from validation.bound.bound import Bound
+from validation.bound.files import run_experiment
+from validation.bound.stated import stated_noise_nT
+from validation.calibrating.candidates import candidates
 from validation.outputs.run import judge, summary
 from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.scoring.scores import Score
@@ -74,3 +80,16 @@ def test_scores_of_a_run_are_ratios_to_its_bound(tmp_path_factory: pytest.TempPa
         assert ratio[name]["wall_time"] is None
     assert ratio["sphere"]["offset_error"] > 5
     assert set(ratio["uncorrected"].values()) == {None}
+
+
+def test_who_finds_eddy_currents_too_is_held_against_what_they_cost() -> None:
+    """Turns of a quadrotor tell less of the offset where they may be eddy currents: the bound is 3.5 times as wide."""
+    scenario = load("quad-comb")
+    run = plan(scenario)
+    outcome = judge(scenario, *run_in_memory(run), chosen=candidates(["vector_least_squares", "vector_lm"]))
+    known = run_experiment(run, stated_noise_nT(run.effects[0]))
+    assert Bound.of(known, "vector+eddy").offset_rms_nT > 3 * Bound.of(known, "vector").offset_rms_nT
+    for name, knowledge in (("vector_least_squares", "vector"), ("vector_lm", "vector+eddy")):
+        ratio = next(one["bound_ratio"] for one in summary(outcome)["scores"][name] if one["score"] == "offset_error")
+        error = next(one.value for one in outcome.scores[name] if one.name == "offset_error")
+        assert error / ratio == pytest.approx(Bound.of(known, knowledge).offset_rms_nT, rel=1e-6)
