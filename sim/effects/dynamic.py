@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.effects.base import Memory, Replacement, frozen
 from sim.effects.clues import AT_SEVERAL_RATES, LATE, Clues
+from sim.effects.even import in_even_time
 from sim.effects.kernels import first_order_lag
 from sim.effects.values import Quantity
 from sim.state import Array, State
@@ -43,7 +44,8 @@ class Bandwidth(Replacement):
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         if self.cutoff_hz == 0:
             return signal_nT
-        return first_order_lag(signal_nT, 1 / (2 * math.pi * self.cutoff_hz), state.interval_s, memory)
+        lag_s = 1 / (2 * math.pi * self.cutoff_hz)
+        return in_even_time(state, signal_nT, lambda even: first_order_lag(even, lag_s, state.interval_s, memory))
 
 
 @frozen
@@ -64,7 +66,10 @@ class Latency(Replacement):
     ] = 0.0
 
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        whole, x = divmod(self.delay_s / state.interval_s, 1.0)
+        return in_even_time(state, signal_nT, lambda even: self._late(even, state.interval_s, memory))
+
+    def _late(self, signal_nT: Array, interval_s: float, memory: Memory) -> Array:
+        whole, x = divmod(self.delay_s / interval_s, 1.0)
         past = int(whole) + 2
         if not memory:
             memory["past"] = np.tile(signal_nT[0], (past, 1))
