@@ -83,6 +83,28 @@ def test_a_tone_is_found_between_the_lines(tone_hz: float) -> None:
     assert float(_value(found, "frequency")) == pytest.approx(tone_hz, abs=1e-3)
 
 
+def test_the_frequency_of_a_ripple_is_found_across_gaps() -> None:
+    """Taken one after the other the samples would be out of step after each gap."""
+    given = recording()
+    there = np.ones(len(given), bool)
+    for first in (700, 1900, 2900):
+        there[first : first + 37] = False
+    wave = np.sin(2 * np.pi * 1.237 * given.time_s) * given.current_A[:, 0]
+    waving = replace(given, mag_nT=given.mag_nT + wave[:, None] * np.array([0.8, 0.3, -0.5]))
+    posed = problem(waving.taken(there))
+    (found,) = tones(posed, _left(posed), Candidate(_sought("frequency")))
+    assert float(_value(found, "frequency")) == pytest.approx(1.237, abs=1e-3)
+
+
+def test_a_ripple_along_a_field_that_turns_is_found_where_its_line_is_split() -> None:
+    """One axis lies along the field and against it in turn: the strength shows two lines beside the ripple's own."""
+    given = recording(noise_nT=1.0)
+    wave = 2 * np.sin(2 * np.pi * 1.237 * given.time_s) * given.current_A.sum(axis=1)
+    posed = problem(without_attitude(replace(given, mag_nT=given.mag_nT + wave[:, None] * np.array([1.0, 0.0, 0.0]))))
+    (found,) = tones(posed, _left(posed), Candidate(_sought("frequency")))
+    assert float(_value(found, "frequency")) == pytest.approx(1.237, abs=1e-3)
+
+
 def test_a_ripple_is_never_slower_than_the_policy_says() -> None:
     given = recording()
     slow = 20 * np.sin(2 * np.pi * 0.02 * given.time_s)
