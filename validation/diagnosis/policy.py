@@ -104,6 +104,10 @@ class Policy:
         alarms="0.3 % of 300 white nulls and none of 200 coloured ones were named (scoring seeds 2000 to 2009)",
         run="tuning seeds 0 and 1 of the bench: without counting the names 2 of 120 white nulls were named",
     )  # fmt: skip
+    own_size: float = number(
+        3.0, "factor between its own size and the fitted one beyond which an effect without coefficients is none",
+        run="a white hand-held log: a delay of 2.6 s at a millionth of its size had 8.8 nats, its gap was 471 sigma",
+    )  # fmt: skip
     listed_settings: int = number(
         50, "settings beyond which they come from a search over the record, which has a price"
     )
@@ -259,6 +263,7 @@ class Policy:
 
     # doubts
     least_share: float = number(0.2, "share of the gap that found effects must explain, or nothing is named")
+    larger_gap: float = number(1.1, "factor by which names make the gap larger if they are wrong")
     least_held_excess: float = number(
         0.02, "excess of held-out power over the noise below which a share of it says nothing", run=TUNED
     )

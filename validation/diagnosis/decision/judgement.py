@@ -49,6 +49,8 @@ def verdict_of(case: Case) -> Verdict:
 
 def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
     """Why the names only resemble the cause; empty where nothing speaks against them, or nothing can be told."""
+    if case.found and case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma:
+        return ("with the names in the model the gap is larger",)
     mixed = verdict is Verdict.PARTIAL or (verdict is Verdict.COMPOSITE and case.noisy)
     if not mixed or case.gap.explained is None:
         return ()

@@ -56,6 +56,7 @@ def select(
         this = _round(ground, members, found, start, after)
         first, chosen = first or this.judged, this.chosen
         if chosen is None:
+            after = _without_what_has_no_name(after, ground, found)
             break
         if _is_form(chosen, found, problem.policy):
             found = _with_kin(found, chosen)
@@ -106,6 +107,16 @@ def residual_tests(ground: Ground, found: Sequence[str]) -> Battery:
 def tests_beside(ground: Ground, found: Sequence[str]) -> Battery:
     """The tests of what a ground leaves that has effects in."""
     return _with_earth_vector(residual_tests(ground, found), ground)
+
+
+def _without_what_has_no_name(tests: Battery, ground: Ground, found: Sequence[Accepted]) -> Battery:
+    """The tests of what a ground leaves where nothing more stands: a constant error of the field was no name.
+
+    Beside an effect that depends on the place it stays a doubt.
+    """
+    if not found or any(one.evidence.candidate.effect.clues.source for one in found):
+        return tests
+    return residual_tests(ground, names_of(found))
 
 
 def _with_kin(found: Sequence[Accepted], chosen: Accepted) -> list[Accepted]:

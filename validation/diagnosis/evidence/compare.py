@@ -83,7 +83,23 @@ def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
         return found
     finer = between_neighbours(found.candidate, lambda candidate: _misfit(ground, candidate))
     better = judged_at(ground, [finer]) if finer else None
-    return better if better is not None and better.gain > found.gain else found
+    return _at_full_size(ground, better if better is not None and better.gain > found.gain else found)
+
+
+def _at_full_size(ground: Ground, found: Evidence) -> Evidence | None:
+    """The evidence where an effect without coefficients has its own size; None where it would have to be another.
+
+    Below a sample's interval twice the delay is twice the effect: there the value is moved by what the fit scales it.
+    """
+    candidate, limit = found.candidate, ground.problem.policy.own_size
+    if candidate.effect.linear or candidate.effect.tangents or not candidate.nonlinear:
+        return found
+    scale = float(found.coefficients[0])
+    moved = () if 1 / limit < scale < limit else candidate.scaled(scale)
+    for one in (found, *(judged_at(ground, [one]) for one in moved)):
+        if one is not None and 1 / limit < one.coefficients[0] < limit:
+            return one
+    return None
 
 
 def judged_at(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:

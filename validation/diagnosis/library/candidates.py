@@ -12,6 +12,7 @@ import numpy as np
 from scenarios.errors import InputError
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
+from sim.effects.values import Parameter
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -53,6 +54,15 @@ class Candidate:
     def at(self, values: dict[str, Any], tried: int = 0) -> Candidate:
         """The same effect at other values of some nonlinear parameters, found among so many (0: as many as before)."""
         return replace(self, nonlinear=tuple((dict(self.nonlinear) | values).items()), tried=tried or self.tried)
+
+    def scaled(self, by: float) -> list[Candidate]:
+        """The same effect with its listed number times and over a factor, where it takes such a number."""
+        moved = [(p, dict(self.nonlinear)[p.name] * f) for p in self._listed for f in (by, 1 / by)]
+        return [self.at({p.name: value}) for p, value in moved if p.low <= value <= p.high]
+
+    @property
+    def _listed(self) -> list[Parameter]:
+        return [p for p in self.effect.parameters() if p.name in self.effect.search]
 
     def columns(self, problem: LinearProblem) -> Array:
         """Columns E (n, q, k) of the problem."""

@@ -21,9 +21,14 @@ from validation.diagnosis.decision.belief import (
     slow_noise_is_left,
     wander_moves_the_mean,
 )
-from validation.diagnosis.decision.choice import accepted
+from validation.diagnosis.decision.choice import Accepted, accepted
 from validation.diagnosis.decision.iron import absorbed_effects, iron_changes
-from validation.diagnosis.decision.selection import Selection, _with_earth_vector, select
+from validation.diagnosis.decision.selection import (
+    Selection,
+    _with_earth_vector,
+    _without_what_has_no_name,
+    select,
+)
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
@@ -110,6 +115,15 @@ def test_a_constant_vector_of_the_earth_that_is_left_is_told() -> None:
     off = Ground.of(problem(replace(given, mag_nT=given.mag_nT + error)))
     assert _with_earth_vector(CLEAN, off).why == ("a constant vector in the earth's frame",)
     assert _with_earth_vector(CLEAN, Ground.of(problem(given))).clean
+
+
+def test_what_has_no_name_of_its_own_speaks_against_no_other_but_one_of_the_place() -> None:
+    ground = Ground.of(problem())
+    placed = next(effect for effect in EFFECTS if effect.clues.source)
+    for effect, clean in ((DRIVEN, True), (placed, False)):
+        found = [Accepted(_evidence(effect, 100.0, 3), ())]
+        assert _without_what_has_no_name(LEFT, ground, found).clean is clean
+    assert _without_what_has_no_name(LEFT, ground, []) is LEFT
 
 
 def _believed(selection: Selection, **changes: object) -> Belief:

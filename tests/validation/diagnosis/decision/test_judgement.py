@@ -90,6 +90,12 @@ def test_verdicts_that_leave_nothing_are_not_doubted() -> None:
     assert doubts_of(replace(_still_driven(1.0), gap=replace(GAP, explained=None)), Verdict.PARTIAL) == ()
 
 
+def test_names_that_make_the_gap_larger_are_doubted() -> None:
+    larger = replace(GAP, after_sigma=1.2 * GAP.before_sigma)
+    assert doubts_of(replace(_case(FOUND), gap=larger), Verdict.NAMED)
+    assert doubts_of(replace(_case(SEEN), gap=larger), Verdict.NAMED) == ()
+
+
 def _diagnosis(verdict: Verdict = Verdict.NAMED, *named: Named, **changes: Any) -> Diagnosis:
     tests = Battery({}, (), 0.0, ("means over 5 s",))
     made = Diagnosis(verdict, "", named, (), GAP, (), (), (), (), tests, tests, None, POSED, POSED.target, POSED.target)  # type: ignore[arg-type]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sim.effects import EFFECTS
+from sim.effects.base import Effect
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.evidence.compare import judge, judged_at, ranked, search_price
@@ -109,3 +110,19 @@ def test_beside_the_effect_itself_it_explains_no_more() -> None:
 def test_columns_that_are_nothing_are_no_candidate() -> None:
     still = replace(recording(), current_A=np.zeros((4000, 2)))
     assert judge(Ground.of(problem(still)), [CANDIDATE]) is None
+
+
+LATE = [effect for effect in EFFECTS if effect.search and not effect.linear and not effect.tangents]
+
+
+@pytest.mark.parametrize("effect", LATE)
+@pytest.mark.parametrize(("which", "part"), [(-1, 1e-4), (0, 0.1)])
+def test_an_effect_without_coefficients_is_moved_to_its_own_size(effect: type[Effect], which: int, part: float) -> None:
+    """Far below a sample's interval half of a delay is half of the effect: a small part is one at a smaller delay."""
+    ((name, listed),) = effect.search.items()
+    posed = problem(noise_nT=1e-3)
+    members = [Candidate(effect, ((name, value),)) for value in listed]
+    one = sorted(members, key=lambda one: float(np.linalg.norm(one.columns(posed))))[which]
+    found = judge(Ground.of(replace(posed, target=part * one.columns(posed)[:, :, 0])), [one])
+    assert found is not None
+    assert found.coefficients[0] == pytest.approx(1.0, rel=0.1)
