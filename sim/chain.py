@@ -13,6 +13,7 @@ from sim.state import Array, State
 from sim.streams import stream
 
 Labels = dict[str, Array]
+"""Name of an effect -> its contribution (n, 3) in nT."""
 
 
 @dataclass
@@ -54,18 +55,37 @@ class Chain:
             rng = stream(seed, run, sensor, effect.name, instance, bits=np.random.PCG64)
             self.links.append(Link(effect, rng))
 
-    def apply(self, state: State) -> tuple[Array, Labels]:
+    def apply(self, state: State, finer: State | None = None) -> tuple[Array, Labels]:
         """Measured field mag_nT (n, 3) of the run's next block, and name -> (n, 3) contributions in nT.
 
-        Several effects of one name share a label, their sum.
+        Several effects of one name share a label, their sum. finer : the same block with a whole number of rows a
+        sample; the effects up to the last that follows the field between samples are then computed on it.
         """
-        signal = np.array(state.field_nT, dtype=np.float64)
-        labels: Labels = {}
-        for link in self.links:
-            signal, label = link.step(state, signal)
-            name = link.effect.name
-            labels[name] = labels[name] + label if name in labels else label
-        return signal, labels
+        first = 0 if finer is None else continuous_part([link.effect for link in self.links])
+        signal, labels = np.array(state.field_nT, dtype=np.float64), Labels()
+        if finer is not None and first:
+            every = round(state.interval_s / finer.interval_s)
+            course, fine = _through(self.links[:first], finer, np.array(finer.field_nT, dtype=np.float64), Labels())
+            signal, labels = course[::every].copy(), {name: label[::every].copy() for name, label in fine.items()}
+        return _through(self.links[first:], state, signal, labels)
+
+
+def _through(links: Sequence[Link], state: State, signal: Array, labels: Labels) -> tuple[Array, Labels]:
+    """The signal (n, 3) behind some links, and the labels with theirs."""
+    for link in links:
+        signal, label = link.step(state, signal)
+        name = link.effect.name
+        labels[name] = labels[name] + label if name in labels else label
+    return signal, labels
+
+
+def continuous_part(effects: Sequence[Effect]) -> int:
+    """How many effects of a chain meet a continuous field: up to the last that follows it between samples.
+
+    None beyond the first that draws random numbers: noise is one of samples.
+    """
+    drawn = next((i for i, effect in enumerate(effects) if effect.stochastic), len(effects))
+    return max((i + 1 for i, effect in enumerate(effects[:drawn]) if effect.continuous), default=0)
 
 
 def apply_deterministic(effects: Sequence[Effect], state: State) -> tuple[Array, Labels]:

@@ -97,7 +97,7 @@ class Stop(NamedTuple):
 class Course(NamedTuple):
     """What the loop follows: reference (n, 18), flow (n, 3; m/s ENU) of each step, the controller's gains and memory.
 
-    Every `every`-th step has a row in the log.
+    Every `every`-th step has a row in the log; the course ends at a step that `grid` divides.
     """
 
     reference: Array
@@ -106,6 +106,7 @@ class Course(NamedTuple):
     memory: Array
     every: int = 1
     stop: Stop = Stop()
+    grid: int = 1
 
 
 class Log(NamedTuple):
@@ -125,7 +126,7 @@ VIEWS = _named(Views, *[VEC] * len(Views._fields))
 SCRATCH = _named(Scratch, *[VEC] * len(Scratch._fields))
 PLANT = _named(Plant, POINTER, POINTER, types.float64, VIEWS, SCRATCH, MAT, MAT)
 STOP = _named(Stop, types.float64, types.float64)
-COURSE = _named(Course, MAT, MAT, VEC, VEC, types.int64, STOP)
+COURSE = _named(Course, MAT, MAT, VEC, VEC, types.int64, STOP, types.int64)
 LOG = _named(Log, *[MAT] * len(Log._fields))
 
 
@@ -235,7 +236,7 @@ def advance(control, plant, course, log):  # type: ignore[no-untyped-def]
     for i in range(course.reference.shape[0]):
         row = i // course.every
         logged = i == row * course.every
-        if logged and course.stop.sign * (qpos[2] - course.stop.z_m) > 0.0:
+        if logged and i % course.grid == 0 and course.stop.sign * (qpos[2] - course.stop.z_m) > 0.0:
             return i
         wind[:] = course.flow[i]
         control(qpos, qvel, course.reference[i], course.gains, course.memory, ctrl)

@@ -30,7 +30,8 @@ class Motion:
     """True motion at the n sample times of a block; all of one phase.
 
     time_s (n,); kinematics of the body frame; R_wb (n, 3, 3); current_A (n, m); channels: the vehicle's own, each (n,);
-    reference (n, 18), what guidance followed; phase: its index in the scenario; phase_time_s (n,) since it began.
+    reference (n, 18), what guidance followed; phase: its index in the scenario; phase_time_s (n,) since it began;
+    finer: the same motion at every step of the engine, for what follows the field between samples.
     """
 
     time_s: Array
@@ -41,14 +42,19 @@ class Motion:
     reference: Array
     phase: int
     phase_time_s: Array
+    finer: Motion | None = None
 
 
 @dataclass
 class Loop:
-    """One vehicle in the engine: model, data and everything that lives from block to block."""
+    """One vehicle in the engine: model, data and everything that lives from block to block.
+
+    every: steps from sample to sample; logged: steps from row to row of its log.
+    """
 
     vehicle: Vehicle
     every: int
+    logged: int
     rng: np.random.Generator
     model: Any = field(init=False)
     data: Any = field(init=False)
@@ -75,12 +81,12 @@ class Loop:
 
     def run(self, reference: Array, gains: Array, stop: Stop) -> tuple[Log, int]:
         """Advance over the reference rows; the log's filled rows and the number of steps taken."""
-        log = log_of(self.model, -(-len(reference) // self.every))
+        log = log_of(self.model, -(-len(reference) // self.logged))
         flow = self.vehicle.flow(len(reference), self.rng, self.flow_memory)
-        course = Course(reference, flow, gains, self.memory, self.every, stop)
+        course = Course(reference, flow, gains, self.memory, self.logged, stop, self.every)
         done = advance(self.vehicle.control, self.plant, course, log)
         self.steps += done
-        return log.first(-(-done // self.every)), done
+        return log.first(-(-done // self.logged)), done
 
     @property
     def lost(self) -> bool:
@@ -88,13 +94,13 @@ class Loop:
         return not np.isfinite(self.data.qpos).all() or bool(np.any(self.data.warning.number > KNOWN))
 
 
-def drive(scenario: Scenario, rng: np.random.Generator) -> Iterator[Motion]:
-    """True motion of the scenario's vehicle through its phases, at the sensors' sample times.
+def drive(scenario: Scenario, rng: np.random.Generator, finer: bool = False) -> Iterator[Motion]:
+    """True motion of the scenario's vehicle through its phases, at the sensors' sample times, and finer if asked.
 
     Raises InputError where the vehicle does not reach the end of an unpowered phase, or its state is not finite.
     """
     every = round(1.0 / (scenario.sampling.rate_hz * STEP_S))
-    loop = Loop(vehicle_for(scenario.vehicle), every, rng)
+    loop = Loop(vehicle_for(scenario.vehicle), every, 1 if finer else every, rng)
     for index, phase in enumerate(scenario.phases):
         yield from _phase(loop, phase, index)
     if not loop.steps:
@@ -120,7 +126,7 @@ def _phase(loop: Loop, phase: PhaseBase, index: int) -> Iterator[Motion]:
             do = "ask for a gentler motion, wind or current"
             raise InputError(what, where=f"phases.{index} ({phase.kind})", do=do)
         if done:
-            yield _motion(loop, log, reference[:: loop.every], begin, index, t_s[:: loop.every])
+            yield _motion(loop, log, reference, begin, index, t_s)
         first += done
         if done < len(t_s):
             return
@@ -142,9 +148,16 @@ def _stop(phase: PhaseBase, start: Start) -> Stop:
 
 
 def _motion(loop: Loop, log: Log, reference: Array, begin: int, phase: int, phase_time_s: Array) -> Motion:
-    n = len(log.qpos)
-    time_s: Array = STEP_S * (begin + loop.every * np.arange(n, dtype=np.float64))
-    kinematics = loop.vehicle.kinematics(loop.model, log)
-    R_wb = matrix_from_q(kinematics.q)
-    currents_A, channels = loop.vehicle.currents_A(log.ctrl), loop.vehicle.channels(log)
-    return Motion(time_s, kinematics, R_wb, currents_A, channels, reference[:n], phase, phase_time_s[:n])
+    """The motion of a block from its log; reference and phase_time_s are of every step."""
+
+    def rows(every: int, finer: Motion | None = None) -> Motion:
+        some = Log(*(part[:: every // loop.logged] for part in log))
+        n = len(some.qpos)
+        time_s: Array = STEP_S * (begin + every * np.arange(n, dtype=np.float64))
+        kinematics = loop.vehicle.kinematics(loop.model, some)
+        R_wb = matrix_from_q(kinematics.q)
+        currents_A, channels = loop.vehicle.currents_A(some.ctrl), loop.vehicle.channels(some)
+        followed, since_s = reference[::every][:n], phase_time_s[::every][:n]
+        return Motion(time_s, kinematics, R_wb, currents_A, channels, followed, phase, since_s, finer)
+
+    return rows(loop.every, None if loop.logged == loop.every else rows(loop.logged))

@@ -59,7 +59,7 @@ def alike(plan: Plan) -> str:
 def physics(plan: Plan) -> str:
     """What decides the motion, as text: equal for two runs exactly when their motions are."""
     said = as_dict(plan.drawn)
-    key = {name: said[name] for name in ("vehicle", "phases", "sampling")}
+    key = {name: said[name] for name in ("vehicle", "phases", "sampling")} | {"finer": plan.finer}
     if vehicle_for(plan.drawn.vehicle).random_flow:
         key |= {"seed": plan.seed, "run": plan.run}
     return canonical_json(key)
@@ -79,4 +79,5 @@ def _read_only(motion: Motion) -> Motion:
 
 def _arrays(motion: Motion) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
     values = [getattr(part, item.name) for part in (motion, motion.kinematics) for item in fields(part)]
-    return [value for value in (*values, *motion.channels.values()) if isinstance(value, np.ndarray)]
+    finer = [] if motion.finer is None else _arrays(motion.finer)
+    return [value for value in (*values, *motion.channels.values()) if isinstance(value, np.ndarray)] + finer

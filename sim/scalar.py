@@ -32,10 +32,15 @@ class ScalarMagnetometer:
         self._outside = Chain([one for one in effects if one.stage in OUTSIDE], seed, run, NUMBER)
         self._own = Chain([one for one in effects if one.stage not in OUTSIDE], seed, run, NUMBER)
 
-    def measure(self, state: State) -> Array:
-        """Measured strength (n,) in nT over the run's next block."""
+    def measure(self, state: State, finer: State | None = None) -> Array:
+        """Measured strength (n,) in nT over the run's next block; finer: as `Chain.apply` takes it."""
+        along = self._along(finer or state)
+        every = 1 if finer is None else round(state.interval_s / finer.interval_s)
+        measured_nT, _ = self._own.apply(replace(state, field_nT=along.field_nT[::every]), finer and along)
+        return np.ascontiguousarray(measured_nT[:, 0])
+
+    def _along(self, state: State) -> State:
+        """The state with the strength outside as its field (``|B|``, 0, 0)."""
         field_nT, _ = self._outside.apply(state)
         strength_nT = np.sqrt((field_nT**2).sum(axis=1))
-        along = np.column_stack([strength_nT, np.zeros((len(state), 2))])
-        measured_nT, _ = self._own.apply(replace(state, field_nT=along))
-        return np.ascontiguousarray(measured_nT[:, 0])
+        return replace(state, field_nT=np.column_stack([strength_nT, np.zeros((len(state), 2))]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -14,7 +14,7 @@ from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from scenarios.vary import apply_vary, values_at
 from sim import effects as effect_table
-from sim.chain import Chain
+from sim.chain import Chain, continuous_part
 from sim.dataset.columns import (
     ACCEL,
     ATTITUDE,
@@ -41,6 +41,7 @@ from sim.state import HEIGHT, MOTION, SCALAR, TEMPERATURE, Array, State, current
 from sim.streams import stream
 from sim.thermal import Thermometer
 from sim.vehicles import VEHICLES
+from sim.vehicles.base import STEP_S
 
 Block = dict[str, NDArray[Any]]
 """The dataset's columns over one block of samples."""
@@ -67,6 +68,11 @@ class Plan:
     def interval_s(self) -> float:
         """Time between samples."""
         return 1.0 / self.drawn.sampling.rate_hz
+
+    @property
+    def finer(self) -> bool:
+        """Whether an effect follows the field between samples, which the engine's steps then give."""
+        return any(continuous_part(effects) for effects in (*self.effects, self.scalar or ()))
 
     @property
     def effects_named(self) -> tuple[str, ...]:
@@ -124,7 +130,7 @@ def _check_channels(vehicle: str, effects: Iterable[Effect]) -> None:
 
 def flown(plan: Plan) -> Iterator[Motion]:
     """The run's true motion, block by block, by the simulator's engine."""
-    return drive(plan.drawn, stream(plan.seed, plan.run, "flow"))
+    return drive(plan.drawn, stream(plan.seed, plan.run, "flow"), plan.finer)
 
 
 def blocks(plan: Plan, motions: Iterable[Motion] | None = None) -> Iterator[Block]:
@@ -155,11 +161,11 @@ class _Magnetometers:
         """Their signals over the run's next block, and what each effect contributes."""
         scenario, block = self.plan.drawn, Block()
         for k, (effects, sensor) in enumerate(zip(self._vectors, scenario.vectors, strict=True)):
-            state = _state(self.plan, motion, scenario.sensors[sensor], temperature_degC)
-            block |= _magnetometer(self.plan, effects, state, k + 1 if len(self._vectors) > 1 else None)
+            states = _states(self.plan, motion, scenario.sensors[sensor], temperature_degC)
+            block |= _magnetometer(self.plan, effects, *states, k + 1 if len(self._vectors) > 1 else None)
         if self._scalar is not None and scenario.scalar is not None:
-            state = _state(self.plan, motion, scenario.sensors[scenario.scalar], temperature_degC)
-            block[SCALAR] = self._scalar.measure(state)
+            states = _states(self.plan, motion, scenario.sensors[scenario.scalar], temperature_degC)
+            block[SCALAR] = self._scalar.measure(*states)
         return block
 
 
@@ -179,9 +185,9 @@ def _recorded(scenario: Scenario, motion: Motion, measured: dict[str, Array]) ->
     return about | vectors | currents_of(measured["current_A"]) | motion.channels
 
 
-def _magnetometer(plan: Plan, effects: Chain, state: State, number: int | None) -> Block:
+def _magnetometer(plan: Plan, effects: Chain, state: State, finer: State | None, number: int | None) -> Block:
     """One magnetometer's signal, and what each effect contributes to it; number: of several, from 1."""
-    mag_nT, labels = effects.apply(state)
+    mag_nT, labels = effects.apply(state, finer)
     block = _columns(mag_names(number), mag_nT)
     for name in plan.effects_named:
         label_nT = labels[name] if name in labels else np.zeros_like(mag_nT)
@@ -198,8 +204,21 @@ def _truth(plan: Plan, motion: Motion) -> Block:
     }
 
 
+def _states(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Array) -> tuple[State, State | None]:
+    """What the magnetometer at its place on the body goes through, at the samples and, where it is known, finer.
+
+    Its temperature is held from sample to sample.
+    """
+    state, finer = _state(plan, motion, sensor, temperature_degC), motion.finer
+    if finer is None:
+        return state, None
+    every = round(plan.interval_s / STEP_S)
+    held_degC = np.repeat(temperature_degC, every)[: len(finer.time_s)]
+    return state, replace(_state(plan, finer, sensor, held_degC), interval_s=STEP_S)
+
+
 def _state(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Array) -> State:
-    """What the magnetometer at its place on the body goes through."""
+    """The same at the times of a motion, whose interval is that of the samples."""
     k = motion.kinematics
     field = to_body(motion.R_wb, plan.field_enu_nT[None])
     pos_enu_m = k.pos_enu_m + to_world(motion.R_wb, np.array([sensor.position_m]))

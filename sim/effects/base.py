@@ -72,7 +72,8 @@ class Effect(ABC):
     A subclass also says: `name`; `stage`, where in the chain it acts; `needs`, what must be known of the motion
     ("attitude", "rate", "position") and the channels that it depends on, by column; `example`, values with which it
     acts; `clues`, how it shows and is told from others; `stochastic`, whether it draws from rng; `static`, whether
-    field, channels and time at one instant decide it, so that a calibration of the instrument can take it out.
+    field, channels and time at one instant decide it, so that a calibration of the instrument can take it out;
+    `continuous`, whether the field's course between samples decides it, so that the simulator gives it every step.
     """
 
     name: ClassVar[str]
@@ -82,6 +83,7 @@ class Effect(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     stochastic: ClassVar[bool] = False
     static: ClassVar[bool] = False
+    continuous: ClassVar[bool] = False
 
     linear: ClassVar[tuple[str, ...]]
     """Names of the parameters in which the contribution is linear; they give `basis` for free."""

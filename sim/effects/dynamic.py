@@ -1,4 +1,4 @@
-"""A signal that comes late: low-pass of the sensor, delay of the electronics."""
+"""A signal that comes late: low-pass of the sensor, delay of its values."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ class Bandwidth(Replacement):
 
     name = "bandwidth"
     stage = "sensor"
+    continuous = True
     example = {"cutoff_hz": 3.0}
     clues = Clues(
         apart=AT_SEVERAL_RATES, remedy="turn more slowly, or raise the sensor's bandwidth", memory=True, kin=LATE
@@ -53,11 +54,13 @@ class Latency(Replacement):
     """Values that are old when they are stamped: ``s(t - d)``, a parabola through three samples; the first is held.
 
     Between samples h apart a parabola errs by ``h^3 s''' / 16`` at most, a line by ``h^2 s'' / 8``, as a low-pass does.
-    It comes before the rounding: interpolation after it would break the lattice of the values.
+    It comes before noise and rounding: a late value has the noise of its own measurement, not a mean of three, and
+    interpolation would break the lattice of the values.
     """
 
     name = "latency"
-    stage = "electronics"
+    stage = "sensor"
+    continuous = True
     example = {"delay_s": 0.11}
     clues = Clues(apart=AT_SEVERAL_RATES, remedy="correct the time stamps", memory=True, kin=LATE)
 

@@ -56,6 +56,7 @@ class Hysteresis(Effect):
 
     name = "hysteresis"
     stage = "sensor"
+    continuous = True
     example = {"gain": (0.02, 0.01, 0.03), "threshold_nT": (200.0, 3000.0)}
     clues = Clues(apart=AT_SEVERAL_RATES, remedy="bias or degauss the core, or use a sensor with feedback")
 

@@ -47,14 +47,14 @@ EFFECTS: tuple[type[Effect], ...] = (
     TemperatureOffset,
     Hysteresis,
     Bandwidth,
+    Latency,
     ChannelEffect,
     SensorOffset,
     OffsetJump,
     OffsetRandomWalk,
     FlickerNoise,
     WhiteNoise,
-    # electronics; the delay interpolates, so it comes before the rounding
-    Latency,
+    # electronics
     Saturation,
     Quantisation,
     Spikes,
