@@ -186,12 +186,14 @@ def diagnose(
     actuators: Sequence[str] = (),
     maps: Sequence[str] = (),
     run: int = 0,
+    sensor: int | None = None,
 ) -> DiagnosisResult:
     """Find where a recording and a model disagree, and name the missing effect; data and reference as in `calibrate`.
 
     model : a scenario's name, or a file of it or of its [field] and [effects.*] alone; without it hard iron, soft iron
         and white noise, fitted. confirm : a second recording, in which the finding must hold too. actuators : channels
         to treat like motor currents. time_s : (n,) of `data`, where that is an array. policy : the numbers that decide.
+        sensor : which of an array of sensors, counted from 1.
     """
     from functools import partial
     from pathlib import Path
@@ -199,9 +201,11 @@ def diagnose(
     from magbench.results import DiagnosisResult
     from validation.diagnosis.files import diagnose_against, with_actuators
     from validation.diagnosis.policy import STANDARD
+    from validation.diagnosis.problem.sensors import of_sensor
 
     def read(one: Data, times: ArrayLike | None) -> Recording:
-        return with_actuators(recording_from(one, time_s=times, maps=maps, run=run), actuators, Path("recording"))
+        recording = recording_from(one, time_s=times, maps=maps, run=run)
+        return with_actuators(of_sensor(recording, sensor, "recording"), actuators, Path("recording"))
 
     found = diagnose_against(
         model,
@@ -209,6 +213,7 @@ def diagnose(
         partial(reference_from, data, run, field_strength_nT, field_enu_nT),
         stated=field_strength_nT is not None or field_enu_nT is not None,
         confirm=None if confirm is None else partial(read, confirm, None),
+        sensor=sensor,
         policy=policy or STANDARD,
     )
     return DiagnosisResult.of(found)

@@ -85,8 +85,8 @@ def show_together(found: Together) -> None:
     """Verdict, sentence, what to do next, each effect by recording, the gaps, and what changes in the model."""
     show_text(together_headline(found) + "\n")
     for one in found.common:
-        heads = ["recording", "", "parameter", "value", "low", "high", "unit"]
-        show_table(f"{one.name}: {one.reach}", heads, list(value_rows(found, one)), numbers=False)
+        heads = [found.among.one, "", "parameter", "value", "low", "high", "unit"]
+        show_table(f"{one.name}: {found.among.reach[one.reach]}", heads, list(value_rows(found, one)), numbers=False)
         show_text(agreement_line(one) + "\n")
     heads = ["gap, rms", "before, nT", "after, nT", "before / noise", "after / noise", "explained", "by itself"]
     show_table("", heads, gap_rows_together(found))

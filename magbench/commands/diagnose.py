@@ -9,7 +9,6 @@ import typer
 
 from magbench.arguments import all_present, complete_scenario, field_vector, known_scenario, present
 from magbench.options import FieldStrength, FieldVector, Json, Maps
-from scenarios.errors import InputError
 
 if TYPE_CHECKING:
     from validation.diagnosis.together.files import Source
@@ -40,6 +39,10 @@ Measured = Annotated[
         callback=all_present,
     ),
 ]
+Sensor = Annotated[
+    int | None,
+    typer.Option(min=1, help="Which sensor of an array, from 1.  [default: every one, and how they differ]"),
+]
 OneRun = Annotated[int | None, typer.Option(min=0, help="Which run of a dataset directory.  [default: all]")]
 
 
@@ -52,25 +55,26 @@ def diagnose(
     map_: Maps = None,
     actuator: Actuators = None,
     run: OneRun = None,
+    sensor: Sensor = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/diagnosis]")] = None,
     json: Json = False,
 ) -> None:
     """Find where a recording and a model disagree, name the missing effect, show that the gap shrinks.
 
-    Of several recordings: what holds in all of them, what does not transfer, what one alone shows. Exit status 1 where
-    a gap was found and not explained.
+    Of several recordings: what holds in all of them, what does not transfer, what one alone shows. Of an array: every
+    sensor, and what differs between them, or one, as by --sensor 2. Exit status 1 where a gap was found and not
+    explained.
 
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
     """
     from magbench.console import say
     from sim.dataset.files import locked_directory, remove_leftovers
-    from validation.diagnosis.together.files import sources
+    from validation.diagnosis.together.files import check_one, sources
     from validation.outputs.diagnosis import FILES
 
-    place, recordings = out or Path("out") / "diagnosis", sources(measured, run)
-    if confirm and len(recordings) > 1:
-        do = "name it among the recordings"
-        raise InputError("is asked beside one recording, and here are several", where="--confirm", do=do)
+    place, recordings = out or Path("out") / "diagnosis", sources(measured, run, sensor, map_ or ())
+    if confirm:
+        check_one(recordings, "--confirm")
     given = {
         "enu": field_vector(field_enu_nT),
         "strength_nT": field_strength_nT,
@@ -104,7 +108,7 @@ def _one(
     from validation.diagnosis.files import diagnose_file
     from validation.outputs.diagnosis import write_diagnosis
 
-    found = diagnose_file(measured, model, confirm=confirm, run=one.run, **given)
+    found = diagnose_file(measured, model, confirm=confirm, run=one.run, sensor=one.sensor, **given)
     given["say"]("report and recording")
     write_diagnosis(found, place, f"Diagnosis of {measured.name}")
     if json:
@@ -124,7 +128,7 @@ def _several(
 
     found = diagnose_files(recordings, model, **given)
     given["say"]("reports and recordings")
-    folders = write_together(found, place, f"Diagnosis of {len(recordings)} recordings")
+    folders = write_together(found, place, f"Diagnosis of {len(recordings)} {found.among.key}")
     if json:
         emit(found.as_dict() | {"model_out": str(place / "model.toml")})
     else:

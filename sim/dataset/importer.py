@@ -46,6 +46,17 @@ def read_columns(
     return columns_of(path, load_table(path, lambda name: name in sources or (bool(name) and wanted(name))), maps)
 
 
+def sensors_in(path: Path, maps: Sequence[str] = ()) -> tuple[int, ...]:
+    """The numbers of an array's magnetometers in a file, ascending; none where there is but one magnetometer.
+
+    Raises InputError for a file that cannot be read.
+    """
+    named = parse_maps(maps)
+    table = load_table(path, lambda name: group_of(name) == "mag")
+    renamed = {one.source for one in named}
+    return numbers("mag", [*(name for name in table.column_names if name not in renamed), *(m.target for m in named)])
+
+
 def columns_of(path: Path, table: pa.Table, maps: Sequence[str] = ()) -> RawColumns:
     """The columns of a table, mapped and converted, see `read_columns`; `path` is what messages call it."""
     named = _named(path, table, parse_maps(maps))

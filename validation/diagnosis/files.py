@@ -17,6 +17,7 @@ from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.fitting import reference_of
 from validation.diagnosis.onward.advice import advised
 from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.sensors import model_of_sensor, of_sensor
 from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.workflow import diagnose
@@ -32,17 +33,20 @@ def diagnose_file(
     maps: Sequence[str] = (),
     actuators: Sequence[str] = (),
     run: int = 0,
+    sensor: int | None = None,
     policy: Policy = STANDARD,
     say: Callable[[str], object] = lambda what: None,
 ) -> Diagnosis:
     """Diagnose a file against a model file or scenario; without one against fitted iron and white noise.
 
+    sensor : which of an array, counted from 1.
     Raises InputError for files, columns, models and references that cannot be used.
     """
     file = file_of(measured, run)
 
     def read(path: Path) -> Recording:
-        return with_actuators(read_recording(path, run=run, maps=maps), actuators, path)
+        recording = of_sensor(read_recording(path, run=run, maps=maps), sensor, f"{path}: --sensor")
+        return with_actuators(recording, actuators, path)
 
     return diagnose_against(
         model,
@@ -50,6 +54,7 @@ def diagnose_file(
         partial(reference_of, file, strength_nT, enu),
         stated=enu is not None or strength_nT is not None,
         confirm=None if confirm is None else partial(read, confirm),
+        sensor=sensor,
         policy=policy,
         say=say,
     )
@@ -62,14 +67,16 @@ def diagnose_against(
     *,
     stated: bool,
     confirm: Callable[[], Recording] | None = None,
+    sensor: int | None = None,
     policy: Policy = STANDARD,
     say: Callable[[str], object] = lambda what: None,
 ) -> Diagnosis:
     """Diagnose what is read against a model file or scenario; without one against fitted iron and white noise.
 
     reference : asked where it is `stated`, and where the model names no field. confirm : a second recording.
+    sensor : which of the model's sensors is meant, counted from 1.
     """
-    spec = load_model(model) if model else ModelSpec()
+    spec = model_of_sensor(load_model(model) if model else ModelSpec(), sensor)
     known = reference() if stated or spec.field is None else None
     recording, second = read(), None if confirm is None else confirm()
     return diagnose_recording(recording, spec, known, confirm=second, fitted_base=model is None, policy=policy, say=say)

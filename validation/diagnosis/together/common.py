@@ -43,6 +43,11 @@ class Common:
         return self.named.name
 
     @property
+    def several(self) -> bool:
+        """Whether more than one shows it."""
+        return self.reach is not Reach.SINGLE_RUN
+
+    @property
     def reach(self) -> Reach:
         """Whether the recordings agree."""
         return self.named.evidence
@@ -50,17 +55,18 @@ class Common:
 
 def fitted_effect(one: Chosen, problems: Sequence[LinearProblem]) -> Common:
     """An effect of the library that the lot believes."""
-    return _of_finding(one.finding, one.alternatives, problems, one.strength)
+    return common_of(one.finding, one.alternatives, problems, one.strength)
 
 
 def not_borne_out(one: Finding, problems: Sequence[LinearProblem]) -> Common:
     """An effect that one recording alone names."""
-    return _of_finding(one, (), problems, 0.0)
+    return common_of(one, (), problems, 0.0)
 
 
-def _of_finding(
+def common_of(
     one: Finding, alternatives: tuple[str, ...], problems: Sequence[LinearProblem], strength: float
 ) -> Common:
+    """A finding as parameters: pooled, and in each recording by itself."""
     agree, candidate, reach = one.agreement, one.joint.candidate, one.reach or Reach.SINGLE_RUN
     there = next(problem for problem, asked in zip(problems, one.joint.asked, strict=True) if asked)
     effect, spread = parameters_of(candidate, agree.c, agree.covariance, there)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from validation.diagnosis.policy import Policy
@@ -54,6 +54,26 @@ def finding(joint: Joint, needed: float, policy: Policy) -> Finding:
     same = There.ABSENT in there and part > needed and agree_there.p > policy.not_transferred_alarm
     reach = Reach.SOME if same else Reach.NOT_TRANSFERRED
     return Finding(joint, reach if believed else None, max(total, part), there, agree_there)
+
+
+def compared(joint: Joint, policy: Policy) -> Finding:
+    """How far an effect that one sensor of an array names reaches among all: None where one alone shows it.
+
+    Its coefficients are those of the sensors that have it, whatever the others say of them; known no better than by one
+    of these, for the slow errors of a run are in all of its sensors.
+    """
+    everyone = [i for i, one in enumerate(joint.asked) if one is not None]
+    there = _there(joint, everyone, policy)
+    some = [i for i in everyone if there[i] is There.PRESENT] or everyone
+    nats, agree = _common(joint, some, policy)
+    agree = replace(agree, covariance=len(some) * agree.covariance)
+    if len(some) < 2:
+        reach = None
+    elif agree.p <= policy.not_transferred_alarm:
+        reach = Reach.NOT_TRANSFERRED
+    else:
+        reach = Reach.TRANSFERRED if len(some) == len(joint.asked) else Reach.SOME
+    return Finding(joint, reach, nats, there, agree)
 
 
 def _holds(joint: Joint, nats: float, agree: Agreement, needed: float) -> bool:

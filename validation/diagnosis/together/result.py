@@ -8,7 +8,8 @@ from typing import Any
 from sim.scenario import Scenario
 from sim.state import Array
 from validation.diagnosis.evidence.localise import Share
-from validation.diagnosis.result import Diagnosis, GapSize, parameters
+from validation.diagnosis.result import Diagnosis, GapSize, Reach, parameters
+from validation.diagnosis.together.among import RECORDINGS, Among
 from validation.diagnosis.together.common import Common
 from validation.diagnosis.verdict import Verdict
 
@@ -19,7 +20,8 @@ class Together:
 
     names, each: the recordings with their own diagnoses; common: effects that more than one bears out; single: effects
     that one alone names; gaps, before_nT, after_nT: of each recording, the named effects with the coefficients that
-    the other recordings give, with its own where these differ; gap: of all.
+    the other recordings give, with its own where these differ; gap: of all. among: recordings, or the sensors of one
+    array, which keep their own diagnosis' gaps; first: the one in the headline, of an array.
     """
 
     names: tuple[str, ...]
@@ -36,6 +38,8 @@ class Together:
     model: Scenario
     before_nT: tuple[Array, ...]
     after_nT: tuple[Array, ...]
+    among: Among = RECORDINGS
+    first: int | None = None
 
     def __repr__(self) -> str:
         """Verdict and sentence."""
@@ -48,7 +52,7 @@ class Together:
         return tuple(name for name in first if all(name in other for other in others))
 
     def as_dict(self) -> dict[str, Any]:
-        """The JSON of `magbench diagnose` for several recordings."""
+        """The JSON of `magbench diagnose` for several recordings, or for the sensors of an array."""
         return {
             "verdict": self.verdict,
             "sentence": self.sentence,
@@ -60,8 +64,8 @@ class Together:
             "left": list(self.left),
             "not_observable": list(self.not_observable),
             "advice": list(self.advice),
-            "recordings": [self._recording(i) for i in range(len(self.names))],
-        }
+            self.among.key: [self._recording(i) for i in range(len(self.names))],
+        } | ({} if self.first is None else {"worst": self.names[self.first]})
 
     def _effect(self, one: Common) -> dict[str, Any]:
         values = ({} if mine is None else parameters(mine) for mine in one.each)
@@ -70,12 +74,12 @@ class Together:
             "name": one.name,
             "alternatives": list(one.named.alternatives),
             "parameters": parameters(one.named),
-            "evidence": one.reach,
+            **self._evidence(one),
             "how": one.named.how,
             "evidence_nats": one.named.nats,
             "strength_sigma": one.named.strength,
             "agreement": {"chi2": one.chi2, "degrees": one.degrees, "p": one.p},
-            "recordings": [
+            self.among.key: [
                 {
                     "name": name,
                     "says": there,
@@ -85,6 +89,12 @@ class Together:
                 for name, there, mine, values in per
             ],
         }
+
+    def _evidence(self, one: Common) -> dict[str, str]:
+        """One run's sensors share its slow errors: they are no second recording."""
+        if self.first is None:
+            return {"evidence": one.reach}
+        return {"evidence": Reach.SINGLE_RUN, "among_sensors": self.among.reach[one.reach]}
 
     def _recording(self, i: int) -> dict[str, Any]:
         own = self.each[i].as_dict()

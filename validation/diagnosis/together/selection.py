@@ -157,10 +157,10 @@ def _tried(
     order = sorted(best, key=lambda name: -likely[best[name]])[: problems[0].policy.tried_coloured]
     mine = {one.name for member in members for one in member.named} - {one.name for one in chosen}
     names = dict.fromkeys([*order, *mine])
-    return [_joint(best[name], settings[name], besides, problems) for name in names]
+    return [joint_of(best[name], settings[name], besides, problems) for name in names]
 
 
-def _joint(
+def joint_of(
     candidate: Candidate, settings: Sequence[Candidate], besides: Sequence[Beside], problems: Sequence[LinearProblem]
 ) -> Joint:
     """A candidate at the best of its settings: the likeliest beside the rests that the given one leaves."""
@@ -272,5 +272,5 @@ def _not_borne_out(members: Sequence[Member], settings: Settings, chosen: Sequen
     alone = {one.name: one.evidence.candidate for member in members for one in member.named if one.name not in known}
     besides = [Beside.of(one.problem, one.ground.inside) for one in members] if alone else []
     problems = [one.problem for one in members]
-    joints = [_joint(candidate, settings[name], besides, problems) for name, candidate in alone.items()]
+    joints = [joint_of(candidate, settings[name], besides, problems) for name, candidate in alone.items()]
     return [replace(_finding(joint, members, coloured=True), reach=None) for joint in joints]

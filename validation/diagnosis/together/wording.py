@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 
 from validation.diagnosis.decision.wording import LISTED_CHANNELS, ways_to_tell, words_of
-from validation.diagnosis.result import NORMAL_95, How, Reach
-from validation.diagnosis.together.common import Common
+from validation.diagnosis.result import NORMAL_95, Diagnosis, How, Reach
+from validation.diagnosis.together.among import RECORDINGS, Among
+from validation.diagnosis.together.common import Common, main_size
 from validation.diagnosis.together.reach import There
 from validation.diagnosis.together.result import Together
+from validation.diagnosis.verdict import Verdict
 from validation.text import figure
+
+SMALLEST = 1e-12
+"""What a size of nothing is divided by."""
 
 
 def sentence_together(found: Together) -> str:
@@ -33,14 +39,14 @@ def _share(found: Together) -> str:
     return f"; in each recording {whose} explain {100 * (found.gap.explained or 0.0):.0f} % of the gap"
 
 
-def reach_of(one: Common) -> str:
+def reach_of(one: Common, among: Among = RECORDINGS) -> str:
     """How far an effect reaches, in words."""
     n, with_it = len(one.there), sum(there is There.PRESENT for there in one.there)
     if one.reach is Reach.TRANSFERRED:
-        return f"the same in all {n} recordings"
+        return f"the same in all {n} {among.key}"
     if one.reach is Reach.NOT_TRANSFERRED:
-        return "of another size from recording to recording"
-    return f"in {with_it} of {n} recordings"
+        return f"of another size from {among.one} to {among.one}"
+    return f"in {with_it} of {n} {among.key}"
 
 
 def advice_together(found: Together) -> tuple[str, ...]:
@@ -72,6 +78,54 @@ def _odd_one(found: Together, one: Common) -> str:
         return ""
     name, ratio, std = max(known, key=lambda each: abs(each[1] - 1) / each[2])
     return f": {name} has {figure(ratio)} times the size that the others have (+-{figure(NORMAL_95 * std, 1)})"
+
+
+def sentence_of_array(found: Together) -> str:
+    """What the worst sensor says, how many others say what, and how far its names reach."""
+    assert found.first is not None
+    count = Counter(str(one.verdict) for one in found.each)
+    verdicts = ", ".join(f"{many} {word}" for word, many in count.items())
+    reaches = "".join(f" {one.name} is {reach_of(one, found.among)}." for one in found.common)
+    if len(count) == 1 and found.verdict is Verdict.NONE:
+        return f"All {len(found.each)} sensors: {found.each[0].sentence}"
+    return f"{found.names[found.first]}, of {len(found.each)} sensors ({verdicts}): {_own(found).sentence}{reaches}"
+
+
+def _own(found: Together) -> Diagnosis:
+    """The diagnosis in the headline."""
+    return found.each[found.first or 0]
+
+
+def advice_of_array(found: Together) -> tuple[str, ...]:
+    """Whether a source is near or far, then what the worst sensor's own diagnosis advises."""
+    return tuple(dict.fromkeys([*_near_or_far(found), *_own(found).advice]))
+
+
+def _near_or_far(found: Together) -> Iterator[str]:
+    for one in (*found.common, *found.single):
+        if one.reach is Reach.TRANSFERRED:
+            yield (
+                f"{one.name} is the same at all sensors: its source is far off beside the distance between them, or it "
+                "is something that they share (the given field, navigation, a supply): another place in the array does "
+                "not help."
+            )
+        elif one.reach is Reach.NOT_TRANSFERRED:
+            size, name = min(_sizes(found, one))
+            largest, where = max(_sizes(found, one))
+            yield (
+                f"{one.name} differs from sensor to sensor: its source is near them, or in each. {name} has least, "
+                f"{where} {figure(largest / max(size, SMALLEST))} times as much."
+            )
+        else:
+            without = [name for name, there in zip(found.names, one.there, strict=True) if there is There.ABSENT]
+            if without:
+                yield f"{one.name} is not in {', '.join(without)}: its source is near the others, or in them."
+
+
+def _sizes(found: Together, one: Common) -> list[tuple[float, str]]:
+    """Size of the main parameter at each sensor."""
+    pairs = zip(found.names, one.each, strict=True)
+    return [(main_size(mine.effect), name) for name, mine in pairs if mine is not None]
 
 
 def _of_one_alone(found: Together) -> Iterator[str]:

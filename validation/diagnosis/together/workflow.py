@@ -7,14 +7,11 @@ from dataclasses import replace
 
 from scenarios.errors import InputError
 from sim.scenario import Model
-from validation.diagnosis.decision.judgement import Case
 from validation.diagnosis.evidence.localise import Share
+from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.model import patched
-from validation.diagnosis.together.common import (
-    Common,
-    not_borne_out,
-)
+from validation.diagnosis.together.common import Common, not_borne_out
 from validation.diagnosis.together.judgement import Judged, Lot
 from validation.diagnosis.together.result import Together
 from validation.diagnosis.together.selection import Member, select_together
@@ -66,7 +63,7 @@ def _told(names: tuple[str, ...], model: Model, lot: Lot, alone: Sequence[Common
         single=tuple(alone),
         gap=judged.gap,
         gaps=judged.gaps,
-        where=_where(judged.cases),
+        where=mean_shares([one.where for one in judged.cases], problems[0].policy),
         left=judged.left(names),
         advice=(),
         model=patched(model, [one.named for one in common], problems[0]),
@@ -76,11 +73,10 @@ def _told(names: tuple[str, ...], model: Model, lot: Lot, alone: Sequence[Common
     return replace(found, sentence=sentence_together(found), advice=advice_together(found))
 
 
-def _where(cases: Sequence[Case]) -> tuple[Share, ...]:
-    """Channels by the mean share over the recordings that hold them."""
+def mean_shares(several: Sequence[Sequence[Share]], policy: Policy) -> tuple[Share, ...]:
+    """Channels by their mean share over the recordings."""
     shares: dict[str, list[Share]] = {}
-    for case in cases:
-        for one in case.where:
-            shares.setdefault(one.channel, []).append(one)
-    mean = [Share(name, some[0].frame, sum(s.share for s in some) / len(cases)) for name, some in shares.items()]
-    return tuple(sorted(mean, key=lambda one: -one.share))[: cases[0].problem.policy.most_channels]
+    for one in (one for each in several for one in each):
+        shares.setdefault(one.channel, []).append(one)
+    mean = [Share(name, some[0].frame, sum(s.share for s in some) / len(several)) for name, some in shares.items()]
+    return tuple(sorted(mean, key=lambda one: -one.share))[: policy.most_channels]

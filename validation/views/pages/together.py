@@ -17,13 +17,6 @@ from validation.views.pages.template import rendered
 from validation.views.plots.together import draw_coefficients, draw_gaps
 from validation.views.words.together import agreement_line, gap_rows_together, value_rows
 
-WORDS = {
-    Reach.TRANSFERRED: "transferred",
-    Reach.NOT_TRANSFERRED: "not transferred",
-    Reach.SOME: "in some",
-    Reach.SINGLE_RUN: "not borne out",
-}
-
 
 def together_html(found: Together, title: str, folders: tuple[str, ...]) -> str:
     """The report as one HTML text; `folders` are those beside it that hold each recording's own."""
@@ -34,6 +27,7 @@ def _page(found: Together, title: str, folders: tuple[str, ...]) -> dict[str, An
     first = found.each[0].problem
     return {
         "title": title,
+        "among": found.among,
         "verdict": found.verdict,
         "meaning": found.verdict.meaning,
         "sentence": found.sentence,
@@ -42,7 +36,7 @@ def _page(found: Together, title: str, folders: tuple[str, ...]) -> dict[str, An
         "effects": [_section(found, one) for one in found.common],
         "single": [_section(found, one) for one in found.single],
         "gaps": list(zip(gap_rows_together(found), (*folders, ""), strict=True)),
-        "picture": on_page(partial(draw_gaps, found), "The gap of each recording"),
+        "picture": on_page(partial(draw_gaps, found), f"The gap of each {found.among.one}"),
         "own": list(zip(found.names, folders, (one.sentence for one in found.each), strict=True)),
         "left": found.left,
         "where": found.where,
@@ -55,15 +49,15 @@ def _page(found: Together, title: str, folders: tuple[str, ...]) -> dict[str, An
 def _section(found: Together, one: Common) -> dict[str, Any]:
     return {
         "name": one.name,
-        "reach": WORDS[one.reach],
+        "reach": found.among.reach[one.reach],
         "bad": one.reach is not Reach.TRANSFERRED,
-        "words": reach_of(one),
+        "words": reach_of(one, found.among),
         "alternatives": one.named.alternatives,
         "test": agreement_line(one),
         "how": one.named.how.words,
         "nats": "" if one.named.nats is None else f"{digits(one.named.nats)} nats",
         "rows": list(value_rows(found, one)),
-        "picture": on_page(partial(draw_coefficients, found, one), f"{one.name} by recording"),
+        "picture": on_page(partial(draw_coefficients, found, one), f"{one.name} by {found.among.one}"),
     }
 
 
@@ -76,8 +70,8 @@ def _tiles(found: Together) -> list[tuple[str, str]]:
     share = "–" if gap.explained is None else f"{100 * max(gap.explained, 0):.0f} %"
     alone = ", ".join(one.name for one in found.single) or "nothing"
     return [
-        (same, f"missing in the model, the same in all {len(found.names)} recordings"),
+        (same, f"missing in the model, the same in all {len(found.names)} {found.among.key}"),
         (differs, "missing, but not the same in all"),
-        (alone, "named by one recording alone, not borne out"),
-        (share, f"of the gap explained: {digits(gap.before_nT)} → {digits(gap.after_nT)} nT, each by the others"),
+        (alone, f"named by one {found.among.one} alone"),
+        (share, f"of the gap explained: {digits(gap.before_nT)} → {digits(gap.after_nT)} nT, {found.among.after}"),
     ]

@@ -47,7 +47,7 @@ def _layout(found: Together) -> rrb.Blueprint:
         low = -1.5 * float(np.nanmax(np.abs(block_means(before, length_for(len(before), 4000))))) or None
         views = [
             time_view(f"{text} (nT)", time_s, f"{name_part(name)}/residual/{part}", low=low)
-            for part, text in (("before", "the model as given"), ("after", "with the others' coefficients"))
+            for part, text in (("before", "the model as given"), ("after", found.among.after))
         ]
         tabs.append(rrb.Grid(*views, grid_columns=1, name=name))
     notes = rrb.TextDocumentView(origin="notes", name="Together")

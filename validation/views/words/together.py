@@ -26,7 +26,7 @@ def headline(found: Together) -> str:
 def value_rows(found: Together, one: Common) -> Iterator[tuple[str, ...]]:
     """Recording, what it says, parameter, value, low, high, unit; the pooled value first."""
     for row in parameter_rows(one.named):
-        yield (POOLED, reach_of(one), *_cells(row))
+        yield (POOLED, reach_of(one, found.among), *_cells(row))
     for recording, says, mine in zip(found.names, one.there, one.each, strict=True):
         rows = [] if mine is None else [row for row in parameter_rows(mine) if _is_own(row, one)]
         for cells in map(_cells, rows) if rows else [("",) * 5]:
