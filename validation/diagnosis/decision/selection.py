@@ -100,7 +100,7 @@ def residual_tests(ground: Ground, found: Sequence[str]) -> Battery:
     fitted = problem.base.shape[1] * problem.target.shape[1] + ground.inside.shape[2]
     filtered = any(BY_NAME[name].clues.memory for name in found)
     samples = problem.policy.filter_memory if filtered else 1
-    tests = battery(left, problem.usable, problem.state.interval_s, fitted, problem.policy, samples)
+    tests = battery(left, problem.usable, problem.state.time_s, fitted, problem.policy, samples)
     return tests if tests.clean or not as_stated(problem, left) else replace(tests, why=())
 
 

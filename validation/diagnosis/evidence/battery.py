@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from calib.numerics.colour import white_ratios
@@ -15,6 +16,8 @@ from validation.signals.tones import tones
 
 MOST_TONES = 5
 """Tones that are listed."""
+ON_TIME = 1e-6
+"""Part of a cell by which a sample may be early for rounding of its time alone."""
 
 
 @dataclass(frozen=True)
@@ -32,22 +35,23 @@ class Battery:
         return not self.why
 
 
-def battery(residual: Array, usable: Array, interval_s: float, fitted: int, policy: Policy, memory: int = 1) -> Battery:
-    """Test a residual (n, q) in units of the noise; `fitted` parameters were taken from it.
+def battery(residual: Array, usable: Array, time_s: Array, fitted: int, policy: Policy, memory: int = 1) -> Battery:
+    """Test a residual (n, q) at times (n,) in units of the noise; `fitted` parameters were taken from it.
 
     memory : samples over which a low-pass or an interpolation colours the noise itself; 1: white.
     """
     variance = _white_variance(residual, usable, fitted, memory)
     excess, why = {}, []
-    for length_s in policy.mean_lengths_s:
-        scaled = _scaled_means(residual, usable, round(length_s / interval_s), variance, policy)
+    for length_s in mean_lengths_s(time_s, policy):
+        scaled = _scaled_means(residual, usable, ((time_s - time_s[0]) / length_s + ON_TIME).astype(np.int64), policy)
         if scaled is None:
             continue
+        scaled /= variance
         excess[length_s] = float(scaled.mean())
         if chi2.sf(scaled.sum(), max(scaled.size - fitted, 1)) < policy.means_alarm / len(policy.mean_lengths_s):
-            why.append(f"means over {length_s:g} s vary {excess[length_s]:.1f} times as much as white noise's")
-    time_s = np.asarray(np.arange(len(residual)) * interval_s)
-    lines = tuple(one.frequency_hz for one in tones(time_s, residual, false_alarm=policy.tone_alarm)[:MOST_TONES])
+            why.append(f"means over {length_s:.3g} s vary {excess[length_s]:.1f} times as much as white noise's")
+    whole = _bridged(time_s, residual, usable)
+    lines = tuple(one.frequency_hz for one in tones(time_s, whole, false_alarm=policy.tone_alarm)[:MOST_TONES])
     if lines:
         why.append("tones at " + ", ".join(f"{f:.4g} Hz" for f in lines))
     kurtosis = _kurtosis(residual, usable)
@@ -65,17 +69,32 @@ def _white_variance(residual: Array, usable: Array, fitted: int, memory: int) ->
     return np.asarray(variance)
 
 
-def _scaled_means(residual: Array, usable: Array, length: int, variance: Array, policy: Policy) -> Array | None:
-    """Squares (m, q) of block means over their variance in white noise; None where there are too few."""
-    if length < policy.least_mean_samples or len(residual) < policy.least_tested_means * length:
+def mean_lengths_s(time_s: Array, policy: Policy) -> tuple[float, ...]:
+    """The policy's lengths of means, longer where samples (n,) lie so far apart that the shortest would hold too few."""
+    interval_s = float(np.median(np.diff(time_s)))
+    longer = max(1.0, policy.least_mean_samples * interval_s / min(policy.mean_lengths_s))
+    return tuple(longer * length_s for length_s in policy.mean_lengths_s)
+
+
+def _scaled_means(residual: Array, usable: Array, cell: NDArray[np.int64], policy: Policy) -> Array | None:
+    """Squares (m, q) of means over cells of time over their variance in unit white noise; None where there are too few.
+
+    cell (n,): the cell of each sample. A cell counts that holds half as many samples as the fullest.
+    """
+    starts = np.flatnonzero(np.diff(cell, prepend=-1))
+    count = np.add.reduceat(usable, starts)
+    full = count > policy.filled_block * count.max()
+    if count.max() < policy.least_mean_samples or np.count_nonzero(full) < policy.least_tested_means:
         return None
-    cut = Cut(length, len(residual) // length)
-    count = cut.blocks(usable).sum(axis=1)
-    full = count > policy.filled_block * length
-    if np.count_nonzero(full) < policy.least_tested_means:
-        return None
-    total = cut.blocks(residual).sum(axis=1)[full]
-    return white_ratios(total, count[full]) / variance
+    return white_ratios(np.add.reduceat(residual, starts, axis=0)[full], count[full])
+
+
+def _bridged(time_s: Array, residual: Array, usable: Array) -> Array:
+    """The residual (n, q), lines over samples left out: zeros there would turn a slow rest into the lines of a pattern."""
+    used = usable > 0
+    if used.all() or not used.any():
+        return residual
+    return np.column_stack([np.interp(time_s, time_s[used], axis[used]) for axis in residual.T])
 
 
 def _kurtosis(residual: Array, usable: Array) -> float:

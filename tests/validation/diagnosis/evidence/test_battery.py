@@ -10,10 +10,11 @@ from validation.diagnosis.evidence.battery import Battery, battery
 from validation.diagnosis.policy import STANDARD, Policy
 
 N, STEP_S = 20_000, 0.02
+TIME_S = STEP_S * np.arange(N)
 
 
 def _tests(residual: Array, policy: Policy = STANDARD, memory: int = 1) -> Battery:
-    return battery(residual, np.ones(len(residual)), STEP_S, 0, policy, memory)
+    return battery(residual, np.ones(len(residual)), TIME_S, 0, policy, memory)
 
 
 def _white(seed: int) -> Array:
@@ -64,6 +65,33 @@ def test_samples_left_out_do_not_count() -> None:
     residual, usable = _white(3), np.ones(N)
     usable[3000:9000] = 0.0
     residual[usable == 0] = 0.0
-    tests = battery(residual, usable, STEP_S, 12, STANDARD)
+    tests = battery(residual, usable, TIME_S, 12, STANDARD)
     assert not any(line.startswith(("means", "heavy")) for line in tests.why)
     assert tests.kurtosis == pytest.approx(0.0, abs=0.1)
+
+
+def test_a_slow_log_is_tested_too() -> None:
+    """At 15 s between samples a wave of two hours is neither clean nor untested."""
+    time_s = np.cumsum(np.random.default_rng(7).uniform(8.0, 22.0, 3000))
+    white = _white(4)[: len(time_s)]
+    wave = 0.5 * np.sin(2 * np.pi * time_s / 7200.0)[:, None]
+    calm = battery(white, np.ones(len(white)), time_s, 0, STANDARD)
+    assert calm.clean
+    assert list(calm.excess) == pytest.approx([75, 375, 1500], rel=0.02)
+    assert not battery(white + wave, np.ones(len(white)), time_s, 0, STANDARD).clean
+
+
+def test_means_are_over_time_and_not_over_bursts() -> None:
+    """Ten samples at 50 Hz each minute with an offset of each burst: seen over a second, which holds one burst."""
+    time_s = (60.0 * np.arange(400)[:, None] + 0.02 * np.arange(10)).ravel()
+    offsets = np.repeat(np.random.default_rng(8).normal(size=(400, 3)), 10, axis=0)
+    tests = battery(_white(5)[:4000] + offsets, np.ones(4000), time_s, 0, STANDARD)
+    assert tests.excess[1.0] == pytest.approx((1 + 10 * 1.0) / 2, rel=0.1)  # of a variance of 2
+
+
+def test_rows_left_out_in_a_pattern_make_no_tones_of_a_slow_rest() -> None:
+    residual = 5 * np.cumsum(_white(6), axis=0) / np.sqrt(N)
+    usable = np.ones(N)
+    usable[np.arange(N) % 7 > 4] = 0.0
+    left = (residual + 0.1 * _white(7)) * usable[:, None]
+    assert not battery(left, usable, TIME_S, 0, STANDARD).tones_hz
