@@ -37,6 +37,7 @@ class Policy:
     still_rate: float = number(0.02, "mean rate in rad/s above which a sensor turns")
     held_rows: float = number(0.02, "share of repeated rows from which on they are no measurements")
     held_odds: float = number(5.0, "times that rounding alone explains so many repeated rows")
+    pause: float = number(5.0, "intervals, in medians, beyond which nothing is carried on from one sample to the next")
     base_outlier: float = number(8.0, "medians of the rest beyond which a sample is left out of the first fit of iron")
     most_base_outliers: float = number(
         0.2, "share of such samples above which they are no failures but a gap, and stay"

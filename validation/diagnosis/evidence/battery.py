@@ -16,8 +16,6 @@ from validation.signals.tones import tones
 
 MOST_TONES = 5
 """Tones that are listed."""
-ON_TIME = 1e-6
-"""Part of a cell by which a sample may be early for rounding of its time alone."""
 
 
 @dataclass(frozen=True)
@@ -38,17 +36,18 @@ class Battery:
 def battery(residual: Array, usable: Array, time_s: Array, fitted: int, policy: Policy, memory: int = 1) -> Battery:
     """Test a residual (n, q) at times (n,) in units of the noise; `fitted` parameters were taken from it.
 
+    What was fitted may be fast or slow: the means are counted as if nothing of theirs was, which alarms less often.
     memory : samples over which a low-pass or an interpolation colours the noise itself; 1: white.
     """
     variance = _white_variance(residual, usable, fitted, memory)
     excess, why = {}, []
     for length_s in mean_lengths_s(time_s, policy):
-        scaled = _scaled_means(residual, usable, ((time_s - time_s[0]) / length_s + ON_TIME).astype(np.int64), policy)
+        scaled = _scaled_means(residual, usable, _cells(time_s, length_s), policy)
         if scaled is None:
             continue
         scaled /= variance
         excess[length_s] = float(scaled.mean())
-        if chi2.sf(scaled.sum(), max(scaled.size - fitted, 1)) < policy.means_alarm / len(policy.mean_lengths_s):
+        if chi2.sf(scaled.sum(), scaled.size) < policy.means_alarm / len(policy.mean_lengths_s):
             why.append(f"means over {length_s:.3g} s vary {excess[length_s]:.1f} times as much as white noise's")
     whole = _bridged(time_s, residual, usable)
     lines = tuple(one.frequency_hz for one in tones(time_s, whole, false_alarm=policy.tone_alarm)[:MOST_TONES])
@@ -70,10 +69,15 @@ def _white_variance(residual: Array, usable: Array, fitted: int, memory: int) ->
 
 
 def mean_lengths_s(time_s: Array, policy: Policy) -> tuple[float, ...]:
-    """The policy's lengths of means, longer where samples (n,) lie so far apart that the shortest would hold too few."""
+    """The policy's lengths of means, longer where samples (n,) are so far apart that the shortest holds too few."""
     interval_s = float(np.median(np.diff(time_s)))
     longer = max(1.0, policy.least_mean_samples * interval_s / min(policy.mean_lengths_s))
     return tuple(longer * length_s for length_s in policy.mean_lengths_s)
+
+
+def _cells(time_s: Array, length_s: float) -> NDArray[np.int64]:
+    """The cell of time (n,) of each sample; one that is early by its time's rounding alone is in the next."""
+    return np.asarray(np.floor(np.round((time_s - time_s[0]) / length_s, 6)), dtype=np.int64)
 
 
 def _scaled_means(residual: Array, usable: Array, cell: NDArray[np.int64], policy: Policy) -> Array | None:
@@ -90,7 +94,7 @@ def _scaled_means(residual: Array, usable: Array, cell: NDArray[np.int64], polic
 
 
 def _bridged(time_s: Array, residual: Array, usable: Array) -> Array:
-    """The residual (n, q), lines over samples left out: zeros there would turn a slow rest into the lines of a pattern."""
+    """The residual (n, q) with lines over samples left out: zeros would turn a slow rest into tones of a pattern."""
     used = usable > 0
     if used.all() or not used.any():
         return residual

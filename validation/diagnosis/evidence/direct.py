@@ -13,6 +13,7 @@ from sim.effects.base import Effect
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.state import Array
+from validation.diagnosis.problem.held import held, pauses_after, repeated
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.signals.faults import pile_up, repeats, spikes
 from validation.signals.lattice import Lattice, find_lattice
@@ -34,7 +35,9 @@ def direct_evidence(problem: LinearProblem, without: frozenset[str] = frozenset(
     lattices = tuple(find_lattice(axis) for axis in problem.recording.mag_nT.T)
     clipped = _clipped(problem, lattices)
     found = [_rounded(problem, lattices), clipped, _held(problem)]
-    gone = np.logical_or.reduce([_repeated(problem), *(one.samples for one in found if one is not None)])
+    gone = np.logical_or.reduce(
+        [repeated(problem.recording.mag_nT), *(one.samples for one in found if one is not None)]
+    )
     if clipped is None:  # a clipped stretch has no noise of its own to measure a spike by
         found.append(_wrong_values(problem, lattices, _beside(problem, gone)))
     return [one for one in found if one is not None and one.effect.name not in without]
@@ -70,7 +73,7 @@ def _held(problem: LinearProblem) -> Direct | None:
     found = repeats(problem.recording.mag_nT)
     if not found.frozen or found.hold > 1 or any(isinstance(one, Dropouts) for one in problem.effects):
         return None
-    samples = _repeated(problem)
+    samples = repeated(problem.recording.mag_nT)
     work_s = np.count_nonzero(~samples) * problem.state.interval_s
     # A gap hides its first sample in the one before it; lengths are exponential, so half a sample is added.
     lengths = (np.array([rows for _, rows in found.frozen]) - 0.5) * problem.state.interval_s
@@ -93,9 +96,16 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
 
 
 def _standing_out(problem: LinearProblem, left: Array, steps: Array) -> Mask:
-    """Single values (n, 3) far off their neighbours, and in what the base leaves too: a fast turn is no spike."""
-    raw = spikes(problem.recording.mag_nT, steps)
-    return raw & spikes(left, steps) if problem.mode == "vector" and not problem.still else raw
+    """Single values (n, 3) far off their neighbours, and in what the base leaves too: a fast turn is no spike.
+
+    Where only the strength is known it must show one: what lies across the field does not matter to it.
+    """
+    gaps = pauses_after(problem.state.time_s, problem.policy)
+    raw = spikes(problem.recording.mag_nT, steps, gaps)
+    if problem.still:
+        return raw
+    along = problem.target * problem.sigma_nT if problem.mode == "strength" else left
+    return raw & spikes(along, steps if problem.mode == "vector" else None, gaps)
 
 
 def _spike_law(size_nT: Array, duration_s: float) -> tuple[float, float]:
@@ -114,19 +124,11 @@ def _quiet(problem: LinearProblem, left: Array) -> bool:
     return problem.mode == "vector" and bool((np.median(np.abs(left), axis=0) < limit).all())
 
 
-def _repeated(problem: LinearProblem) -> Mask:
-    """Rows (n,) that repeat the row before."""
-    mag = problem.recording.mag_nT
-    return np.asarray(np.concatenate([[False], (mag[1:] == mag[:-1]).all(axis=1)]), dtype=np.bool_)
-
-
 def held_rows(problem: LinearProblem) -> Mask:
-    """Rows (n,) that repeat the row before because nothing new was measured; more of them than rounding explains."""
-    again, policy = _repeated(problem), problem.policy
-    steps = np.array([np.diff(np.unique(axis)).min(initial=np.inf) for axis in problem.recording.mag_nT.T])
-    chance = float(np.prod(np.minimum(1.0, steps / (2 * np.sqrt(np.pi) * problem.sigma_nT))))
-    share = float(again.mean())
-    return again & (share > max(policy.held_rows, policy.held_odds * chance))
+    """Rows (n,) that repeat the row before because nothing new was measured."""
+    mag_nT = problem.recording.mag_nT
+    left = problem.target if problem.mode == "strength" else mag_nT - problem.clean_nT
+    return held(mag_nT, left * (problem.sigma_nT if problem.mode == "strength" else 1.0), problem.policy)
 
 
 def _beside(problem: LinearProblem, samples: Mask) -> Mask:

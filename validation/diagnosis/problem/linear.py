@@ -86,6 +86,9 @@ class LinearProblem:
         return replace(self, base=self.base * keep[:, None], target=self.target * keep[:, None], usable=keep)
 
 
-def sample_noise(residual: Array) -> Array:
-    """White noise (q,) of a residual (n, q) in which no motion is left; that of rounding at the least."""
-    return np.maximum(white_noise_std(residual, orders=SECOND, pooled=clipped_mean), LEAST_NOISE)
+def sample_noise(residual: Array, gaps: NDArray[np.intp] | None = None) -> Array:
+    """White noise (q,) of a residual (n, q) in which no motion is left; that of rounding at the least.
+
+    gaps : samples after which a gap follows.
+    """
+    return np.maximum(white_noise_std(residual, gaps, orders=SECOND, pooled=clipped_mean), LEAST_NOISE)

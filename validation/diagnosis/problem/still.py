@@ -8,7 +8,8 @@ from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.state import Array, State
 from validation.diagnosis.policy import Policy
-from validation.diagnosis.problem.linear import LinearProblem, sample_noise
+from validation.diagnosis.problem.held import noise_of_neighbours
+from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
 
 
@@ -30,7 +31,7 @@ def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Pol
     n = len(recording)
     constant = np.tile(np.median(recording.mag_nT, axis=0), (n, 1))
     left = recording.mag_nT - constant
-    sigma = sample_noise(left)
+    sigma = noise_of_neighbours(left, recording.mag_nT, recording.time_s, policy)
     zero = np.zeros((n, 3))
     state = State(
         R_wb=np.tile(np.eye(3), (n, 1, 1)),

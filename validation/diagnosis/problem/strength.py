@@ -13,8 +13,9 @@ from sim.effects.base import Effect
 from sim.rotation import cross
 from sim.state import SCALAR, Array, State
 from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.held import noise_of_neighbours
 from validation.diagnosis.problem.iron_by_strength import Iron, fitted_iron
-from validation.diagnosis.problem.linear import LinearProblem, sample_noise
+from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
 
 
@@ -37,7 +38,7 @@ def strength_problem(
     h = iron.field_nT(recording.mag_nT - known)
     size = np.linalg.norm(h, axis=1, keepdims=True)
     direction = h / size
-    sigma = sample_noise(size - F)
+    sigma = noise_of_neighbours(size - F, recording.mag_nT, recording.time_s, policy)
     residual = size - F + np.einsum("ni,ni->n", direction, known @ iron.matrix)[:, None]
     turn: Array = np.asarray(np.linalg.inv(iron.matrix), dtype=np.float64)
     state = _state(recording, direction * F, float(np.median(F)))

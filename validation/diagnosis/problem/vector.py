@@ -10,7 +10,8 @@ from sim.effects.base import Effect
 from sim.rotation import cross, matrix_from_q, to_body
 from sim.state import Array, State
 from validation.diagnosis.policy import Policy
-from validation.diagnosis.problem.linear import LinearProblem, sample_noise
+from validation.diagnosis.problem.held import held, noise_of_neighbours
+from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured, quieter_rate
 
 FIELD_ERROR = 0.02
@@ -28,8 +29,11 @@ def vector_problem(
     scale = float(np.linalg.norm(field_enu_nT))
     base = np.column_stack([predicted / scale, np.ones(len(recording))])
     clean = base @ _robust_fit(base, recording.mag_nT, policy)
+    fresh = ~held(recording.mag_nT, recording.mag_nT - clean, policy)
+    if not fresh.all():
+        clean = base @ _robust_fit(base[fresh], recording.mag_nT[fresh], policy)
     left = recording.mag_nT - clean
-    sigma = sample_noise(left)
+    sigma = noise_of_neighbours(left, recording.mag_nT, state.time_s, policy)
     return LinearProblem(
         recording=recording,
         state=state,

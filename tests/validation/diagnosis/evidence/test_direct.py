@@ -7,17 +7,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.effects.noise import WhiteNoise
-from tests.validation.diagnosis.synthetic import problem, recording
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording, without_attitude
 from validation.diagnosis.evidence.direct import _quiet, direct_evidence, held_rows
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, channels, explained_share, localise
 from validation.diagnosis.evidence.white_noise import more_noise
 from validation.diagnosis.policy import STANDARD, Policy
+from validation.signals.faults import spikes
 
 FAULTS: dict[type[Effect], dict[str, Any]] = {
     Quantisation: {"step_nT": 4.0},
@@ -126,3 +129,38 @@ def test_rows_that_rounding_repeats_are_measurements() -> None:
     rounded = np.round((still.mag_nT[:1] + np.random.default_rng(0).normal(size=(len(still), 3))) / 4.0) * 4.0
     att = np.tile(still.att_q[:1], (len(still), 1))  # type: ignore[index]
     assert not held_rows(problem(replace(still, mag_nT=rounded, att_q=att))).any()
+
+
+@pytest.mark.parametrize("attitude", [True, False])
+def test_held_rows_are_no_noise(attitude: bool) -> None:
+    """In a field that turns by 50 nT a sample a held row is off by as much: that is no noise of the sensor."""
+    given = recording()
+    again = np.random.default_rng(3).random(len(given)) < 1 / 3
+    last = np.maximum.accumulate(np.where(again, 0, np.arange(len(given))))
+    slower = replace(given, mag_nT=given.mag_nT[last])
+    posed = problem(slower if attitude else without_attitude(slower))
+    assert posed.sigma_nT == pytest.approx(NOISE_NT, rel=0.08)
+    assert held_rows(posed).mean() == pytest.approx(1 / 3, abs=0.02)
+
+
+@pytest.mark.parametrize("seed", [28, 33, 58])
+def test_turns_between_samples_far_apart_are_no_spikes(seed: int) -> None:
+    """Every 15 s, irregularly, in a swinging motion, of which only the field's strength is known."""
+    rng = np.random.default_rng(100 + seed)
+    time_s = np.cumsum(rng.uniform(8.0, 22.0, 2500))
+    f_hz, phase = rng.uniform(4e-4, 2e-3, (3, 6)), rng.uniform(0.0, 6.28, (3, 6))
+    waves = np.sin(2 * np.pi * f_hz * time_s[:, None, None] + phase).sum(axis=2)
+    swing = Rotation.from_euler("ZYX", waves * [0.9, 0.2, 0.26] + time_s[:, None] * [1.6e-3, 0.0, 0.0])
+    mag_nT = swing.inv().apply(FIELD_ENU_NT) + 2 * NOISE_NT * rng.normal(size=(len(time_s), 3))
+    assert np.count_nonzero(spikes(mag_nT)) >= STANDARD.least_spikes  # as the values stand
+    assert direct_evidence(problem(Recording(time_s=time_s, mag_nT=mag_nT))) == []
+
+
+def test_a_spike_is_seen_in_the_strength_too() -> None:
+    given = without_attitude(recording())
+    mag = given.mag_nT.copy()
+    where = np.array([300, 1200, 1900, 2800, 3500])
+    mag[where] += np.outer([200.0, -150.0, 300.0, 180.0, -220.0], np.ones(3))
+    (found,) = direct_evidence(problem(replace(given, mag_nT=mag)))
+    assert found.effect.name == Spikes.name
+    assert found.samples[where].sum() >= 4
