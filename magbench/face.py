@@ -199,8 +199,9 @@ def diagnose(
     from pathlib import Path
 
     from magbench.results import DiagnosisResult
-    from validation.diagnosis.files import diagnose_against, with_actuators
+    from validation.diagnosis.files import diagnose_against
     from validation.diagnosis.policy import STANDARD
+    from validation.diagnosis.problem.actuators import with_actuators
     from validation.diagnosis.problem.sensors import of_sensor
 
     def read(one: Data, times: ArrayLike | None) -> Recording:

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from calib import Reference
-from scenarios.errors import InputError
 from sim.dataset import Recording, read_recording
 from sim.dataset.manifest import file_of
 from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.fitting import reference_of
 from validation.diagnosis.onward.advice import advised
 from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.actuators import with_actuators
 from validation.diagnosis.problem.sensors import model_of_sensor, of_sensor
-from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
 
 
@@ -105,16 +104,3 @@ def diagnose_recording(
         found = confirmed(found, confirm, model, vector, strength)
     say("what to fly next")
     return advised(found)
-
-
-def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Recording:
-    """The recording with some of its channels beside its motor currents, numbered after them."""
-    columns = [] if recording.current_A is None else list(recording.current_A.T)
-    last = max(recording.motors, default=0)
-    motors = (*recording.motors, *range(last + 1, last + 1 + len(names)))
-    for name in names:
-        if name not in recording.channels:
-            do = "the channels are " + (", ".join(recording.channels) or "none")
-            raise InputError(f"there is no channel {name!r}", where=f"{path}: --actuator", do=do)
-        columns.append(recording.channels[name])
-    return replace(recording, current_A=np.stack(columns, axis=1), motor_numbers=motors) if names else recording

@@ -75,14 +75,21 @@ def examined(
     whole: LinearProblem, model: Model, without: frozenset[str] = frozenset(), say: Progress = lambda what: None
 ) -> Examined:
     """What is believed of a problem that was posed with a model, wrong samples left out."""
-    direct = tuple(direct_evidence(whole, without))
-    problem = whole.without(np.logical_or.reduce([held_rows(whole), *(one.samples for one in direct)]))
+    problem, direct = measured_rows(whole, without)
     wrong_reference = doubts_of_reference(problem)
     selection = select_jointly(problem, frozenset(BY_NAME) if wrong_reference else without, say)
     problem, belief = selection.end.problem, believed(selection)
     if wrong_reference:  # its gap resembles many effects
         belief = replace(belief, iron=(), noise=None)
     return Examined(model, problem, direct, belief, wrong_reference)
+
+
+def measured_rows(
+    whole: LinearProblem, without: frozenset[str] = frozenset()
+) -> tuple[LinearProblem, tuple[Direct, ...]]:
+    """The problem without samples that are no measurements, and what their values show."""
+    direct = tuple(direct_evidence(whole, without))
+    return whole.without(np.logical_or.reduce([held_rows(whole), *(one.samples for one in direct)])), direct
 
 
 def told(seen: Examined) -> Diagnosis:

@@ -15,7 +15,7 @@ from sim.effects import Effects
 from sim.scenario import ModelSpec, load_model
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.repair.confirm import confirmed
+from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
 
 HIDDEN: dict[str, Any] = {

@@ -31,6 +31,14 @@ class Candidate:
     nonlinear: tuple[tuple[str, Any], ...] = ()
     tried: int = 1
 
+    @classmethod
+    def of(cls, effect: Effect) -> Candidate:
+        """The effect with its coefficients left to fit again, all else as it is."""
+        free = {*effect.linear, *effect.tangents, effect.with_role("phase")}
+        return cls(
+            type(effect), tuple((p.name, getattr(effect, p.name)) for p in effect.parameters() if p.name not in free)
+        )
+
     @property
     def name(self) -> str:
         """The effect's name."""

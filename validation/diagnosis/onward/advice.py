@@ -10,11 +10,12 @@ import numpy as np
 
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
+from sim.state import Array
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron, missing_channels, proposed
 from validation.diagnosis.onward.legs import Leg, legs_of, repeated
 from validation.diagnosis.onward.separation import Experiment
+from validation.diagnosis.problem.blocks import Cut, Fit, block_sums, colour, sums
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.repair.confirm import inflation_of
 from validation.diagnosis.repair.model import patched
 from validation.diagnosis.result import Diagnosis, Flight, How, Named
 from validation.text import digits, listed
@@ -115,7 +116,7 @@ def _best(
     found: Diagnosis, one: Named, other: str, always: tuple[Effect, ...], legs: Sequence[tuple[Leg, LinearProblem]]
 ) -> Next | None:
     """The leg that separates two hypotheses most; None where no leg shows both."""
-    policy, V = found.problem.policy, inflation_of(found.problem, found.after_nT / found.problem.sigma_nT)
+    policy, V = found.problem.policy, _inflation_of(found.problem, found.after_nT / found.problem.sigma_nT)
     told = []
     for leg, posed in legs:
         if not missing_channels(type(one.effect), posed) and not missing_channels(BY_NAME[other], posed):
@@ -159,3 +160,12 @@ def _is_tried(one: Named, other: str, problem: LinearProblem) -> bool:
     known = all(name in changes_of_iron() or name in proposed(problem) for name in both)
     free = all(BY_NAME[name].sought() in (None, "origin") for name in both)
     return known and free and one.effect.active_s is None
+
+
+def _inflation_of(problem: LinearProblem, left: Array) -> float:
+    """Inflation by colour of a residual (n, q) that nothing more is fitted to."""
+    cut = Cut.of(len(left), problem.state.interval_s, problem.policy)
+    none = np.zeros((len(left), left.shape[1], 0))
+    s = sums(cut, np.zeros((len(left), 1)), none, left, np.ones(len(left)))
+    nothing = Fit(np.zeros((1, left.shape[1])), np.zeros(0), np.zeros((0, 0)))
+    return max(1.0, colour(block_sums(s, nothing), s.count, problem.policy))

@@ -15,8 +15,8 @@ from sim.dataset.importer import sensors_in
 from sim.dataset.manifest import file_of, read_manifest
 from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.fitting import reference_of
-from validation.diagnosis.files import with_actuators
 from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.actuators import with_actuators
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.problem.sensors import model_of_sensor, of_sensor

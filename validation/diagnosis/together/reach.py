@@ -76,6 +76,14 @@ def compared(joint: Joint, policy: Policy) -> Finding:
     return Finding(joint, reach, nats, there, agree)
 
 
+def foretells(joint: Joint, policy: Policy) -> bool:
+    """Whether a first recording's coefficients, as they are, explain a second, whose own agree with them."""
+    first, second = joint.estimates
+    if first is None or second is None or joint.nats(1, first.c) <= policy.apart:
+        return False
+    return agreement([first, second], policy.same_coefficient, joint.known).p > policy.not_transferred_alarm
+
+
 def _holds(joint: Joint, nats: float, agree: Agreement, needed: float) -> bool:
     """Whether common coefficients explain enough, and are such as the effect can have."""
     return nats > needed and joint.candidate.possible(agree.c)

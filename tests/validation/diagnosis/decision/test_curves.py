@@ -19,8 +19,8 @@ from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.pose import pose, posed
 from validation.diagnosis.repair.chain import left_with_iron_refitted
-from validation.diagnosis.repair.confirm import confirmed
 from validation.diagnosis.result import How
+from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
 
 WAY = np.array([0.6, -1.0, 0.4]) * NOISE_NT

@@ -20,7 +20,7 @@ from tests.validation.diagnosis.synthetic import (
 from validation.diagnosis.evidence.rows import Rows
 from validation.diagnosis.evidence.windows import Timeline
 from validation.diagnosis.library.candidates import proposed
-from validation.diagnosis.repair.confirm import confirmed
+from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
 
 WINDOW = (150.0, 230.0)

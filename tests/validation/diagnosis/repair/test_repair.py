@@ -18,7 +18,6 @@ from tests.validation.diagnosis.synthetic import problem, recording, without_att
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.repair.chain import joined, left_as_it_stands, left_with_iron_refitted, predict
-from validation.diagnosis.repair.confirm import evidence_there
 from validation.diagnosis.repair.numbers import FreeNumbers
 from validation.diagnosis.repair.refine import refined, variances, without_open_part
 
@@ -125,18 +124,6 @@ def test_the_right_effect_takes_the_gap_away() -> None:
         before, after = (float((left(posed, predict(posed, new)) ** 2).mean()) for new in ([], [TRUTH]))
         assert before > 1.5
         assert after == pytest.approx(1.0, abs=0.08)
-
-
-def test_a_second_recording_bears_out_what_it_has() -> None:
-    """Nats of a frozen effect on another recording: half the squares that it takes away."""
-    there = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}}, seed=7)
-    absent = problem(seed=7)
-    with_it, without = evidence_there(there, [TRUTH], []), evidence_there(absent, [TRUTH], [])
-    part = Candidate(DRIVEN).columns(there) @ np.array(GAIN)
-    left = part - there.base @ np.linalg.lstsq(there.base, part, rcond=None)[0]
-    assert with_it == pytest.approx((left**2).sum() / 2, rel=0.25)
-    assert with_it > STANDARD.apart
-    assert without < -STANDARD.apart
 
 
 def test_numbers_that_do_not_go_together_are_refused() -> None:

@@ -1,0 +1,25 @@
+"""Channels of a log that are treated like motor currents."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from scenarios.errors import InputError
+from sim.dataset import Recording
+
+
+def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Recording:
+    """The recording with some of its channels beside its motor currents, numbered after them."""
+    columns = [] if recording.current_A is None else list(recording.current_A.T)
+    last = max(recording.motors, default=0)
+    motors = (*recording.motors, *range(last + 1, last + 1 + len(names)))
+    for name in names:
+        if name not in recording.channels:
+            do = "the channels are " + (", ".join(recording.channels) or "none")
+            raise InputError(f"there is no channel {name!r}", where=f"{path}: --actuator", do=do)
+        columns.append(recording.channels[name])
+    return replace(recording, current_A=np.stack(columns, axis=1), motor_numbers=motors) if names else recording
