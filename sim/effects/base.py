@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import Field
 from typing import Any, ClassVar, Literal, Self, TypeVar, cast, dataclass_transform
 
@@ -25,6 +25,8 @@ Memory = dict[str, Any]
 Stage = Literal["field", "vehicle", "sensor", "electronics"]
 _STRICT = ConfigDict(extra="forbid", field_title_generator=lambda name, _: name)
 E = TypeVar("E", bound="Effect")
+PLAIN = ""
+"""The form that an effect always has, see `Quantity.form`."""
 SMALL = 0.01
 """Of a tangent parameter, in its unit: small enough that contributions add up."""
 
@@ -89,6 +91,8 @@ class Effect(ABC):
     """Names of the parameters in which the contribution is linear; they give `basis` for free."""
     search: ClassVar[dict[str, tuple[float, ...]]]
     """The values to try of each listed parameter."""
+    forms: ClassVar[dict[str, tuple[Parameter, ...]]]
+    """The parameters of each fuller form, in the order of the class."""
     tangents: ClassVar[dict[str, tuple[Vec3, ...]]]
     """Small values of each tangent parameter, one along each component."""
 
@@ -151,7 +155,8 @@ class Effect(ABC):
         cls._parameters = known
         cls._spans = {p.name: _span(p) for p in known if p.role == "linear"}
         cls.linear = tuple(cls._spans)
-        cls.search = {p.name: p.quantity.tried for p in known if p.role == "listed"}
+        cls.search = {p.name: p.quantity.tried for p in known if p.role == "listed" and not p.form}
+        cls.forms = {p.form: tuple(other for other in known if other.form == p.form) for p in known if p.form}
         cls.tangents = {p.name: _small(p) for p in known if p.role == "tangent"}
 
     @classmethod
@@ -175,43 +180,62 @@ class Effect(ABC):
         return next((p.role for p in cls._parameters if p.role in SOUGHT), None)
 
     @classmethod
-    def linear_units(cls) -> list[tuple[str, Array]]:
-        """The k unit values (parameter, value) that span the linear parameters: one of each column of `basis`."""
-        shapes = {p.name: p.shape for p in cls._parameters}
-        return [(name, unit.reshape(shapes[name])) for name, span in cls._spans.items() for unit in span.T]
+    def linear_units(cls, forms: Collection[str] | None = None) -> list[tuple[str, Array]]:
+        """The k unit values (parameter, value) that span the linear parameters: one of each column of `basis`.
+
+        forms : only parameters of these fuller forms; PLAIN is what the effect always has.
+        """
+        return [
+            (p.name, unit.reshape(p.shape))
+            for p in cls._parameters
+            if p.name in cls._spans and (forms is None or p.form in forms)
+            for unit in cls._spans[p.name].T
+        ]
 
     @classmethod
-    def basis(cls, state: State, signal_nT: Array, **nonlinear: Any) -> Array:
+    def basis(cls, state: State, signal_nT: Array, forms: Collection[str] | None = None, **nonlinear: Any) -> Array:
         """Columns (n, 3, k): the contribution of each unit of the linear parameters, for given other parameters.
 
-        ``apply == basis @ coefficients``; k = 0 when no parameter is linear.
+        ``apply == basis @ coefficients``; k = 0 when no parameter is linear. forms : as for `linear_units`.
         """
         high = {p.name: min(1.0, p.high) for p in cls._parameters}
         rng = np.random.default_rng(0)
-        columns = np.zeros((len(state), 3, len(cls.linear_units())))
-        for k, (name, unit) in enumerate(cls.linear_units()):
+        units = cls.linear_units(forms)
+        columns = np.zeros((len(state), 3, len(units)))
+        for k, (name, unit) in enumerate(units):
             values: dict[str, Any] = {name: unit * high[name], **nonlinear}
             effect = cls(**values)
             columns[:, :, k] = effect.contribution(state, signal_nT, rng, {}) / high[name]
         return columns
 
-    def coefficients(self) -> Array:
-        """The linear parameters as (k,) factors of the columns of `basis`."""
+    def coefficients(self, forms: Collection[str] | None = None) -> Array:
+        """The linear parameters as (k,) factors of the columns of `basis`; forms : as for `linear_units`."""
         parts = [
-            np.linalg.lstsq(span, np.ravel(getattr(self, name)), rcond=None)[0] for name, span in self._spans.items()
+            np.linalg.lstsq(self._spans[p.name], np.ravel(getattr(self, p.name)), rcond=None)[0]
+            for p in self._parameters
+            if p.name in self._spans and (forms is None or p.form in forms)
         ]
         return np.concatenate([np.zeros(0), *parts])
 
+    @property
+    def forms_in_use(self) -> tuple[str, ...]:
+        """PLAIN, and the fuller forms of which a parameter is another than where it does nothing."""
+        used = (
+            form for form, several in self.forms.items() if any(getattr(self, p.name) != p.default for p in several)
+        )
+        return (PLAIN, *used)
+
     @classmethod
-    def combine(cls, coefficients: Sequence[float] | Array, **nonlinear: Any) -> Self:
-        """The effect whose linear parameters have the given (k,) coefficients; the inverse of `coefficients`."""
-        factors = np.asarray(coefficients, dtype=np.float64)
+    def combine(
+        cls, coefficients: Sequence[float] | Array, forms: Collection[str] | None = None, **nonlinear: Any
+    ) -> Self:
+        """The effect whose linear parameters have the given (k,) coefficients; the inverse of `coefficients`.
+
+        forms : as for `linear_units`; what is of another form is not there.
+        """
         values: dict[str, Any] = {}
-        for p in cls._parameters:
-            if p.name in cls._spans:
-                span = cls._spans[p.name]
-                values[p.name] = (span @ factors[: span.shape[1]]).reshape(p.shape)
-                factors = factors[span.shape[1] :]
+        for (name, unit), factor in zip(cls.linear_units(forms), np.asarray(coefficients), strict=True):
+            values[name] = values.get(name, 0.0) + factor * unit
         return cls(**values, **nonlinear)
 
 

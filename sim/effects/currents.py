@@ -16,6 +16,8 @@ from sim.state import Array, State, current_name, missing_channel
 
 Motor = Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")]
 
+BENT, OTHER_MOTOR = "bent line", "another motor"
+
 
 @frozen
 class EddyCurrent(Effect):
@@ -50,13 +52,23 @@ class EddyCurrent(Effect):
 
 @frozen
 class MotorCurrent(Effect):
-    """Field of the motors' supply currents: ``g I(t)``."""
+    """Field of the motors' supply currents: ``g I(t)``, with a bent line ``g I + g2 I |I| + g3 I^3``.
+
+    Another motor's current may add its own, ``g' I'(t)``.
+    """
 
     name = "motor_current"
     stage = "vehicle"
     static = True
     needs = (current_name(1),)
-    example = {"gain_nT_A": (1.0, -2.0, 3.0)}
+    example = {
+        "gain_nT_A": (1.0, -2.0, 3.0),
+        "motor": 1,
+        "square_nT_A2": (0.2, 0.1, -0.3),
+        "cube_nT_A3": (0.03, -0.02, 0.01),
+        "other_gain_nT_A": (0.5, 0.3, -0.2),
+        "other_motor": 2,
+    }
     clues = Clues(
         apart=OTHER_THRUST,
         remedy="log the current and take off its field, or twist the supply leads and move them away",
@@ -64,9 +76,24 @@ class MotorCurrent(Effect):
 
     gain_nT_A: Annotated[Vec3, Quantity("nT/A", -1e9, 1e9, "g forward, left, up", role="linear")] = ZERO3
     motor: Motor = 0
+    square_nT_A2: Annotated[Vec3, Quantity("nT/A2", -1e9, 1e9, "g2 forward, left, up", role="linear", form=BENT)] = (
+        ZERO3
+    )
+    cube_nT_A3: Annotated[Vec3, Quantity("nT/A3", -1e9, 1e9, "g3 forward, left, up", role="linear", form=BENT)] = ZERO3
+    other_gain_nT_A: Annotated[
+        Vec3, Quantity("nT/A", -1e9, 1e9, "g' forward, left, up", role="linear", form=OTHER_MOTOR)
+    ] = ZERO3
+    other_motor: Annotated[
+        int, Quantity("", 0, 64, "which motor I' is of, from 1; 0: the sum of all", role="motor", form=OTHER_MOTOR)
+    ] = 0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        return _current(state, self.motor, self.name)[:, None] * array(self.gain_nT_A)
+        current = _current(state, self.motor, self.name)[:, None]
+        bent = np.abs(current) * array(self.square_nT_A2) + current**2 * array(self.cube_nT_A3)
+        out = current * (array(self.gain_nT_A) + bent)
+        if any(self.other_gain_nT_A):
+            out += _current(state, self.other_motor, self.name)[:, None] * array(self.other_gain_nT_A)
+        return out
 
 
 @frozen

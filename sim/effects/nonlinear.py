@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import Annotated
 
 import numpy as np
@@ -12,15 +14,22 @@ from sim.effects.kernels import kernel
 from sim.effects.values import Quantity, Vec3
 from sim.state import Array, State
 
+SHARPER, KINK = "higher orders", "kink"
+SECOND_PLAY, THIRD_PLAY, ROUNDED = "second play", "third play", "rounded loop"
+PLAYS_NT = (100.0, 300.0, 1000.0, 3000.0, 10_000.0, 30_000.0, 100_000.0)
+
 
 @frozen
 class Nonlinearity(Effect):
-    """Curvature of the characteristic: ``F (c2 (s/F)^2 + c3 (s/F)^3)`` on each axis, F the reference."""
+    """Curvature of the characteristic: ``F (c2 (s/F)^2 + ... + c5 (s/F)^5) + k |s|`` on each axis, F the reference.
+
+    k : half of the difference of the slopes on both sides of zero.
+    """
 
     name = "nonlinearity"
     stage = "sensor"
     static = True
-    example = {"second_order": (1e-3, 2e-3, -1e-3), "third_order": (2e-3, 2e-3, 2e-3)}
+    example = {"second_order": (1e-3, 2e-3, -1e-3), "third_order": (2e-3, 2e-3, 2e-3), "kink": (1e-3, 0.0, 2e-3)}
     clues = Clues(
         apart="turn the sensor about all axes, so that each sees the whole field",
         remedy="measure the characteristic in a coil, or use a sensor with feedback",
@@ -32,13 +41,24 @@ class Nonlinearity(Effect):
     third_order: Annotated[Vec3, Quantity("", -1.0, 1.0, "c3 of the axes x, y, z", role="linear", per_axis=True)] = (
         ZERO3
     )
-    reference_nT: Annotated[float, Quantity("nT", 1.0, 1e7, "F, at which the error is (c2 + c3) F", role="fixed")] = (
-        50_000.0
+    reference_nT: Annotated[
+        float, Quantity("nT", 1.0, 1e7, "F, at which the error is (c2 + ... + c5) F", role="fixed")
+    ] = 50_000.0
+    fourth_order: Annotated[
+        Vec3, Quantity("", -1.0, 1.0, "c4 of the axes x, y, z", role="linear", per_axis=True, form=SHARPER)
+    ] = ZERO3
+    fifth_order: Annotated[
+        Vec3, Quantity("", -1.0, 1.0, "c5 of the axes x, y, z", role="linear", per_axis=True, form=SHARPER)
+    ] = ZERO3
+
+    kink: Annotated[Vec3, Quantity("", -1.0, 1.0, "k of the axes x, y, z", role="linear", per_axis=True, form=KINK)] = (
+        ZERO3
     )
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         ratio = signal_nT / self.reference_nT
-        return signal_nT * ratio * (array(self.second_order) + array(self.third_order) * ratio)
+        higher = array(self.third_order) + ratio * (array(self.fourth_order) + ratio * array(self.fifth_order))
+        return signal_nT * ratio * (array(self.second_order) + ratio * higher) + np.abs(signal_nT) * array(self.kink)
 
     def conventions(self, state: State, signal_nT: Array) -> Array:
         """Another slope and another value at zero, from which a bend is counted."""
@@ -51,37 +71,74 @@ class Hysteresis(Effect):
     """Lag of the core's magnetisation behind the signal: ``-g E_r(s)``, E_r the stop operator.
 
     ``e_k = clip(e_k-1 + s_k - s_k-1, -r, r)``, e = 0 at the start, on each axis: what a play of half-width r leaves
-    over, never above r. Several thresholds: the mean of their operators, a Prandtl-Ishlinskii model.
+    over, never above r. Plays add up, ``-sum_j g_j E_rj(s)``, a Prandtl-Ishlinskii model; several thresholds of the
+    first have one gain, which their mean is multiplied by. A rounded loop ``-g D_r(s)``, ``dD = ds - |ds| D / r``,
+    bends as it turns round, where a play breaks.
     """
 
     name = "hysteresis"
     stage = "sensor"
     continuous = True
-    example = {"gain": (0.02, 0.01, 0.03), "threshold_nT": (200.0, 3000.0)}
+    example = {
+        "gain": (0.02, 0.01, 0.03),
+        "threshold_nT": (200.0, 3000.0),
+        "second_gain": (0.01, 0.02, -0.01),
+        "second_threshold_nT": 9000.0,
+        "third_gain": (0.004, 0.002, 0.003),
+        "third_threshold_nT": 500.0,
+        "rounded_gain": (0.003, -0.002, 0.005),
+        "rounded_threshold_nT": 4000.0,
+    }
     clues = Clues(apart=AT_SEVERAL_RATES, remedy="bias or degauss the core, or use a sensor with feedback")
 
     gain: Annotated[Vec3, Quantity("", -1.0, 1.0, "g of the axes x, y, z", role="linear", per_axis=True)] = ZERO3
     threshold_nT: Annotated[
         float | tuple[float, ...],
-        Quantity(
-            "nT",
-            1e-3,
-            1e6,
-            "half-width r of the play, or several",
-            role="listed",
-            tried=(100.0, 300.0, 1000.0, 3000.0, 10_000.0, 30_000.0, 100_000.0),
-        ),
+        Quantity("nT", 1e-3, 1e6, "half-width r of the play, or several", role="listed", tried=PLAYS_NT),
+    ] = 1000.0
+    second_gain: Annotated[
+        Vec3, Quantity("", -1.0, 1.0, "g of a second play", role="linear", per_axis=True, form=SECOND_PLAY)
+    ] = ZERO3
+    second_threshold_nT: Annotated[
+        float, Quantity("nT", 1e-3, 1e6, "r of the second play", role="listed", tried=PLAYS_NT, form=SECOND_PLAY)
+    ] = 1000.0
+    third_gain: Annotated[
+        Vec3, Quantity("", -1.0, 1.0, "g of a third play", role="linear", per_axis=True, form=THIRD_PLAY)
+    ] = ZERO3
+    third_threshold_nT: Annotated[
+        float, Quantity("nT", 1e-3, 1e6, "r of the third play", role="listed", tried=PLAYS_NT, form=THIRD_PLAY)
+    ] = 1000.0
+
+    rounded_gain: Annotated[
+        Vec3, Quantity("", -1.0, 1.0, "g of a rounded loop", role="linear", per_axis=True, form=ROUNDED)
+    ] = ZERO3
+    rounded_threshold_nT: Annotated[
+        float, Quantity("nT", 1e-3, 1e6, "r of the rounded loop", role="listed", tried=PLAYS_NT, form=ROUNDED)
     ] = 1000.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        thresholds = np.atleast_1d(array(self.threshold_nT))
+        plays = [(g, r) for g, r in self._plays() if any(g)]
+        gains = np.concatenate([np.zeros((0, 3)), *(np.tile(array(g) / len(r), (len(r), 1)) for g, r in plays)])
+        thresholds = np.concatenate([np.zeros(0), *(r for _, r in plays)])
         if not memory:
             memory["before"], memory["stops"] = signal_nT[0].copy(), np.zeros((len(thresholds), 3))
-        return _stops(signal_nT, memory["before"], memory["stops"], thresholds, -array(self.gain) / len(thresholds))
+            memory["last"], memory["rounded"] = signal_nT[0].copy(), np.zeros(3)
+        out = _stops(signal_nT, memory["before"], memory["stops"], thresholds, -gains)
+        if any(self.rounded_gain):
+            loop = _rounded(signal_nT, memory["last"], memory["rounded"], self.rounded_threshold_nT)
+            out -= loop * array(self.rounded_gain)
+        return out
+
+    def _plays(self) -> Iterator[tuple[Vec3, Array]]:
+        """Gain and thresholds (m,) of each play."""
+        yield self.gain, np.atleast_1d(array(self.threshold_nT))
+        yield self.second_gain, np.atleast_1d(array(self.second_threshold_nT))
+        yield self.third_gain, np.atleast_1d(array(self.third_threshold_nT))
 
 
 @kernel
-def _stops(signal: Array, before: Array, stops: Array, thresholds: Array, weight: Array) -> Array:
+def _stops(signal: Array, before: Array, stops: Array, thresholds: Array, weights: Array) -> Array:
+    """Sum over plays k of weights (k, 3) times the stops (k, 3) of a signal (n, 3)."""
     out = np.empty_like(signal)
     for i in range(len(signal)):
         for j in range(3):
@@ -90,6 +147,20 @@ def _stops(signal: Array, before: Array, stops: Array, thresholds: Array, weight
             total = 0.0
             for k in range(len(thresholds)):
                 stops[k, j] = min(max(stops[k, j] + step, -thresholds[k]), thresholds[k])
-                total += stops[k, j]
-            out[i, j] = weight[j] * total
+                total += weights[k, j] * stops[k, j]
+            out[i, j] = total
+    return out
+
+
+@kernel
+def _rounded(signal: Array, before: Array, loop: Array, threshold: float) -> Array:
+    """Rounded loops (n, 3) of a signal (n, 3) from their values (3,) before: the distance to a branch falls off."""
+    out = np.empty_like(signal)
+    for i in range(len(signal)):
+        for j in range(3):
+            step = signal[i, j] - before[j]
+            before[j] = signal[i, j]
+            branch = threshold if step > 0 else -threshold
+            loop[j] = branch + (loop[j] - branch) * math.exp(-abs(step) / threshold)
+            out[i, j] = loop[j]
     return out

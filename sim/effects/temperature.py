@@ -14,6 +14,7 @@ from sim.state import TEMPERATURE, Array, State
 
 REFERENCE_DEGC = 20.0
 LAGS_S = (0.0, 3.0, 10.0, 30.0, 100.0, 300.0)
+CURVE, SECOND_LAG = "curve", "second lag"
 CLUES = Clues(apart=WARM_AND_COOL, remedy="log the temperature and take its part off, or let the sensor settle first")
 ReferenceTemperature = Annotated[
     float, Quantity("degC", -100.0, 200.0, "T_ref, where it contributes nothing", role="fixed")
@@ -23,16 +24,24 @@ Lag = Annotated[
     Quantity("s", 0.0, 1e5, "time constant with which the sensor follows T; 0: at once", role="listed", tried=LAGS_S),
 ]
 
+SecondLag = Annotated[
+    float,
+    Quantity("s", 0.0, 1e5, "a second lag, behind the first", role="listed", tried=LAGS_S[1:], form=SECOND_LAG),
+]
+
 
 @frozen
 class TemperatureScale(Effect):
-    """Sensitivity that changes with temperature: ``k (T - T_ref) s`` on each axis, T felt late by a lag."""
+    """Sensitivity that changes with temperature: ``(k (T - T_ref) + k2 (T - T_ref)^2) s`` on each axis.
+
+    T is felt late by a lag, or two.
+    """
 
     name = "temperature_scale"
     stage = "sensor"
     static = True
     needs = (TEMPERATURE,)
-    example = {"slope_1_K": (1e-4, 2e-4, -3e-4), "reference_degC": 15.0}
+    example = {"slope_1_K": (1e-4, 2e-4, -3e-4), "reference_degC": 15.0, "square_1_K2": (2e-6, 1e-6, 3e-6)}
     clues = CLUES
 
     slope_1_K: Annotated[Vec3, Quantity("1/K", -0.05, 0.05, "k of the axes x, y, z", role="linear", per_axis=True)] = (
@@ -40,39 +49,52 @@ class TemperatureScale(Effect):
     )
     reference_degC: ReferenceTemperature = REFERENCE_DEGC
     lag_s: Lag = 0.0
+    square_1_K2: Annotated[
+        Vec3, Quantity("1/K2", -0.05, 0.05, "k2 of the axes x, y, z", role="linear", per_axis=True, form=CURVE)
+    ] = ZERO3
+    second_lag_s: SecondLag = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        return signal_nT * (_felt_degC(state, self.lag_s, memory) - self.reference_degC) * array(self.slope_1_K)
+        warmer_K = _felt_degC(state, (self.lag_s, self.second_lag_s), memory) - self.reference_degC
+        return signal_nT * warmer_K * (array(self.slope_1_K) + warmer_K * array(self.square_1_K2))
 
     def conventions(self, state: State, signal_nT: Array) -> Array:
         """Another temperature at which it contributes nothing."""
-        return (signal_nT * array(self.slope_1_K))[:, :, None]
+        return signal_nT[:, :, None] * np.stack([array(self.slope_1_K), array(self.square_1_K2)], axis=1)
 
 
 @frozen
 class TemperatureOffset(Effect):
-    """Offset that changes with temperature: ``k (T - T_ref)``, T felt late by a lag."""
+    """Offset that changes with temperature: ``k (T - T_ref) + k2 (T - T_ref)^2``, T felt late by a lag, or two."""
 
     name = "temperature_offset"
     stage = "sensor"
     static = True
     needs = (TEMPERATURE,)
-    example = {"slope_nT_K": (1.0, -2.0, 3.0)}
+    example = {"slope_nT_K": (1.0, -2.0, 3.0), "square_nT_K2": (0.1, 0.2, -0.1), "lag_s": 20.0, "second_lag_s": 5.0}
     clues = CLUES
 
     slope_nT_K: Annotated[Vec3, Quantity("nT/K", -1e4, 1e4, "k of the axes x, y, z", role="linear")] = ZERO3
     reference_degC: ReferenceTemperature = REFERENCE_DEGC
     lag_s: Lag = 0.0
+    square_nT_K2: Annotated[Vec3, Quantity("nT/K2", -1e4, 1e4, "k2 of the axes x, y, z", role="linear", form=CURVE)] = (
+        ZERO3
+    )
+    second_lag_s: SecondLag = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        return (_felt_degC(state, self.lag_s, memory) - self.reference_degC) * array(self.slope_nT_K)
+        warmer_K = _felt_degC(state, (self.lag_s, self.second_lag_s), memory) - self.reference_degC
+        return warmer_K * (array(self.slope_nT_K) + warmer_K * array(self.square_nT_K2))
 
     def conventions(self, state: State, signal_nT: Array) -> Array:
         """Another temperature at which it contributes nothing."""
         return np.tile(array(self.slope_nT_K)[:, None], (len(state), 1, 1))
 
 
-def _felt_degC(state: State, lag_s: float, memory: Memory) -> Array:
-    """Temperature (n, 1) of a sensor that follows the measured one with a first-order lag, at rest at the start."""
-    measured_degC = state.channel(TEMPERATURE)[:, None]
-    return measured_degC if lag_s == 0 else first_order_lag(measured_degC, lag_s, state.interval_s, memory)
+def _felt_degC(state: State, lags_s: tuple[float, ...], memory: Memory) -> Array:
+    """Temperature (n, 1) of a sensor that follows the measured one with first-order lags, at rest at the start."""
+    felt_degC = state.channel(TEMPERATURE)[:, None]
+    for i, lag_s in enumerate(lags_s):
+        if lag_s > 0:
+            felt_degC = first_order_lag(felt_degC, lag_s, state.interval_s, memory.setdefault(f"lag {i}", {}))
+    return felt_degC

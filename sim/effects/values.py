@@ -65,7 +65,8 @@ class Quantity:
     """Annotation of an effect's parameter: unit, the range of each component, meaning and role.
 
     per_axis : one number may stand for all three axes. tried : the values that a fit tries first ("listed"). units :
-    values that span a linear parameter whose components are not free; otherwise each component is one.
+    values that span a linear parameter whose components are not free; otherwise each component is one. form : the
+    fuller form of the effect that it belongs to, by a name of its own; a fit asks for it once the effect is found.
     """
 
     unit: str
@@ -76,6 +77,7 @@ class Quantity:
     per_axis: bool = False
     tried: tuple[float, ...] = ()
     units: tuple[Any, ...] = ()
+    form: str = ""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         inner = handler.generate_schema(_ranged(source, self.low, self.high))
@@ -167,6 +169,11 @@ class Parameter:
     def role(self) -> Role:
         """What a fit may do with it."""
         return self.quantity.role
+
+    @property
+    def form(self) -> str:
+        """The fuller form that it belongs to, empty for what the effect always has."""
+        return self.quantity.form
 
     @property
     def worded(self) -> bool:

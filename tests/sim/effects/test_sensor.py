@@ -129,6 +129,43 @@ def test_a_swing_within_the_play_leaves_no_loop(states):
     np.testing.assert_allclose(label, -0.1 * signal, atol=1e-9)
 
 
+def test_plays_add_up(states):
+    _, both = loop(Hysteresis(0.1, 500.0, second_gain=0.2, second_threshold_nT=3000.0), states, 2)
+    _, one = loop(Hysteresis(0.1, 500.0), states, 2)
+    _, other = loop(Hysteresis(0.2, 3000.0), states, 2)
+    np.testing.assert_allclose(both, one + other, atol=1e-9)
+    assert np.abs(both).max() == pytest.approx(0.1 * 500 + 0.2 * 3000)
+
+
+def test_a_rounded_loop_falls_off_to_its_branch_and_gives_the_area_of_an_exponential(states):
+    """From a turn at -A on ``D = r - (r + D_0) exp(-(s + A) / r)``; once round a wide swing encloses 4 r A - 4 r^2."""
+    r, A = 500.0, 20_000.0
+    signal, label = loop(Hysteresis(rounded_gain=1.0, rounded_threshold_nT=r), states, 3)
+    rising = slice(3500, 4500)
+    expected = -(r - 2 * r * np.exp(-(signal[rising] + A) / r))
+    np.testing.assert_allclose(label[rising], expected, atol=1e-3 * r)
+    x, y = signal[2000:4001], label[2000:4001]
+    assert abs(np.sum((y[1:] + y[:-1]) / 2 * np.diff(x))) == pytest.approx(4 * r * A - 4 * r**2, rel=0.01)
+
+
+def test_a_kink_is_half_of_the_difference_of_the_slopes(states):
+    state = states(10)
+    signal = np.linspace(-5e4, 5e4, 10)[:, None] * np.ones(3)
+    label = label_of(Nonlinearity(kink=(0.01, 0.0, -0.02)), state, signal)
+    np.testing.assert_allclose(label, np.abs(signal) * [0.01, 0.0, -0.02])
+
+
+def test_two_lags_follow_one_another(states):
+    """A step of T through lags a and b: ``1 - (a exp(-t/a) - b exp(-t/b)) / (a - b)``."""
+    a, b = 8.0, 3.0
+    state = states(4000, 0.02)
+    T = np.where(state.time_s > 0.01, 30.0, 20.0)
+    state = replace(state, channels=state.channels | {TEMPERATURE: T})
+    label = label_of(TemperatureOffset((1.0, 0.0, 0.0), lag_s=a, second_lag_s=b), state, state.field_nT)[:, 0]
+    t = state.time_s
+    np.testing.assert_allclose(label, 10 * (1 - (a * np.exp(-t / a) - b * np.exp(-t / b)) / (a - b)), atol=0.03)
+
+
 @pytest.mark.parametrize("cutoff", [0.5, 2.0, 20.0])
 def test_bandwidth_attenuates_and_delays_a_tone(states, cutoff):
     f, h = 1.3, 0.002

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from sim.effects import BY_NAME
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, beside_white_noise
+from validation.diagnosis.decision.forms import in_full
 from validation.diagnosis.decision.hearing import beside_colour
 from validation.diagnosis.evidence.battery import Battery, battery
 from validation.diagnosis.evidence.compare import ranked
@@ -62,8 +64,7 @@ def select(
             found = _with_kin(found, chosen)
             break
         found.append(chosen)
-        ground = ground.beside(chosen.columns(problem))
-        after = tests_beside(ground, names_of(found))
+        found, ground, after = in_full(found, start, partial(tests_beside, found=names_of(found)))
     return Selection(tuple(found), start, ground, before, after, first, without)
 
 

@@ -81,7 +81,7 @@ def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
     found = judged_at(ground, found_by_search(ground.problem, ground.residual(), list(members)))
     if found is None or found.nats <= ground.problem.policy.apart:
         return found
-    finer = between_neighbours(found.candidate, lambda candidate: _misfit(ground, candidate))
+    finer = between_neighbours(found.candidate, lambda candidate: misfit(ground, candidate))
     better = judged_at(ground, [finer]) if finer else None
     return _at_full_size(ground, better if better is not None and better.gain > found.gain else found)
 
@@ -150,7 +150,8 @@ def _gains(ground: Ground, tried: Sequence[_Tried]) -> list[float]:
     return gains
 
 
-def _misfit(ground: Ground, candidate: Candidate) -> float:
+def misfit(ground: Ground, candidate: Candidate) -> float:
+    """Squares that a candidate leaves beside those already in."""
     s = ground.joined(candidate.columns(ground.problem))
     return squares(s, fit(s, ground.everything), ground.everything)
 

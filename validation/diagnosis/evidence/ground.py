@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,10 @@ class Ground:
     def beside(self, columns: Array) -> Ground:
         """The ground with further columns (n, q, k) in."""
         return Ground.of(self.problem, np.concatenate([self.inside, columns], axis=2))
+
+    def with_all(self, several: Iterable[Array]) -> Ground:
+        """The ground with the columns (n, q, k) of several effects in, in their order."""
+        return Ground.of(self.problem, np.concatenate([self.inside, *several], axis=2))
 
     def joined(self, columns: Array) -> Sums:
         """Sums of the effects already in and further columns (n, q, k), which are not kept."""

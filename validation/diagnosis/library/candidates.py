@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.errors import InputError
 from sim.effects import EFFECTS
-from sim.effects.base import Effect
+from sim.effects.base import PLAIN, Effect
 from sim.effects.values import Parameter
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
@@ -24,12 +23,14 @@ UNSEEN_BY_STRENGTH = frozenset({"attitude", "position"})
 class Candidate:
     """An effect with values of its nonlinear parameters; its columns are linear in what is then left to fit.
 
-    `tried`: how many settings a search compared to find this one, for an honest price of the search.
+    `tried`: how many settings a search compared to find this one, for an honest price of the search. `forms`: the
+    fuller forms of the effect whose columns it has too.
     """
 
     effect: type[Effect]
     nonlinear: tuple[tuple[str, Any], ...] = ()
     tried: int = 1
+    forms: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, effect: Effect) -> Candidate:
@@ -87,7 +88,9 @@ class Candidate:
         if self.effect.clues.memory:
             signal = problem.course_nT
         if self.effect.linear:
-            return np.concatenate([self.effect.basis(state, signal, **one) for one in self.settings], axis=2)
+            plain = [self.effect.basis(state, signal, (PLAIN,), **one) for one in self.settings]
+            fuller = [self.effect.basis(state, signal, self.forms, **self.settings[0])] if self.forms else []
+            return np.concatenate([*plain, *fuller], axis=2)
         rng = np.random.default_rng(0)
         return np.stack([self.effect(**one).contribution(state, signal, rng, {}) for one in self.settings], axis=2)
 
@@ -95,30 +98,34 @@ class Candidate:
         """The effect with fitted coefficients (k,) of its columns, brought into its bounds."""
         given = dict(self.nonlinear)
         if self.effect.tangents:
-            ((name, values),) = self.effect.tangents.items()
-            return self.effect(**given, **{name: tuple(c @ np.array(values))})
+            ((name, small),) = self.effect.tangents.items()
+            return self.effect(**given, **{name: tuple(c @ np.array(small))})
         if not self.effect.linear:
             return self.effect(**given)
-        if self.phase:
-            amplitude, phase_deg = amplitude_and_phase(c)
-            try:
-                return self.effect.combine(amplitude, **given, **{self.phase: phase_deg})
-            except InputError:  # a short stretch of a long wave: amplitude and phase are one
-                c = c[: len(c) // 2]
+        values, phase = self._without_phase(c)
         low, high = np.array(self.bounds).T
-        return self.effect.combine(np.clip(c, low, high), **given)
+        return self.effect.combine(np.clip(values, low, high), (PLAIN, *self.forms), **given, **phase)
+
+    def _without_phase(self, c: Array) -> tuple[Array, dict[str, float]]:
+        """The linear parameters' coefficients, and the phase by name, of coefficients (k,) of the columns."""
+        if not self.phase:
+            return c, {}
+        wave = 2 * len(self.effect.linear_units((PLAIN,)))
+        amplitude, phase_deg = amplitude_and_phase(c[:wave])
+        return np.concatenate([amplitude, c[wave:]]), {self.phase: phase_deg}
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
         """Least and greatest value of each linear coefficient without a phase."""
         of = {p.name: (p.low, p.high) for p in self.effect.parameters()}
-        return [of[name] for name, _ in self.effect.linear_units()]
+        return [of[name] for name, _ in self.effect.linear_units((PLAIN, *self.forms))]
 
     def possible(self, c: Array) -> bool:
         """Whether the effect can have coefficients (k,): none beyond its bounds, none of one sign with the other."""
-        if self.effect.linear and not self.phase:
-            return all(low <= v <= high for v, (low, high) in zip(c, self.bounds, strict=True))
-        return bool(self.effect.linear or self.effect.tangents or c[0] > 0)
+        if self.effect.linear:
+            values, _ = self._without_phase(c)
+            return all(low <= v <= high for v, (low, high) in zip(values, self.bounds, strict=True))
+        return bool(self.effect.tangents or c[0] > 0)
 
 
 def amplitude_and_phase(c: Array) -> tuple[Array, float]:

@@ -151,7 +151,8 @@ def _candidates(problem: LinearProblem, name: str) -> list[Candidate]:
 def _as_candidate(effect: Effect) -> Candidate:
     """An effect as found, its linear parameters free."""
     free = {*effect.linear, *effect.tangents}
-    return Candidate(type(effect), tuple((name, getattr(effect, name)) for name in effect.names() if name not in free))
+    rest = tuple((name, getattr(effect, name)) for name in effect.names() if name not in free)
+    return Candidate(type(effect), rest, forms=effect.forms_in_use[1:])
 
 
 def _is_tried(one: Named, other: str, problem: LinearProblem) -> bool:

@@ -22,7 +22,8 @@ FIRST_STEP, LEAST_STEP = 0.1, 1e-6
 class FreeNumbers:
     """Of each effect the coefficients of its linear parameters, then the components of the others that move.
 
-    A parameter moves unless its role fixes it; one that is not linear only if it is not at "none".
+    A parameter moves unless its role fixes it, of a fuller form only if that is in use; one that is not linear only if
+    it is not at "none".
     """
 
     effects: tuple[Effect, ...]
@@ -60,17 +61,19 @@ def _others(effect: Effect) -> tuple[str, ...]:
         for p in effect.parameters()
         if p.name not in effect.linear
         and p.role not in STAY
+        and p.form in effect.forms_in_use
         and (p.role == "phase" or bool(np.any(np.asarray(getattr(effect, p.name)) != 0)))
     )
 
 
 def _parts(effect: Effect) -> Sequence[Array]:
-    return effect.coefficients(), *(np.ravel(getattr(effect, name)) for name in _others(effect))
+    return effect.coefficients(effect.forms_in_use), *(np.ravel(getattr(effect, name)) for name in _others(effect))
 
 
 def _with(effect: Effect, x: Array) -> Effect:
     """The effect with its free numbers (k,) brought into its bounds."""
-    k = len(effect.linear_units())
+    forms = effect.forms_in_use
+    k = len(effect.linear_units(forms))
     bounds = {p.name: (p.low, p.high) for p in effect.parameters()}
     values: dict[str, Any] = {name: getattr(effect, name) for name in effect.names() if name not in effect.linear}
     at = k
@@ -80,13 +83,13 @@ def _with(effect: Effect, x: Array) -> Effect:
         at += now.size
     if not k:
         return replace(effect, **values)
-    low, high = np.array([bounds[name] for name, _ in effect.linear_units()]).T
-    return effect.combine(np.clip(x[:k], low, high), **values)
+    low, high = np.array([bounds[name] for name, _ in effect.linear_units(forms)]).T
+    return effect.combine(np.clip(x[:k], low, high), forms, **values)
 
 
 def _spread(effect: Effect, std: Array) -> dict[str, Array]:
     spread: dict[str, Array] = {}
-    units = effect.linear_units()
+    units = effect.linear_units(effect.forms_in_use)
     for (name, unit), one in zip(units, std[: len(units)], strict=True):
         part = np.where(unit == 0, 0.0, one) * np.where(unit == 0, 1.0, np.abs(unit))
         spread[name] = np.hypot(spread.get(name, 0.0), part)

@@ -38,7 +38,7 @@ def test_columns_times_coefficients_are_what_the_effect_does(effect) -> None:  #
     posed = problem()
     acting = effect(**effect.example)
     rest = {p.name: getattr(acting, p.name) for p in acting.parameters() if p.name not in acting.linear}
-    candidate = Candidate(effect, tuple(rest.items()))
+    candidate = Candidate(effect, tuple(rest.items()), forms=tuple(effect.forms))
     early = effect.stage in ("field", "vehicle")
     signal = posed.state.field_nT if early else posed.clean_nT
     columns = candidate.contribution_nT(posed)

@@ -1,0 +1,76 @@
+"""An effect's fuller form: asked for only where something is left, taken where it tells, never a second name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.effects import BY_NAME
+from sim.effects.nonlinear import Hysteresis
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.decision.selection import Selection, select
+from validation.diagnosis.library.candidates import Candidate, proposed
+
+LIBRARY = {"motor_current", "hysteresis", "nonlinearity", "offset_jump", "regional_field", "temperature_offset"}
+"""What these tests choose from: enough for a wrong name."""
+
+
+def _found(hidden: dict[str, dict[str, object]]) -> Selection:
+    return select(problem(hidden=hidden), frozenset(BY_NAME) - LIBRARY)
+
+
+@pytest.mark.parametrize(
+    ("name", "plain", "fuller", "forms"),
+    [
+        ("motor_current", {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1}, {"square_nT_A2": [0.5, 0.9, -0.8]}, "bent line"),
+        (
+            "hysteresis",
+            {"gain": [0.003, 0.002, 0.004], "threshold_nT": 800.0},
+            {"second_gain": [3e-4, 3e-4, 3e-4], "second_threshold_nT": 9000.0},
+            "second play",
+        ),
+        ("nonlinearity", {"third_order": [2e-3, 1e-3, 2e-3]}, {"kink": [4e-4, -4e-4, 3e-4]}, "kink"),
+    ],
+)
+def test_a_form_goes_under_the_name_of_the_effect(
+    name: str, plain: dict[str, object], fuller: dict[str, object], forms: str
+) -> None:
+    selection = _found({name: plain | fuller})
+    (one,) = selection.found
+    assert (one.name, one.evidence.candidate.forms) == (name, (forms,))
+    assert selection.after.clean
+    effect = one.evidence.candidate.made(one.evidence.coefficients)
+    assert effect.forms_in_use[1:] == (forms,)
+    simple = _found({name: plain})
+    assert [(each.name, each.evidence.candidate.forms) for each in simple.found] == [(name, ())]
+
+
+def test_a_form_takes_nothing_from_what_is_no_form_of_it() -> None:
+    selection = _found(
+        {
+            "motor_current": {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1},
+            "offset_jump": {"time_s": 250.0, "step_nT": [3.0, 2.0, -2.0]},
+        }
+    )
+    assert sorted(one.name for one in selection.found) == ["motor_current", "offset_jump"]
+
+
+def test_a_candidate_has_the_columns_of_its_forms_and_gives_their_parameters_back() -> None:
+    posed = problem(recording(noise_nT=0.5))
+    plain = Candidate(Hysteresis, (("threshold_nT", 800.0), ("second_threshold_nT", 5000.0)))
+    fuller = replace(plain, forms=("second play",))
+    c = np.array([0.01, 0.02, 0.03, 0.004, 0.005, 0.006])
+    effect = fuller.made(c)
+    assert effect == Hysteresis((0.01, 0.02, 0.03), 800.0, (0.004, 0.005, 0.006), 5000.0)
+    assert fuller.columns(posed).shape[2] == plain.columns(posed).shape[2] + 3
+    np.testing.assert_allclose(
+        fuller.contribution_nT(posed) @ c,
+        effect.contribution(posed.state, posed.clean_nT, np.random.default_rng(0), {}),
+        atol=1e-9,
+    )
+
+
+def test_no_candidate_begins_with_a_form() -> None:
+    assert all(not one.forms for several in proposed(problem()).values() for one in several)

@@ -1,0 +1,93 @@
+"""The fuller form of an effect that was found: more of its own parameters, where these tell on held-out data."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from sim.effects import EFFECTS
+from sim.state import Array
+from validation.diagnosis.decision.choice import Accepted
+from validation.diagnosis.evidence.battery import Battery
+from validation.diagnosis.evidence.compare import Evidence, judged_at, misfit
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import Candidate
+
+Tests = Callable[[Ground], Battery]
+"""(ground with effects in) -> the tests of what it leaves."""
+EVALUATIONS = 40
+"""Settings that are compared at most between the listed ones."""
+
+
+def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[list[Accepted], Ground, Battery]:
+    """Effects with what their forms lack, the last one's first, until what is left is clean; with ground and tests.
+
+    start : the ground without any effect. A form is no name of its own, and is asked for only where something is left.
+    """
+    out, problem = list(found), start.problem
+    ground = start.with_all(one.columns(problem) for one in out)
+    after = tests(ground)
+    for i in reversed(range(len(out))):
+        others = start.with_all(one.columns(problem) for one in (*out[:i], *out[i + 1 :]))
+        while not after.clean and (fuller := _fuller(others, out[i].evidence)) is not None:
+            out[i] = replace(out[i], evidence=fuller)
+            ground = start.with_all(one.columns(problem) for one in out)
+            after = tests(ground)
+    return out, ground, after
+
+
+def _fuller(others: Ground, one: Evidence) -> Evidence | None:
+    """The effect with the form that gains most on held-out data; None where none gains as much as a name needs.
+
+    Its nats stay those of the effect, by which it was chosen.
+    """
+    policy, before = others.problem.policy, judged_at(others, [one.candidate])
+    motors = others.problem.state.motors
+    asked = [judged_at(others, list(_settings(one.candidate, form, motors))) for form in _forms_left(one.candidate)]
+    judged = [each for each in asked if each is not None]
+    if before is None or not judged:
+        return None
+    best = max(judged, key=lambda each: each.gain)
+    if (best.gain - before.gain) / best.V <= policy.accepted(len(EFFECTS)):
+        return None
+    finer = judged_at(others, [_between(others, best.candidate)]) or best
+    best = finer if finer.gain > best.gain else best
+    return replace(best, gain=one.gain, V=one.V)
+
+
+def _forms_left(one: Candidate) -> Iterator[str]:
+    return (form for form in one.effect.forms if form not in one.forms)
+
+
+def _settings(one: Candidate, form: str, motors: tuple[int, ...]) -> Iterator[Candidate]:
+    """The candidate with a fuller form, at every listed value of that, and for every other motor."""
+    of_form, given = one.effect.forms[form], dict(one.nonlinear)
+    grid: dict[str, tuple[Any, ...]] = {p.name: p.quantity.tried for p in of_form if p.role == "listed"}
+    known = given.get(one.effect.with_role("motor") or "")
+    grid |= {p.name: tuple(motor for motor in motors if motor != known) for p in of_form if p.role == "motor"}
+    fuller = replace(one, forms=(*one.forms, form))
+    for values in itertools.product(*grid.values()):
+        yield fuller.at(dict(zip(grid, values, strict=True)))
+
+
+def _between(others: Ground, one: Candidate) -> Candidate:
+    """The candidate with its listed numbers, its forms' too, moved together to where the misfit is least."""
+    given = dict(one.nonlinear)
+    of_forms = (p.name for form in one.forms for p in one.effect.forms[form] if p.role == "listed")
+    names = [name for name in (*one.effect.search, *of_forms) if np.ndim(given[name]) == 0 and given[name] > 0]
+    if not names:
+        return one
+
+    def at(x: Array) -> Candidate:
+        return one.at(dict(zip(names, map(float, np.exp(x)), strict=True)))
+
+    start = np.log([given[name] for name in names])
+    best = minimize(
+        lambda x: misfit(others, at(x)), start, method="Nelder-Mead", options={"maxfev": EVALUATIONS, "xatol": 0.02}
+    )
+    return at(best.x)
