@@ -126,6 +126,9 @@ class Policy:
 
     # a rest with a colour of its own
     most_rows: int = number(12_000, "rows of means beyond which longer means are taken")
+    kept_by_rows: float = number(
+        0.5, "share of an effect's power in such means below which what it gains between their samples counts too"
+    )
     memories: int = number(7, "slow processes that a rest is made of, evenly spaced in log memory")
     shortest_memory: float = number(3.0, "least memory of a slow process, in rows")
     longest_memory: float = number(4.0, "greatest memory, in lengths of the recording: a random walk")
@@ -254,7 +257,11 @@ class Policy:
     form_share: float = number(
         0.15, "part of the first effect's size below which another is its form, no name", run=TUNED
     )
-    same_form_share: float = number(0.35, "the same for an effect that is in already", run=TUNED)
+    same_form_share: float = number(0.35, "the same for an effect that is in already, or looked like it", run=TUNED)
+    shrunk_form: float = number(
+        0.5, "part of its size alone that one beside the first must have, or it looked like it",
+        run="a gradient of second order on a dive: a day's change of 0.95 sigma alone had 0.16 beside a gradient",
+    )  # fmt: skip
     absorbed_survival: float = number(0.1, "share of an effect left by the base below which it is not observable")
     same_iron: float = number(
         1e-3, "part of a change of the iron's evidence within which an effect that gains less looks like it",

@@ -46,7 +46,8 @@ Doubt = Callable[[Belief], Belief]
 
 def believed(selection: Selection) -> Belief:
     """What of a selection stands after every doubt of `DOUBTS`, in their order; the main cause comes first."""
-    belief = Belief(selection, tuple(sorted(selection.found, key=lambda one: -one.evidence.strength)))
+    main_first = sorted(selection.found, key=lambda one: (one.form_of is not None, -one.evidence.strength))
+    belief = Belief(selection, tuple(main_first))
     for doubt in DOUBTS:
         belief = doubt(belief)
     return belief

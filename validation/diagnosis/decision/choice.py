@@ -20,11 +20,15 @@ CHAIN = tuple(BY_NAME)
 
 @dataclass(frozen=True)
 class Accepted:
-    """An accepted effect, those that the data do not tell from it, and the evidence in nats that was needed."""
+    """An accepted effect, those that the data do not tell from it, and the evidence in nats that was needed.
+
+    form_of : name of another that it could stand for: it takes what that one's form leaves, and is no second cause.
+    """
 
     evidence: Evidence
     alternatives: tuple[str, ...]
     needed: float | None = None
+    form_of: str | None = None
 
     @property
     def name(self) -> str:

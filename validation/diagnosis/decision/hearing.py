@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sim.effects import EFFECTS
+from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, simplest
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
 from validation.diagnosis.evidence.standing import Beside, Standing, gains_along_the_field, look_alikes
+from validation.diagnosis.evidence.within import gain_within
 from validation.diagnosis.policy import Policy
 
 IsClean = Callable[[Ground, str], bool]
@@ -27,16 +29,27 @@ def beside_colour(
     start : the ground without any effect, whose gap a share is of. windowed : candidates that act in a part of the run.
     """
     beside = Beside.of(ground.problem, ground.inside)
-    columns = [beside.rows.taken(e.candidate.columns(ground.problem)) for e in ranking]
-    rough = beside.roughly(columns)
+    columns, within = _in_rows(ranking, beside, ground)
+    rough = beside.roughly(columns) + within
     first = np.argsort(-rough, kind="stable")
     most = ground.problem.policy.tried_coloured
-    tried = sorted((beside.standing(ranking[i], columns[i]) for i in first[:most]), key=lambda one: -one.gain)
+    heard = (beside.standing(ranking[i], columns[i], within[i]) for i in first[:most])
+    tried = sorted(heard, key=lambda one: -one.gain)
     tried = [*_far_better(windowed, tried, beside, ground), *tried]
     trials = _until_one_stands(Hearing(ground, beside, start, is_clean), tried)
     chosen = _named(trials[-1], tried, beside) if trials and not trials[-1].refusal else None
     others = [(ranking[i], float(rough[i])) for i in first[most:]]
     return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, ground.problem.policy)])
+
+
+def _in_rows(ranking: Sequence[Evidence], beside: Beside, ground: Ground) -> tuple[list[Array], Array]:
+    """The columns of candidates as rows, and the nats (m,) that each gains between the samples of a row."""
+    columns, within = [], np.zeros(len(ranking))
+    for i, one in enumerate(ranking):
+        whole = one.candidate.columns(ground.problem)
+        columns.append(beside.rows.taken(whole))
+        within[i] = gain_within(ground.problem, beside.rows, ground.inside, whole)
+    return columns, within
 
 
 def _far_better(

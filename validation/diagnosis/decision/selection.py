@@ -60,10 +60,10 @@ def select(
         if chosen is None:
             after = _without_what_has_no_name(after, ground, found)
             break
-        if _is_form(chosen, found, problem.policy):
+        if _is_form(chosen, found, first, problem.policy):
             found = _with_kin(found, chosen)
             break
-        found.append(chosen)
+        found.append(_as_form(chosen, found))
         found, ground, after = in_full(found, start, partial(tests_beside, found=names_of(found)))
     return Selection(tuple(found), start, ground, before, after, first, without)
 
@@ -131,8 +131,11 @@ def _with_kin(found: Sequence[Accepted], chosen: Accepted) -> list[Accepted]:
     return out
 
 
-def _is_form(chosen: Accepted, found: Sequence[Accepted], policy: Policy) -> bool:
-    """Whether an effect is only the form of what is in: smaller by far, of its kin, or the same at another setting."""
+def _is_form(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Judged], policy: Policy) -> bool:
+    """Whether an effect is only the form of what is in: smaller by far, of its kin, or the same at another setting.
+
+    So is what is left of one that looked like what is in.
+    """
     if not found:
         return False
     if any(are_kin(one.evidence, chosen.evidence) for one in found):
@@ -140,8 +143,16 @@ def _is_form(chosen: Accepted, found: Sequence[Accepted], policy: Policy) -> boo
     same = [one.evidence.candidate for one in found if one.name == chosen.name]
     if any(_differs_by_setting(chosen.evidence.candidate, one) for one in same):
         return True
-    share = policy.same_form_share if same else policy.form_share
+    alone = max((one.evidence.strength for one in first if one.name == chosen.name), default=0.0)
+    like = chosen.evidence.strength < policy.shrunk_form * alone
+    share = policy.same_form_share if same or like else policy.form_share
     return chosen.evidence.strength < share * found[0].evidence.strength
+
+
+def _as_form(chosen: Accepted, found: Sequence[Accepted]) -> Accepted:
+    """An effect, said to be the form of one that is in for which it could stand."""
+    owner = next((one.form_of or one.name for one in found if chosen.name in one.alternatives), None)
+    return replace(chosen, form_of=owner)
 
 
 def _differs_by_setting(one: Candidate, other: Candidate) -> bool:

@@ -58,8 +58,8 @@ class Beside:
         width = np.array([columns.shape[2] for columns in several])
         return np.asarray(gains(self.rows, self.inside, several, self.poorer.rest) - width)
 
-    def standing(self, evidence: Evidence, columns: Array) -> Standing:
-        """A candidate's evidence beside a rest of its own, less the price of its search.
+    def standing(self, evidence: Evidence, columns: Array, within: float = 0.0) -> Standing:
+        """A candidate's evidence beside a rest of its own, less the price of its search; `within`: nats within rows.
 
         Without it the rest is the likelier of the poorer hypothesis' and the candidate's own.
         """
@@ -68,7 +68,7 @@ class Beside:
         price = search_price(evidence.candidate.tried, evidence.width, rows.policy)
         poorer = self.poorer if rows is self.rows else Hypothesis.given(rows, self.inside, self.poorer.rest)
         same = Hypothesis.given(rows, self.inside, richer.rest)
-        gain = richer.held - max(poorer.held, same.held) - price
+        gain = richer.held - max(poorer.held, same.held) + within - price
         return Standing(evidence, columns, rows, richer, gain)
 
     def surrogates(self, one: Standing, problem: LinearProblem) -> Array:

@@ -55,7 +55,7 @@ def strength_problem(
         turn=turn,
         clean_nT=clean,
         predicted_nT=clean,
-        has=measured(recording),
+        has=measured(recording) | {"rate"},  # of the field that is measured
         policy=policy,
     )
 

@@ -68,14 +68,15 @@ def _refined(problem: LinearProblem, belief: Belief) -> list[Named]:
         Named(effect, one.alternatives, how, one.evidence.nats, one.evidence.strength, spread, needed=one.needed)
         for effect, spread, (one, how) in zip(fine.effects, fine.spread, rests_on, strict=False)
     ]
-    return _as_causes(problem, named, fine.effects[len(named) :])
+    causes = [one.form_of or one.name for one, _ in rests_on]
+    return _as_causes(problem, list(zip(named, causes, strict=True)), fine.effects[len(named) :])
 
 
-def _as_causes(problem: LinearProblem, named: Sequence[Named], counted: Sequence[Effect]) -> list[Named]:
-    """One name a cause: what is found again under a name, and the iron that its convention brings, belong to it."""
+def _as_causes(problem: LinearProblem, named: Sequence[tuple[Named, str]], counted: Sequence[Effect]) -> list[Named]:
+    """One name a cause: its form, what is found again, and the iron that its convention brings belong to it."""
     out: dict[tuple[str, How], Named] = {}
-    for one in named:
-        key = (one.name, one.how)
+    for one, cause in named:
+        key = (cause, one.how)
         out[key] = _joined(out[key], one) if key in out else one
     owners = [key for key, one in out.items() if one.effect.conventions(problem.state, problem.clean_nT).shape[2]]
     if owners and counted:

@@ -25,6 +25,8 @@ from validation.diagnosis.decision.choice import Accepted, accepted
 from validation.diagnosis.decision.iron import absorbed_effects, iron_changes
 from validation.diagnosis.decision.selection import (
     Selection,
+    _as_form,
+    _is_form,
     _with_earth_vector,
     _without_what_has_no_name,
     select,
@@ -32,7 +34,7 @@ from validation.diagnosis.decision.selection import (
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.evidence.judged import NAMED
+from validation.diagnosis.evidence.judged import NAMED, Judged
 from validation.diagnosis.evidence.slow_noise import SlowNoise
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD, Policy
@@ -124,6 +126,21 @@ def test_what_has_no_name_of_its_own_speaks_against_no_other_but_one_of_the_plac
         found = [Accepted(_evidence(effect, 100.0, 3), ())]
         assert _without_what_has_no_name(LEFT, ground, found).clean is clean
     assert _without_what_has_no_name(LEFT, ground, []) is LEFT
+
+
+def test_what_shrinks_beside_the_first_or_could_stand_for_it_is_its_form() -> None:
+    """Small by itself is a name of its own; small because the first took most of it is not."""
+    one = Accepted(replace(_evidence(DRIVEN, 500.0, 3), strength=1.0), (HardIron.name,))
+    small = Accepted(replace(_evidence(WARM, 50.0, 3), strength=0.25), ())
+    alone = [Judged(replace(small.evidence, strength=s), 50.0, 8.0, "") for s in (0.3, 0.9)]
+    assert not _is_form(small, [one], alone[:1], STANDARD)
+    assert _is_form(small, [one], alone[1:], STANDARD)
+    large = replace(small, evidence=replace(small.evidence, strength=0.4))
+    assert not _is_form(large, [one], alone[1:], STANDARD)
+    again = Accepted(replace(_evidence(HardIron, 200.0, 1), strength=0.8), ())
+    assert not _is_form(again, [one], [], STANDARD)
+    assert _as_form(again, [one]).form_of == one.name
+    assert _as_form(again, [replace(one, alternatives=())]).form_of is None
 
 
 def _believed(selection: Selection, **changes: object) -> Belief:

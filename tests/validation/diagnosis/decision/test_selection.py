@@ -83,9 +83,9 @@ def test_what_says_that_it_is_another_is_named_after_it(effect: type[Effect]) ->
 @pytest.mark.parametrize(("effect", "share"), [(SECOND, STANDARD.form_share), (FIRST, STANDARD.same_form_share)])
 def test_a_much_smaller_effect_is_the_form_of_the_first(effect: type[Effect], share: float) -> None:
     first = _accepted(FIRST, 10.0)
-    assert _is_form(_accepted(effect, 9.0 * share), [first], STANDARD)
-    assert not _is_form(_accepted(effect, 11.0 * share), [first], STANDARD)
-    assert not _is_form(first, [], STANDARD)
+    assert _is_form(_accepted(effect, 9.0 * share), [first], [], STANDARD)
+    assert not _is_form(_accepted(effect, 11.0 * share), [first], [], STANDARD)
+    assert not _is_form(first, [], [], STANDARD)
 
 
 def test_a_constant_vector_of_the_earth_s_frame_is_no_clean_rest() -> None:
@@ -112,7 +112,7 @@ def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
 def test_what_one_of_its_kin_takes_is_the_form_of_the_first() -> None:
     one, other = [effect for effect in EFFECTS if effect.clues.kin][:2]
     first, second = _accepted(one, 10.0), _accepted(other, 9.0)
-    assert _is_form(second, [first], STANDARD)
+    assert _is_form(second, [first], [], STANDARD)
     assert [found.alternatives for found in _with_kin([first, _accepted(FIRST, 3.0)], second)] == [(other.name,), ()]
 
 

@@ -10,8 +10,10 @@ import pytest
 from scenarios.errors import InputError
 from sim.dataset import Recording
 from sim.state import SCALAR
-from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording, without_attitude
+from validation.diagnosis.evidence.compare import ranked
 from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import proposed
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
 
@@ -54,3 +56,12 @@ def test_a_strength_with_gaps_is_left_and_one_that_is_none_is_refused() -> None:
     assert left_nT(posed(replace(given, channels={SCALAR: gaps}))) > 10 * NOISE_NT
     with pytest.raises(InputError, match="strength of a field"):
         posed(replace(given, channels={SCALAR: none}))
+
+
+def test_what_follows_the_fields_rate_is_found_without_attitude_and_gyro() -> None:
+    """The rate is that of the field that is measured: its direction turns, and the strength shows what that induces."""
+    matrix = [[0.02, 0.01, 0.0], [-0.01, -0.02, 0.015], [0.0, 0.01, 0.01]]
+    given = without_attitude(recording(hidden={"eddy_current": {"matrix_s": matrix}}, noise_nT=5.0))
+    assert given.gyro_rad_s is None
+    gap = posed(given)
+    assert ranked(Ground.of(gap), proposed(gap))[0].name == "eddy_current"

@@ -10,16 +10,19 @@ import pytest
 from scenarios.errors import InputError
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
-from sim.effects.drift import OffsetJump
+from sim.effects.drift import OffsetJump, SensorOffset
 from sim.effects.electronics import Quantisation
+from sim.effects.iron import HardIron
 from sim.effects.noise import WhiteNoise
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.repair.chain import joined, left_as_it_stands, left_with_iron_refitted, predict
+from validation.diagnosis.repair.naming import _as_causes
 from validation.diagnosis.repair.numbers import FreeNumbers
 from validation.diagnosis.repair.refine import refined, variances, without_open_part
+from validation.diagnosis.result import How, Named
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 GAIN = (2.0, -1.0, 4.0)
@@ -132,3 +135,11 @@ def test_numbers_that_do_not_go_together_are_refused() -> None:
     with pytest.raises((InputError, ValueError)):
         numbers.at(np.array([np.nan, 0.0, 0.0]))
     assert replace(TRUTH) == TRUTH
+
+
+def test_the_form_of_a_cause_belongs_to_it_and_is_no_second_name() -> None:
+    posed, effects = problem(), (HardIron((1.0, 0.0, 0.0)), SensorOffset((0.0, 2.0, 0.0)))
+    first, form = (Named(effect, (), How.HELD_OUT, 50.0, 1.0) for effect in effects)
+    (one,) = _as_causes(posed, [(first, first.name), (form, first.name)], ())
+    assert (one.name, one.also) == (first.name, (effects[1],))
+    assert len(_as_causes(posed, [(first, first.name), (form, form.name)], ())) == 2

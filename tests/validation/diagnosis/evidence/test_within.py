@@ -1,0 +1,58 @@
+"""What a row's mean hides is counted: means and what is about them together give the nats of all samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.effects import EFFECTS
+from tests.validation.diagnosis.synthetic import problem
+from validation.diagnosis.decision.selection import select
+from validation.diagnosis.evidence.compare import judged_at
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.rows import Rows
+from validation.diagnosis.evidence.within import gain_within
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.linear import LinearProblem
+
+COARSE = Policy(most_rows=1000)
+FAST_HZ = 2.317
+
+
+def _tone() -> Candidate:
+    effect = next(effect for effect in EFFECTS if effect.sought() == "frequency")
+    name = effect.with_role("frequency")
+    assert name is not None
+    return Candidate(effect, ((name, FAST_HZ),))
+
+
+def _waving(policy: Policy = COARSE, **beside: object) -> LinearProblem:
+    effect, name = _tone().effect, _tone().effect.with_role("frequency")
+    return problem(hidden={effect.name: {effect.linear[0]: [0.3, -0.2, 0.3], name: FAST_HZ}, **beside}, policy=policy)
+
+
+def _rows(posed: LinearProblem) -> Rows:
+    return Rows.of(posed.state.time_s, posed.usable, posed.base, posed.target, posed.policy)
+
+
+def test_means_and_what_is_about_them_have_the_nats_of_all_samples() -> None:
+    posed, tone = _waving(), _tone()
+    nothing = np.zeros((*posed.target.shape, 0))
+    evidence = judged_at(Ground.of(posed), [tone])
+    assert evidence is not None
+    found = gain_within(posed, _rows(posed), nothing, tone.columns(posed))
+    assert found == pytest.approx(evidence.gain, rel=0.2)  # of means 0.4 s long a hundredth of it is left
+    taken = gain_within(posed, _rows(posed), tone.columns(posed), tone.columns(posed))
+    assert taken < 1.0
+
+
+def test_nothing_is_counted_twice_where_the_means_show_it() -> None:
+    driven = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+    for posed, one in ((_waving(), Candidate(driven)), (_waving(STANDARD), _tone())):
+        assert gain_within(posed, _rows(posed), np.zeros((*posed.target.shape, 0)), one.columns(posed)) == 0.0
+
+
+def test_a_tone_faster_than_the_rows_is_named_beside_a_wander() -> None:
+    posed = _waving(offset_random_walk={"std_nT_sqrt_s": [0.3] * 3})
+    assert _tone().name in {one.name for one in select(posed).found}
