@@ -187,13 +187,14 @@ def diagnose(
     maps: Sequence[str] = (),
     run: int = 0,
     sensor: int | None = None,
+    reference_sensor: int | None = None,
 ) -> DiagnosisResult:
     """Find where a recording and a model disagree, and name the missing effect; data and reference as in `calibrate`.
 
     model : a scenario's name, or a file of it or of its [field] and [effects.*] alone; without it hard iron, soft iron
         and white noise, fitted. confirm : a second recording, in which the finding must hold too. actuators : channels
         to treat like motor currents. time_s : (n,) of `data`, where that is an array. policy : the numbers that decide.
-        sensor : which of an array of sensors, counted from 1.
+        sensor : which of an array of sensors, counted from 1. reference_sensor : the one whose reading is the field.
     """
     from functools import partial
     from pathlib import Path
@@ -202,11 +203,11 @@ def diagnose(
     from validation.diagnosis.files import diagnose_against
     from validation.diagnosis.policy import STANDARD
     from validation.diagnosis.problem.actuators import with_actuators
-    from validation.diagnosis.problem.sensors import of_sensor
+    from validation.diagnosis.problem.sensors import one_sensor
 
     def read(one: Data, times: ArrayLike | None) -> Recording:
-        recording = recording_from(one, time_s=times, maps=maps, run=run)
-        return with_actuators(of_sensor(recording, sensor, "recording"), actuators, Path("recording"))
+        recording, place = recording_from(one, time_s=times, maps=maps, run=run), Path("recording")
+        return with_actuators(one_sensor(recording, sensor, reference_sensor, place), actuators, place)
 
     found = diagnose_against(
         model,

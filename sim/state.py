@@ -26,6 +26,9 @@ HEIGHT = "pos_up_m"
 SCALAR = "scalar_nT"
 """The channel of a magnetometer that measures the field's strength alone."""
 
+REFERENCE = ("reference_x_nT", "reference_y_nT", "reference_z_nT")
+"""The channels of a second magnetometer, whose reading is the field that the first is compared with."""
+
 
 def current_name(motor: int) -> str:
     """The channel of a motor's current, motors counted from 1."""

@@ -43,6 +43,10 @@ Sensor = Annotated[
     int | None,
     typer.Option(min=1, help="Which sensor of an array, from 1.  [default: every one, and how they differ]"),
 ]
+ReferenceSensor = Annotated[
+    int | None,
+    typer.Option(min=1, help="The sensor of an array whose reading is the field, in place of attitude and field."),
+]
 OneRun = Annotated[int | None, typer.Option(min=0, help="Which run of a dataset directory.  [default: all]")]
 
 
@@ -56,13 +60,15 @@ def diagnose(
     actuator: Actuators = None,
     run: OneRun = None,
     sensor: Sensor = None,
+    reference_sensor: ReferenceSensor = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/diagnosis]")] = None,
     json: Json = False,
 ) -> None:
     """Find where a recording and a model disagree, name the missing effect, show that the gap shrinks.
 
     Of several recordings: what holds in all of them, what does not transfer, what one alone shows. Of an array: every
-    sensor, and what differs between them, or one, as by --sensor 2. Exit status 1 where a gap was found and not
+    sensor, and what differs between them, or one, as by --sensor 2; --reference-sensor 2 compares with that one. Exit
+    status 1 where a gap was found and not
     explained.
 
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
@@ -72,7 +78,7 @@ def diagnose(
     from validation.diagnosis.together.files import check_one, sources
     from validation.outputs.diagnosis import FILES
 
-    place, recordings = out or Path("out") / "diagnosis", sources(measured, run, sensor, map_ or ())
+    place, recordings = out or Path("out") / "diagnosis", sources(measured, run, sensor, map_ or (), reference_sensor)
     if confirm:
         check_one(recordings, "--confirm")
     given = {
@@ -108,7 +114,8 @@ def _one(
     from validation.diagnosis.files import diagnose_file
     from validation.outputs.diagnosis import write_diagnosis
 
-    found = diagnose_file(measured, model, confirm=confirm, run=one.run, sensor=one.sensor, **given)
+    which: dict[str, Any] = {"run": one.run, "sensor": one.sensor, "reference_sensor": one.reference}
+    found = diagnose_file(measured, model, confirm=confirm, **which, **given)
     given["say"]("report and recording")
     write_diagnosis(found, place, f"Diagnosis of {measured.name}")
     if json:

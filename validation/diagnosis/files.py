@@ -16,7 +16,8 @@ from validation.calibrating.fitting import reference_of
 from validation.diagnosis.onward.advice import advised
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.actuators import with_actuators
-from validation.diagnosis.problem.sensors import model_of_sensor, of_sensor
+from validation.diagnosis.problem.relative import needs_field
+from validation.diagnosis.problem.sensors import model_of_sensor, one_sensor
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
@@ -33,18 +34,19 @@ def diagnose_file(
     actuators: Sequence[str] = (),
     run: int = 0,
     sensor: int | None = None,
+    reference_sensor: int | None = None,
     policy: Policy = STANDARD,
     say: Callable[[str], object] = lambda what: None,
 ) -> Diagnosis:
     """Diagnose a file against a model file or scenario; without one against fitted iron and white noise.
 
-    sensor : which of an array, counted from 1.
+    sensor : which of an array, counted from 1. reference_sensor : the one that it is compared with.
     Raises InputError for files, columns, models and references that cannot be used.
     """
     file = file_of(measured, run)
 
     def read(path: Path) -> Recording:
-        recording = of_sensor(read_recording(path, run=run, maps=maps), sensor, f"{path}: --sensor")
+        recording = one_sensor(read_recording(path, run=run, maps=maps), sensor, reference_sensor, path)
         return with_actuators(recording, actuators, path)
 
     return diagnose_against(
@@ -76,8 +78,8 @@ def diagnose_against(
     sensor : which of the model's sensors is meant, counted from 1.
     """
     spec = model_of_sensor(load_model(model) if model else ModelSpec(), sensor)
-    known = reference() if stated or spec.field is None else None
     recording, second = read(), None if confirm is None else confirm()
+    known = reference() if needs_field(recording, spec, stated=stated) else None
     return diagnose_recording(recording, spec, known, confirm=second, fitted_base=model is None, policy=policy, say=say)
 
 

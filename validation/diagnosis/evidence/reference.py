@@ -35,7 +35,7 @@ def misread_field(problem: LinearProblem) -> Misread | None:
     The gap is what a free matrix and offset leave of ``R_wb^T F``: hard and soft iron cannot take up a dip of the wrong
     sign in a motion that tilts.
     """
-    if problem.mode != "vector":
+    if problem.mode != "vector" or problem.relative:
         return None
     given = problem.state.field_enu_nT
     before = _gap_nT(problem, given)
@@ -74,7 +74,7 @@ def own_compass(problem: LinearProblem) -> East | None:
     In vector mode only, and where the motion determines D.
     """
     F = problem.state.field_enu_nT
-    if problem.mode != "vector" or not np.hypot(*F[:2]):
+    if problem.mode != "vector" or problem.relative or not np.hypot(*F[:2]):
         return None
     calibration: Array = np.asarray(np.linalg.pinv(problem.turn, rcond=1e-9), dtype=np.float64)
     towards_east = _east_nT(problem, calibration)

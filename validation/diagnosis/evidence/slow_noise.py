@@ -74,7 +74,7 @@ def turns_the_field(problem: LinearProblem, residual: Array) -> bool:
     """Whether the slow part of a residual (n, q) has nothing along the field, as an error of the attitude has."""
     return (
         problem.mode == "vector"
-        and not problem.still
+        and not (problem.still or problem.relative)
         and along_field(problem, residual) < problem.policy.least_along_field
     )
 

@@ -19,7 +19,7 @@ def more_noise(problem: LinearProblem, residual: Array, new: Sequence[Effect]) -
     The rounding that the values show is taken off; the policy says what ratio counts.
     """
     given = [effect for effect in problem.effects if isinstance(effect, WhiteNoise)]
-    if not given or problem.mode == "strength":
+    if not given or problem.mode == "strength" or problem.relative:
         return None
     rounding = sum(one.step_nT**2 / 12 for one in (*problem.effects, *new) if isinstance(one, Quantisation))
     expected = (np.array([effect.std_nT for effect in given]) ** 2).sum(axis=0) + rounding

@@ -34,7 +34,8 @@ class LinearProblem:
     `predicted_nT` (n, 3): what the model as given predicts. `has`: what was measured, see `Effect.needs`.
     `attitude_std_rad`: the error of navigation's attitude that the model states, 0 if none. `iron_known`: whether the
     model's iron is the instrument's, so that a difference from it is a finding. `policy`: what is held for evidence.
-    `still`: the sensor is at rest, and y is the measured axes about a constant.
+    `still`: the sensor is at rest, and y is the measured axes about a constant. `relative`: the field is another
+    magnetometer's reading.
     """
 
     recording: Recording
@@ -53,6 +54,7 @@ class LinearProblem:
     iron_known: bool = True
     policy: Policy = STANDARD
     still: bool = False
+    relative: bool = False
 
     @cached_property
     def course_nT(self) -> Array:
@@ -66,7 +68,9 @@ class LinearProblem:
         """Whether it is known that the sensor turns in the field."""
         field_nT = self.state.field_nT
         spread = np.linalg.norm(field_nT.std(axis=0)) / np.linalg.norm(field_nT[0])
-        return self.mode == "vector" and not self.still and bool(spread > self.policy.still_spread)
+        return (
+            self.mode == "vector" and not self.still and not self.relative and bool(spread > self.policy.still_spread)
+        )
 
     def whitened(self, contribution_nT: Array, stage: str) -> Array:
         """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""

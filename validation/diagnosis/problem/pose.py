@@ -14,6 +14,7 @@ from sim.scenario import Model, Scenario
 from sim.state import Array
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.relative import recorded_reference, relative_problem
 from validation.diagnosis.problem.still import at_rest, still_problem
 from validation.diagnosis.problem.strength import strength_problem
 from validation.diagnosis.problem.vector import vector_problem
@@ -31,7 +32,8 @@ def pose(
 ) -> LinearProblem:
     """The problem of a recording; with attitude and the field's vector in vector mode, else with its strength only.
 
-    At rest without attitude every axis is compared with a constant.
+    Another magnetometer is the reference where there is one. At rest without attitude every axis is compared with a
+    constant.
 
     Raises InputError for a recording too short to cut into training and held-out segments, and in strength mode for
     one whose motion does not determine an ellipsoid.
@@ -39,6 +41,8 @@ def pose(
     if len(recording) < policy.least_samples:
         what = f"{len(recording)} samples, at least {policy.least_samples} are needed"
         raise InputError(what, where="recording", do="give a longer recording")
+    if (reference_nT := recorded_reference(recording)) is not None:
+        return relative_problem(recording, reference_nT, effects, policy)
     if recording.att_q is not None and field_enu_nT is not None:
         return vector_problem(recording, field_enu_nT, effects, policy)
     if at_rest(recording, policy):
@@ -64,5 +68,8 @@ def posed(
         field_enu_nT = earth_field_enu_nT(model.field)
     strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or NOMINAL_NT
     problem = pose(recording, field_enu_nT, strength, effects, policy)
-    stated_deg = model.navigation.attitude_noise_std_deg if isinstance(model, Scenario) else 0.0
-    return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=iron_known and not problem.still)
+    stated_deg = 0.0
+    if isinstance(model, Scenario) and not problem.relative:
+        stated_deg = model.navigation.attitude_noise_std_deg
+    known = iron_known and not (problem.still or problem.relative)
+    return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=known)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 from scenarios.errors import InputError
 from sim.dataset import Recording
 from sim.scenario import Model, Scenario
+from sim.state import REFERENCE
 
 
 def of_sensor(recording: Recording, sensor: int | None, where: str) -> Recording:
@@ -20,6 +24,25 @@ def of_sensor(recording: Recording, sensor: int | None, where: str) -> Recording
         found = "one magnetometer" if array is None else f"the sensors 1 to {count}"
         raise InputError(f"there is no sensor {sensor}: the recording has {found}", where=where, do="give one of these")
     return recording if array is None else recording.sensor((sensor or 1) - 1)
+
+
+def one_sensor(recording: Recording, sensor: int | None, reference: int | None, path: Path) -> Recording:
+    """The recording of one sensor of a file's array, beside a reference where one is given; see `of_sensor`."""
+    if reference is not None:
+        return beside_reference(recording, sensor, reference, f"{path}: --reference-sensor")
+    return of_sensor(recording, sensor, f"{path}: --sensor")
+
+
+def beside_reference(recording: Recording, sensor: int | None, reference: int, where: str) -> Recording:
+    """The recording of one sensor of an array with another, counted from 1, as its reference.
+
+    Raises InputError for sensors that are not there, and for one that is its own reference.
+    """
+    if reference == (1 if recording.array_mag_nT is None else sensor):
+        raise InputError(f"sensor {reference} is no reference of itself", where=where, do="give two sensors")
+    other = of_sensor(recording, reference, where)
+    one = of_sensor(recording, sensor, where)
+    return replace(one, channels=one.channels | dict(zip(REFERENCE, other.mag_nT.T, strict=True)))
 
 
 def model_of_sensor(model: Model, sensor: int | None) -> Model:

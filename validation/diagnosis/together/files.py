@@ -19,7 +19,8 @@ from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.actuators import with_actuators
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.problem.sensors import model_of_sensor, of_sensor
+from validation.diagnosis.problem.relative import needs_field
+from validation.diagnosis.problem.sensors import model_of_sensor, one_sensor
 from validation.diagnosis.together.array import diagnose_sensors
 from validation.diagnosis.together.result import Together
 from validation.diagnosis.together.workflow import diagnose_together
@@ -27,16 +28,24 @@ from validation.diagnosis.together.workflow import diagnose_together
 
 @dataclass(frozen=True)
 class Source:
-    """A file with one recording, by a name that tells it from the others; `sensor`: which of an array, from 1."""
+    """A file with one recording, by a name that tells it from the others.
+
+    sensor: which of an array, from 1; reference: the sensor that is its reference.
+    """
 
     name: str
     file: Path
     run: int
     sensor: int | None = None
+    reference: int | None = None
 
 
 def sources(
-    measured: Sequence[Path], run: int | None, sensor: int | None = None, maps: Sequence[str] = ()
+    measured: Sequence[Path],
+    run: int | None,
+    sensor: int | None = None,
+    maps: Sequence[str] = (),
+    reference: int | None = None,
 ) -> tuple[Source, ...]:
     """The files that users name; of a dataset with several runs all of them, unless one is asked for.
 
@@ -48,16 +57,18 @@ def sources(
         runs = range(read_manifest(path).runs) if path.is_dir() and run is None else (run or 0,)
         several = " run {}" if len(runs) > 1 else ""
         found += [Source(_stem(path) + several.format(one), file_of(path, one), one) for one in runs]
-    return _by_sensor(_told_apart(found), sensor, maps)
+    return tuple(replace(one, reference=reference) for one in _by_sensor(_told_apart(found), sensor, maps, reference))
 
 
-def _by_sensor(found: Sequence[Source], sensor: int | None, maps: Sequence[str]) -> tuple[Source, ...]:
-    """The same by one sensor of each, where it is asked for; else by every sensor of the one recording."""
+def _by_sensor(
+    found: Sequence[Source], sensor: int | None, maps: Sequence[str], reference: int | None
+) -> tuple[Source, ...]:
+    """The same by one sensor of each, where it is asked for; else by all of the one recording but a reference."""
     if sensor is not None:
         return tuple(replace(one, sensor=sensor) for one in found)
     arrays = [sensors_in(one.file, maps) for one in found]
     if len(found) == 1 and len(arrays[0]) > 1:
-        return tuple(replace(found[0], name=f"{found[0].name}@{k}", sensor=k) for k in arrays[0])
+        return tuple(replace(found[0], name=f"{found[0].name}@{k}", sensor=k) for k in arrays[0] if k != reference)
     for one, sensors in zip(found, arrays, strict=True):
         if len(sensors) > 1:
             what = f"an array of {len(sensors)} sensors among several recordings"
@@ -113,11 +124,12 @@ def diagnose_files(
     def problem(one: Source) -> LinearProblem:
         spec = model_of_sensor(whole, one.sensor)
         vector = strength = None
-        if enu is not None or strength_nT is not None or spec.field is None:
+        whole_one = read_recording(one.file, run=one.run, maps=maps)
+        read = one_sensor(whole_one, one.sensor, one.reference, one.file)
+        if needs_field(read, spec, stated=enu is not None or strength_nT is not None):
             known = reference_of(one.file, strength_nT, enu)
             vector = None if known.field_enu_nT is None else np.array(known.field_enu_nT)
             strength = known.strength_nT
-        read = of_sensor(read_recording(one.file, run=one.run, maps=maps), one.sensor, f"{one.file}: --sensor")
         recording = with_actuators(read, actuators, one.file)
         return posed(recording, spec, vector, strength, iron_known=model is not None, policy=policy)
 

@@ -26,7 +26,7 @@ from validation.diagnosis.verdict import Verdict
 MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})
 
 
-def array(*hidden: dict[str, Any], n: int = 1500) -> Recording:
+def array(*hidden: dict[str, Any], n: int = 1000) -> Recording:
     """One recording by an array whose sensors have these effects."""
     each = [recording(n, seed=i, hidden=one) for i, one in enumerate(hidden)]
     return replace(each[0], array_mag_nT=np.stack([one.mag_nT for one in each]))

@@ -19,7 +19,7 @@ MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 
 
 
 def flight(hidden: dict[str, Any], attitude: bool, seed: int) -> Recording:
-    made = recording(2500, seed=seed, hidden=hidden)
+    made = recording(1500, seed=seed, hidden=hidden)
     return made if attitude else without_attitude(made)
 
 
