@@ -67,9 +67,8 @@ def diagnose(
     """Find where a recording and a model disagree, name the missing effect, show that the gap shrinks.
 
     Of several recordings: what holds in all of them, what does not transfer, what one alone shows. Of an array: every
-    sensor, and what differs between them, or one, as by --sensor 2; --reference-sensor 2 compares with that one. Exit
-    status 1 where a gap was found and not
-    explained.
+    sensor, and what differs between them, or one, as by --sensor 2; --reference-sensor 2 compares with that one.
+    Exit status 1 where a gap was found and not explained.
 
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
     """
