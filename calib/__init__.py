@@ -9,6 +9,7 @@ from calib.methods.ellipsoid import EllipsoidCalibrator
 from calib.methods.ellipsoid_segmented import EllipsoidSegmented
 from calib.methods.ga import Ga
 from calib.methods.ga_gradiometer import GaGradiometer
+from calib.methods.gyro_accel_ml import GyroAccelMl
 from calib.methods.gyro_ml import GyroMl
 from calib.methods.ide_gradiometer import IdeGradiometer
 from calib.methods.kalman import KalmanCalibrator
@@ -42,6 +43,7 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
         MaximumLikelihoodNewton,
         MaximumLikelihoodGeometric,
         GyroMl,
+        GyroAccelMl,
         Pso,
         Ga,
         PsoGa,

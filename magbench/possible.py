@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from validation.bound.limit import Tilts
     from validation.worth.worth import Worth
 
-    Knowledge = Literal["norm", "norm+gyro", "vector", "vector+eddy"]
+    Knowledge = Literal["norm", "norm+gyro", "norm+gyro+accel", "vector", "vector+eddy"]
 
 
 @in_keywords()
@@ -51,7 +51,7 @@ def bound(
     """
     from magbench.possible_results import BoundResult
     from validation.bound.files import experiment_of
-    from validation.bound.information import KNOWLEDGE
+    from validation.bound.knowledge import KNOWLEDGE
     from validation.bound.question import Question
 
     if knowledge not in KNOWLEDGE:

@@ -14,18 +14,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from calib.numerics.chain import eliminated, states
-from calib.numerics.damped import Normal
+from calib.models.chained import BIAS, LOOSE, Chained, Linear, stepped
 
 Array = NDArray[np.float64]
-BIAS = 3
-"""Components of the gyro's bias."""
 LONG_STEP = 2.5
 """A step longer than this many medians is a gap: rates at its ends say little of the rotation between them."""
-LOOSE = 1e6
-"""Standard deviation, rad, of a step that the gyro says nothing of: across a gap."""
-STATE_ROUNDS, STATE_SETTLED = 5, 1e-6
-"""Most rounds of the directions at fixed parameters, and the share of the cost by which the last may still gain."""
 LEAST_NOISE = 1e-6
 """Noise of a measurement, in units of F, that is told from none: 0.05 nT in the Earth's field."""
 TINY = 1e-300
@@ -43,6 +36,11 @@ class Estimate:
     bias_rad_s: Array
     directions: Array
 
+    @property
+    def beside(self) -> Array:
+        """Nothing else is found."""
+        return np.zeros(0)
+
     @classmethod
     def of(cls, x: Array, centre: Array, root: Array) -> Estimate:
         """Without bias, with the direction of each measurement (n, 3) by itself."""
@@ -50,37 +48,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, eq=False)
-class Linear:
-    """The least squares about an estimate, linear in the tangents of its directions and in the parameters.
-
-    cost at the estimate; square (k + 1, k + 1) of the parameters with what is left as the last of them, the directions
-    at their best; log det of the directions' information. The rest leads from parameters back to directions.
-    """
-
-    estimate: Estimate
-    across: Array
-    turn: Array
-    B: Array
-    std: Array
-    cost: float
-    square: Array
-    logarithm: float
-    A: Array
-    C: Array
-
-    def directions(self, step: Array) -> Array:
-        """The best directions (n, 3) a step (k,) of the parameters further."""
-        x = states(self.A, self.C, self.turn, self.B, self.std, np.append(step, 1.0))
-        return _unit(self.estimate.directions + np.einsum("nij,nj->ni", self.across, x))
-
-    @property
-    def least(self) -> float:
-        """The cost at the estimate's parameters with the directions at their best."""
-        return max(float(self.square[-1, -1]), 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Link:
+class Link(Chained[Estimate]):
     """Measurements x (n, 3), mean rates (n - 1, 3) and lengths (n - 1,), s, of the steps; 0 s for one without a gyro.
 
     slots (k, 3, 3): dG / d each of its parameters. ratio: the gyro's noise, rad/s, over that of x.
@@ -111,51 +79,39 @@ class Link:
         """The same with another gyro."""
         return replace(self, ratio=ratio)
 
-    def linear(self, e: Estimate) -> Linear:
-        """The least squares about an estimate."""
-        across = tangents(e.directions)
-        M, J = _measured(self.x, e.directions, across, e.centre, e.root, self.slots)
-        turn, B = _turned(e.directions, across, self.rate_rad_s - e.bias_rad_s, self.step_s, self.count + 1)
-        std = np.where(self.step_s > 0, self.ratio * self.step_s, LOOSE)
-        cost = float(np.sum(J[:, :, -1] ** 2) + np.sum((B[:, :, -1] / std[:, None]) ** 2))
-        square, logarithm, A, C = eliminated(M, J, turn, B, std)
-        return Linear(e, across, turn, B, std, cost, square, logarithm, A, C)
+    @property
+    def std(self) -> Array:
+        """Of each step's turn, over the noise of x."""
+        return np.where(self.step_s > 0, self.ratio * self.step_s, LOOSE)
 
-    def settled(self, e: Estimate) -> Linear:
-        """The estimate with its directions at their best, and the least squares about it."""
-        found = self.linear(e)
-        for _ in range(STATE_ROUNDS):
-            if found.least >= (1.0 - STATE_SETTLED) * found.cost:
-                break
-            found = self.linear(replace(e, directions=found.directions(np.zeros(self.count))))
-        return found
+    def measured(self, e: Estimate) -> tuple[Array, Array]:
+        """Two coordinates across each direction; what G makes of it."""
+        M, J = _measured(self.x, e.directions, tangents(e.directions), e.centre, e.root, self.slots)
+        return M, J
 
-    def normal(self, found: Linear) -> Normal:
-        """Cost and normal equations of p, each direction at its best."""
-        variance = max(found.least / self.free, LEAST_NOISE**2)
-        return Normal(found.least, found.square[:-1, -1], found.square[:-1, :-1], variance)
+    def linked(self, e: Estimate) -> tuple[Array, Array]:
+        """Direction to direction."""
+        rate_rad_s = self.rate_rad_s - e.bias_rad_s
+        turn, B = _turned(e.directions, tangents(e.directions), rate_rad_s, self.step_s, self.count + 1)
+        return turn, B
 
-    def response(self, found: Linear) -> Array:
-        """How each measurement moves the parameters, to first order, directions following: (n, k, 3).
+    def beforehand(self, e: Estimate) -> Array:
+        """Nothing."""
+        return np.zeros((0, self.count + 1))
 
-        square^-1 (J_i + M_i xi_i)^T,  xi_i (2, k) the states that follow the parameters
-        """
-        e = found.estimate
-        M, J = _measured(self.x, e.directions, found.across, e.centre, e.root, self.slots)
-        units = np.eye(self.count, self.count + 1)
-        following = [states(found.A, found.C, found.turn, found.B, found.std, unit) for unit in units]
-        scale = self.normal(found).scale
-        rows = (J[:, :, :-1] + M @ np.stack(following, axis=2)) / scale
-        inverse = np.linalg.pinv(found.square[:-1, :-1] / np.outer(scale, scale), hermitian=True)
-        return np.asarray(np.einsum("jk,nik->nji", inverse / scale[:, None], rows))
+    def followed(self, e: Estimate, x: Array) -> Estimate:
+        """Directions a little further across."""
+        further = e.directions + np.einsum("nij,nj->ni", tangents(e.directions), x)
+        return replace(e, directions=_unit(further))
 
-    def moved(self, found: Linear, step: Array) -> Linear | None:
-        """The parameters a step further and the directions that follow; None where G turns inside out."""
-        e = found.estimate
-        root = e.root + np.tensordot(step[3:-BIAS], self.slots, 1)
-        if np.linalg.det(root) <= 0:
-            return None
-        return self.settled(Estimate(e.centre + step[:3], root, e.bias_rad_s + step[-BIAS:], found.directions(step)))
+    def changed(self, e: Estimate, step: Array) -> Estimate | None:
+        """Offset, G and bias."""
+        found = stepped(e, step, self.slots)
+        return None if found is None else Estimate(*found, e.directions)
+
+    def variance(self, found: Linear[Estimate]) -> float:
+        """What is left over what is free."""
+        return max(found.least / self.free, LEAST_NOISE**2)
 
 
 def _unit(u: Array) -> Array:

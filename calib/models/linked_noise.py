@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from calib.models.linked import LEAST_NOISE, Linear, Link
+from calib.models.chained import Linear
+from calib.models.linked import LEAST_NOISE, Estimate, Link
 
 REACH, FURTHER, FURTHEST = 0.4, 4.0, 7.0
 """Of the ratio's logarithm: how far another is looked for at first, by what this grows where the best is at the edge,
@@ -16,7 +17,7 @@ RATIO_TOLERANCE = 0.01
 """Of the ratio's logarithm; thousands of links tell it to 0.02."""
 
 
-def likeliest_ratio(link: Link, found: Linear) -> float:
+def likeliest_ratio(link: Link, found: Linear[Estimate]) -> float:
     """The ratio under which what the fit leaves is most likely, directions and parameters integrated out.
 
     (free) log C + log det A + log det H + 4 n log ratio, least: C the cost with all at their best, A and H the
@@ -37,7 +38,7 @@ def likeliest_ratio(link: Link, found: Linear) -> float:
         reach *= FURTHER
 
 
-def unlikeliness(link: Link, found: Linear) -> float:
+def unlikeliness(link: Link, found: Linear[Estimate]) -> float:
     """-2 log of the likelihood of the link's noises, but for a constant, see `likeliest_ratio`."""
     again = link.linear(found.estimate)
     normal = link.normal(again)

@@ -21,7 +21,7 @@ Source = Annotated[
     str, typer.Argument(metavar="SCENARIO|DATA", help="A scenario's name or TOML file, a dataset or a log.")
 ]
 Knowledge = Annotated[
-    Literal["norm", "norm+gyro", "vector", "vector+eddy"],
+    Literal["norm", "norm+gyro", "norm+gyro+accel", "vector", "vector+eddy"],
     typer.Option(
         help="What a method is told of the field: strength, with a gyro, or the whole vector; +eddy: 21 parameters."
     ),

@@ -80,6 +80,12 @@ def body_rate_rad_s(motion: str, time_s: np.ndarray, step_s: float = 1e-4) -> np
     return (before.inv() * after).as_rotvec() / (2 * step_s)
 
 
+def with_accelerometer(one: Recording) -> Recording:
+    """A recording of a vehicle that turns on the spot: the specific force by its attitude, as the simulator has it."""
+    force_m_s2 = 9.81 * Rotation.from_quat(one.att_q, scalar_first=True).inv().apply([0.0, 0.0, 1.0])
+    return replace(one, accel_m_s2=force_m_s2)
+
+
 def level_turns(n: int, seed: int | None) -> Recording:
     """Yaw alone, exactly level: every measurement lies in a plane."""
     time_s = np.arange(n) / 10.0

@@ -23,6 +23,8 @@ TURN = Rotation.from_euler("ZYX", [0.7, -0.4, 1.9])
 
 def with_all(recording, name, standard):
     """The recording with what the method needs beside attitude and gyro."""
+    if "accel" in CALIBRATORS[name].needs:
+        recording = standard.with_accelerometer(recording)
     if "array" in CALIBRATORS[name].needs:
         recording = standard.with_array(recording)
     if "scalar" in CALIBRATORS[name].needs:

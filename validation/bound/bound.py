@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from scenarios.errors import InputError
 from validation.bound.experiment import Experiment
-from validation.bound.information import INVOLVED, KNOWLEDGE, SINGULAR, Information
+from validation.bound.information import INVOLVED, SINGULAR, Information
+from validation.bound.knowledge import KNOWLEDGE
 
 Array = NDArray[np.float64]
 

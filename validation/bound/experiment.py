@@ -26,6 +26,8 @@ class Experiment:
     gyro_scale_std : of the gyro's scale, each axis, a fraction
     field_enu_nT : (3,), the field in the world, None where only its strength is known
     colour : what there is beside the white noise, None: nothing
+    up (n, 3) : in the body, None where no accelerometer sees it; accel_std_m_s2 : of white noise that lasts as its
+    noise and the vehicle's own accelerations do, each axis
     """
 
     field_nT: Array
@@ -37,6 +39,8 @@ class Experiment:
     field_enu_nT: Array | None = None
     colour: Colour | None = None
     gyro_scale_std: float = 0.0
+    up: Array | None = None
+    accel_std_m_s2: float = 1.0
 
     @property
     def strength_nT(self) -> float:
@@ -66,4 +70,5 @@ class Experiment:
 
     def turned(self, R: Array) -> Experiment:
         """The same motion flown with the body turned by R (3, 3) all the time."""
-        return replace(self, field_nT=self.field_nT @ R.T, turns=None if self.turns is None else R @ self.turns @ R.T)
+        turns = None if self.turns is None else R @ self.turns @ R.T
+        return replace(self, field_nT=self.field_nT @ R.T, turns=turns, up=None if self.up is None else self.up @ R.T)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Reference, get
+from calib.methods.gyro_accel_ml import LEAST_LEVEL_M_S2, lasting
+from calib.models.levelled import STANDARD_GRAVITY_M_S2
 from calib.numerics.noise import white_noise_std
 from calib.numerics.rates import world_to_body
 from calib.result import Calibration
@@ -68,7 +70,7 @@ def true_experiment(
     residual_nT = recording.mag_nT - truth.field_nT @ sensor.matrix.T - sensor.offset_nT
     noise = _white(residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
     known = _along(truth.field_nT, sensor.matrix, noise, recording.time_s, _turns_of(truth.q), where)
-    return replace(known, field_enu_nT=field_enu_nT)
+    return _levelled(replace(known, field_enu_nT=field_enu_nT), truth.q, recording)
 
 
 def recording_experiment(
@@ -99,6 +101,8 @@ def experiment_of(
     found = _seen(recording, reference)
     noise = _white(found.residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
     known = _along(found.field_nT, found.matrix, noise, recording.time_s, _turns(recording), where)
+    if recording.att_q is not None:
+        known = _levelled(known, recording.att_q, recording)
     enu_nT = reference.field_enu_nT
     return known if enu_nT is None else replace(known, field_enu_nT=np.array(enu_nT))
 
@@ -137,6 +141,15 @@ def _fitted(recording: Recording, reference: Reference) -> Calibration | None:
 def _white(residual_nT: Array, time_s: Array) -> float:
     """Rms over the axes of the white noise in what no static sensor explains."""
     return float(np.sqrt(np.mean(white_noise_std(residual_nT, gaps_after(time_s)) ** 2)))
+
+
+def _levelled(known: Experiment, q: Array, recording: Recording) -> Experiment:
+    """With what the recording's accelerometer says of up, by an attitude (n, 4)."""
+    if recording.accel_m_s2 is None:
+        return known
+    up = Rotation.from_quat(q, scalar_first=True).as_matrix()[:, 2]
+    noise = lasting(recording.accel_m_s2 - STANDARD_GRAVITY_M_S2 * up)
+    return replace(known, up=up, accel_std_m_s2=max(noise, LEAST_LEVEL_M_S2))
 
 
 def _turns(recording: Recording) -> Array | None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scenarios.errors import InputError
 from scenarios.names import closest
 from validation.bound.experiment import Experiment
-from validation.bound.information import PLACES
+from validation.bound.knowledge import PLACES
 from validation.bound.uses import ROWS, rows_of
 from validation.scoring.meaning import MEANINGS
 

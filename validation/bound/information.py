@@ -109,12 +109,12 @@ def vector_and_eddy(known: Experiment) -> Information:
         known, np.concatenate([vector_rows(known.field_nT / known.strength_nT, known.matrix), eddy], axis=2)
     )
     apart = np.roll(square, len(FULL), axis=(0, 1))
-    values, axes = np.linalg.eigh(_without_last(apart, 3 + len(FULL)))
+    values, axes = np.linalg.eigh(without_last(apart, 3 + len(FULL)))
     told = values > SINGULAR * values[-1]
     variance = np.sum(axes[:, told] ** 2 / values[told], axis=1)
     lost = np.sum(axes[:, ~told] ** 2, axis=1) > INVOLVED
     std = np.sqrt(np.where(lost, np.inf, variance)) / size
-    left = _cleared(_without_last(square, len(FULL)), np.sqrt(np.diag(square)[: 3 + len(FULL)]))
+    left = _cleared(without_last(square, len(FULL)), np.sqrt(np.diag(square)[: 3 + len(FULL)]))
     return Information(left, FULL, std.reshape(3, 3))
 
 
@@ -135,9 +135,7 @@ def norm_and_gyro(known: Experiment) -> Information:
     if known.turns is None:
         what = "no gyro and no attitude carry the field from sample to sample"
         raise InputError(what, where="--knowledge norm+gyro", do="map a gyro, or ask with --knowledge norm")
-    if known.colour is not None:
-        what = "the bound with a gyro counts white noise alone"
-        raise InputError(what, where="--coloured", do="leave it out, or ask with --knowledge norm or vector")
+    only_white(known)
     J = jacobian(known.field_nT / known.strength_nT, SYMMETRIC)
     across, unknown = tangents(known.directions), BIAS if known.gyro_scale_std == 0 else 2 * BIAS
     seen = known.matrix @ across * known.strength_nT / known.noise_std_nT
@@ -148,7 +146,14 @@ def norm_and_gyro(known: Experiment) -> Information:
     if unknown > BIAS:
         scales = slice(-unknown, -BIAS)
         information[scales, scales] += np.eye(BIAS) / known.gyro_scale_std**2
-    return Information(_without_last(information, unknown), SYMMETRIC)
+    return Information(without_last(information, unknown), SYMMETRIC)
+
+
+def only_white(known: Experiment) -> None:
+    """InputError for noise that lasts."""
+    if known.colour is not None:
+        what = "the bound with a gyro counts white noise alone"
+        raise InputError(what, where="--coloured", do="leave it out, or ask with --knowledge norm or vector")
 
 
 def _drift(known: Experiment, across: Array, unknown: int) -> Array:
@@ -161,15 +166,6 @@ def _drift(known: Experiment, across: Array, unknown: int) -> Array:
     return np.concatenate([known.rate_rad_s[:, None, :] * by_bias, by_bias], axis=2)
 
 
-KNOWLEDGE: dict[str, Callable[[Experiment], Information]] = {
-    "norm": norm,
-    "norm+gyro": norm_and_gyro,
-    "vector": vector,
-    "vector+eddy": vector_and_eddy,
-}
-"""What is known of the field, by the word that a user gives."""
-PLACES: dict[str, Places] = {"norm": SYMMETRIC, "norm+gyro": SYMMETRIC, "vector": FULL, "vector+eddy": FULL}
-"""The entries of S that each tells."""
 SAMPLE: dict[str, Rows] = {"norm": norm_rows, "vector": vector_rows}
 """What one sample tells, where its order among the others says nothing."""
 
@@ -188,7 +184,7 @@ def jacobian(h: Array, places: Places) -> Array:
     return J
 
 
-def _without_last(information: Array, count: int) -> Array:
+def without_last(information: Array, count: int) -> Array:
     """The information on the first parameters when the last `count` are not known: their Schur complement."""
     A, B, D = information[:-count, :-count], information[:-count, -count:], information[-count:, -count:]
     return np.asarray(A - B @ np.linalg.pinv(D, hermitian=True) @ B.T)

@@ -31,7 +31,7 @@ def knowledge_of(name: str, *, attitude_free: bool, eddy: bool = False) -> str |
         return None
     if not attitude_free:
         return "vector+eddy" if eddy else "vector"
-    return "norm+gyro" if "gyro" in needs else "norm"
+    return "+".join(["norm", *(one for one in ("gyro", "accel") if one in needs)])
 
 
 def least_scores(scenario: Scenario, knowledges: set[str]) -> dict[tuple[str, str], float]:

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
-from validation.bound.information import FULL, PLACES, Places, jacobian
+from validation.bound.information import FULL, Places, jacobian
+from validation.bound.knowledge import PLACES
 from validation.scoring.holdout import (
     LEVEL_ATTITUDES,
     MANOEUVRE_SAMPLES,

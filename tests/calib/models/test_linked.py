@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from calib.models.linked import Estimate, Link, steps
+from calib.models.linked import Estimate, Link, steps, tangents
 from calib.models.linked_noise import likeliest_ratio, unlikeliness
 from calib.models.linked_start import axes_of_gyro, turned_alike
 from calib.numerics.damped import minimised
@@ -74,7 +74,7 @@ def test_likelihood_is_that_of_a_dense_gaussian():
         here = known.with_ratio(ratio)
         rows = here.linear(truth)
         n, k = len(known.x), known.count
-        M = np.einsum("ab,nbj->naj", ROOT, rows.across)
+        M = np.einsum("ab,nbj->naj", ROOT, tangents(truth.directions))
         J = np.concatenate([np.tile(np.eye(3), (n, 1, 1)), np.einsum("pab,nb->nap", FULL, truth.directions)], axis=2)
         J = np.concatenate([J, np.zeros((n, 3, 3))], axis=2).reshape(3 * n, k)
         residual = (CENTRE + truth.directions @ ROOT.T - known.x).ravel()

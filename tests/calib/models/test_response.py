@@ -63,8 +63,7 @@ def test_linked(standard):
     method = GyroMl(gyro_std_rad_s=1e-3, tolerance=1e-5)
     strength_nT = standard.REFERENCE.strength_nT
     link = method._link(recording, strength_nT)
-    link, found, _, _ = method._rounds(link, method._first(link))
-    response = method._response(link, found, strength_nT)
+    response = method._response(method._rounds(link, method._first(link)), strength_nT)
     moved = change(method, recording, standard.REFERENCE, response.names)[1]
     expected = np.einsum("npc,nc->p", response.K, bumped(recording)[1])
     np.testing.assert_allclose(expected[:3], moved[:3], rtol=0.01)

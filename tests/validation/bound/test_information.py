@@ -9,11 +9,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import get
+from calib.models.levelled import STANDARD_GRAVITY_M_S2
 from tests.calib import conftest as standard
 from tests.validation.bound.experiments import level_turns, of_motion
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
-from validation.bound.information import KNOWLEDGE
+from validation.bound.knowledge import KNOWLEDGE
+from validation.bound.levelled import GRAVITY_STD_M_S2
 
 FIGURES = {
     "norm": ({"full": 0.5592, "pitch": 7.589, "auv": 423.6}, 0.005),
@@ -42,6 +44,61 @@ def test_a_useless_gyro_is_none_and_a_perfect_one_leaves_one_direction() -> None
     assert Bound.of(replace(known, gyro_std_rad_s=1e3), "norm+gyro").offset_rms_nT == pytest.approx(norm, rel=1e-3)
     better = [Bound.of(replace(known, gyro_std_rad_s=std), "norm+gyro").offset_rms_nT for std in (1e-2, 1e-3, 1e-4)]
     assert better == sorted(better, reverse=True)
+
+
+@pytest.mark.parametrize("motion", ["pitch", "auv"])
+def test_a_useless_accelerometer_is_none_and_a_better_one_tells_more(motion: str) -> None:
+    known = of_motion(motion)
+    without = Bound.of(known, "norm+gyro").offset_rms_nT
+    with_it = [
+        Bound.of(replace(known, accel_std_m_s2=std), "norm+gyro+accel").offset_rms_nT for std in (1e4, 0.1, 0.02, 2e-3)
+    ]
+    assert with_it[0] == pytest.approx(without, rel=3e-3)
+    assert with_it == sorted(with_it, reverse=True)
+    assert with_it[2] < 0.95 * without
+
+
+@pytest.mark.parametrize("gyro_scale_std", [0.0, 0.005])
+def test_attitudes_are_eliminated_as_a_dense_least_squares_does(gyro_scale_std: float) -> None:
+    """Fields and forces of a chain turned by finite steps, the derivative taken of the whole by differences."""
+    known = replace(of_motion("pitch", 30), gyro_scale_std=gyro_scale_std)
+    rows = _levelled_rows(known)
+    square = rows.T @ rows
+    expected = np.linalg.inv(np.linalg.inv(square)[:9, :9])
+    found = Bound.of(known, "norm+gyro+accel").information.matrix
+    np.testing.assert_allclose(found, expected, rtol=2e-3, atol=2e-3 * np.abs(expected).max() * 1e-3)
+
+
+def _levelled_rows(known: Experiment) -> np.ndarray:
+    """Of (b, S, inclination, gravity, force's bias, gyro's scale and bias, turn of each sample), over their noise."""
+    n, places = len(known.field_nT), [(i, j) for i in range(3) for j in range(i, 3)]
+    assert known.turns is not None
+    assert known.up is not None
+    rate, scaled = known.rate_rad_s, 3 * (known.gyro_scale_std > 0)
+    across = np.cross(known.directions, known.up)
+    across /= np.linalg.norm(across, axis=1)[:, None]
+
+    def values(p: np.ndarray) -> np.ndarray:
+        S = known.matrix.copy()
+        for (i, j), value in zip(places, p[3:9], strict=True):
+            S[i, j] += value / known.strength_nT
+            S[j, i] = S[i, j]
+        own = Rotation.from_rotvec(p[17 + scaled :].reshape(n, 3))
+        inclined = Rotation.from_rotvec(p[9] * across)
+        field = own.apply(inclined.apply(known.field_nT)) @ S.T + p[:3]
+        force = (STANDARD_GRAVITY_M_S2 + p[10]) * own.apply(known.up) + p[11:14]
+        wrong = p[-3 * n - 3 : -3 * n] + (rate * p[14:17] if scaled else 0.0)
+        turns = Rotation.from_matrix(known.turns)
+        ahead = Rotation.from_rotvec(wrong * known.step_s[:, None]) * turns * own[:-1]
+        off = (own[1:] * turns * ahead.inv()).as_rotvec()
+        over = known.gyro_std_rad_s * known.step_s[:, None]
+        known_before = np.array([p[10] / GRAVITY_STD_M_S2, *(p[14:17] / known.gyro_scale_std if scaled else ())])
+        parts = (field / known.noise_std_nT, force / known.accel_std_m_s2, off / over)
+        return np.concatenate([*(part.ravel() for part in parts), known_before])
+
+    steps = np.concatenate([np.full(9, 1.0), [1e-6], np.full(4, 1e-4), np.full(scaled + 3, 1e-5), np.full(3 * n, 1e-6)])
+    ways = np.diag(steps)
+    return np.array([(values(way) - values(-way)) / (2.0 * step) for way, step in zip(ways, steps, strict=True)]).T
 
 
 @pytest.mark.parametrize("motion", ["pitch", "auv"])
@@ -101,7 +158,7 @@ def test_turning_the_body_turns_the_offsets_covariance_and_noise_scales_it(knowl
     one, other = Bound.of(known, knowledge), Bound.of(known.turned(R), knowledge)
     offset = other.covariance[:3, :3]
     np.testing.assert_allclose(offset, R @ one.covariance[:3, :3] @ R.T, atol=1e-6 * np.trace(offset))
-    if knowledge != "norm+gyro":
+    if "gyro" not in knowledge:
         noisier = Bound.of(replace(known, noise_std_nT=30.0), knowledge)
         np.testing.assert_allclose(noisier.offset_std_nT, 3 * one.offset_std_nT, rtol=1e-9)
 

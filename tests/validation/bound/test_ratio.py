@@ -16,6 +16,7 @@ def test_what_a_calibrator_is_told_follows_from_what_it_needs() -> None:
     assert knowledge_of("vector_lm", attitude_free=False, eddy=True) == "vector+eddy"
     assert knowledge_of("mine", attitude_free=True) == "norm"
     assert knowledge_of("gyro_ml", attitude_free=True) == "norm+gyro"
+    assert knowledge_of("gyro_accel_ml", attitude_free=True) == "norm+gyro+accel"
     assert knowledge_of("ellipsoid@2", attitude_free=True) is None
     assert {knowledge_of(name, attitude_free=True) for name, one in CALIBRATORS.items() if "array" in one.needs} == {
         None

@@ -13,7 +13,7 @@ from tests.calib import conftest as standard
 from tests.validation.bound.experiments import level_turns, of_motion
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
-from validation.bound.information import KNOWLEDGE
+from validation.bound.knowledge import KNOWLEDGE
 from validation.bound.uses import uses
 from validation.scoring.holdout import Surroundings, hold_out
 from validation.scoring.scores import score

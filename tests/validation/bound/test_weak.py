@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from tests.calib import conftest as standard
 from tests.validation.bound.experiments import along, level_turns, of_motion
 from validation.bound.bound import Bound
-from validation.bound.information import KNOWLEDGE
+from validation.bound.knowledge import KNOWLEDGE
 from validation.bound.weak import observable, weak_directions
 
 

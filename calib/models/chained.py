@@ -1,0 +1,155 @@
+"""States that a gyro carries from sample to sample, and the parameters that all share: the least squares of both."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.numerics.chain import eliminated, states
+from calib.numerics.damped import Normal
+
+Array = NDArray[np.float64]
+BIAS = 3
+"""Components of the gyro's bias, the last of the parameters."""
+LOOSE = 1e6
+"""Standard deviation, rad, of a step that the gyro says nothing of: across a gap."""
+STATE_ROUNDS, STATE_SETTLED = 5, 1e-6
+"""Most rounds of the states at fixed parameters, and the share of the cost by which the last may still gain."""
+
+
+class Parameters(Protocol):
+    """What an estimate of any kind of state holds: offset c (3,), root G (3, 3), gyro's bias (3,), rad/s."""
+
+    @property
+    def centre(self) -> Array: ...
+    @property
+    def root(self) -> Array: ...
+    @property
+    def bias_rad_s(self) -> Array: ...
+
+
+E = TypeVar("E", bound=Parameters)
+
+
+@dataclass(frozen=True, eq=False)
+class Linear(Generic[E]):
+    """The least squares about an estimate, linear in its states' own coordinates and in the parameters.
+
+    cost at the estimate; square (k + 1, k + 1) of the parameters with what is left as the last of them, the states at
+    their best; log det of the states' information. The rest leads from parameters back to states.
+    """
+
+    estimate: E
+    turn: Array
+    B: Array
+    std: Array
+    cost: float
+    square: Array
+    logarithm: float
+    A: Array
+    C: Array
+
+    def states(self, step: Array) -> Array:
+        """The best states (n, m) a step (k,) of the parameters further."""
+        return np.asarray(states(self.A, self.C, self.turn, self.B, self.std, np.append(step, 1.0)))
+
+    @property
+    def least(self) -> float:
+        """The cost at the estimate's parameters with the states at their best."""
+        return max(float(self.square[-1, -1]), 0.0)
+
+
+class Chained(ABC, Generic[E]):
+    """A recording whose states are linked; a subclass says what they are and what is measured of them.
+
+    Parameters p (k,): offset, entries of G, what else there is, the gyro's bias.
+    """
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """Number of parameters."""
+
+    @property
+    @abstractmethod
+    def std(self) -> Array:
+        """Standard deviation (n - 1,) of each step's turn, rad, over the noise of a measurement."""
+
+    @abstractmethod
+    def measured(self, e: E) -> tuple[Array, Array]:
+        """M (n, r, m), how the states move what is measured, the magnetometer's three first, and J (n, r, k + 1).
+
+        The last of J is what the estimate leaves. All in units of the magnetometer's noise.
+        """
+
+    @abstractmethod
+    def linked(self, e: E) -> tuple[Array, Array]:
+        """turn (n - 1, m, m) and B (n - 1, m, k + 1): a state to the next by the gyro, its last what they differ by."""
+
+    @abstractmethod
+    def beforehand(self, e: E) -> Array:
+        """What is known of the parameters before anything is measured, as rows (q, k + 1) like those of J."""
+
+    @abstractmethod
+    def followed(self, e: E, x: Array) -> E:
+        """The estimate with its states moved by x (n, m)."""
+
+    @abstractmethod
+    def changed(self, e: E, step: Array) -> E | None:
+        """The estimate with its parameters a step further; None where G turns inside out."""
+
+    @abstractmethod
+    def variance(self, found: Linear[E]) -> float:
+        """Of the magnetometer's noise."""
+
+    def linear(self, e: E) -> Linear[E]:
+        """The least squares about an estimate."""
+        M, J = self.measured(e)
+        turn, B = self.linked(e)
+        std, known = self.std, self.beforehand(e)
+        cost = np.sum(J[:, :, -1] ** 2) + np.sum((B[:, :, -1] / std[:, None]) ** 2) + np.sum(known[:, -1] ** 2)
+        square, logarithm, A, C = eliminated(M, J, turn, B, std)
+        return Linear(e, turn, B, std, float(cost), square + known.T @ known, logarithm, A, C)
+
+    def settled(self, e: E) -> Linear[E]:
+        """The estimate with its states at their best, and the least squares about it."""
+        found = self.linear(e)
+        for _ in range(STATE_ROUNDS):
+            if found.least >= (1.0 - STATE_SETTLED) * found.cost:
+                break
+            found = self.linear(self.followed(found.estimate, found.states(np.zeros(self.count))))
+        return found
+
+    def normal(self, found: Linear[E]) -> Normal:
+        """Cost and normal equations of p, each state at its best."""
+        return Normal(found.least, found.square[:-1, -1], found.square[:-1, :-1], self.variance(found))
+
+    def moved(self, found: Linear[E], step: Array) -> Linear[E] | None:
+        """The parameters a step further and the states that follow; None where G turns inside out."""
+        changed = self.changed(self.followed(found.estimate, found.states(step)), step)
+        return None if changed is None else self.settled(changed)
+
+    def response(self, found: Linear[E]) -> Array:
+        """How each measurement of the field moves the parameters, to first order, states following: (n, k, 3).
+
+        square^-1 (J_i + M_i xi_i)^T,  xi_i (m, k) the states that follow the parameters
+        """
+        M, J = self.measured(found.estimate)
+        units = np.eye(self.count, self.count + 1)
+        following = [states(found.A, found.C, found.turn, found.B, found.std, unit) for unit in units]
+        scale = self.normal(found).scale
+        rows = (J[:, :3, :-1] + M[:, :3] @ np.stack(following, axis=2)) / scale
+        inverse = np.linalg.pinv(found.square[:-1, :-1] / np.outer(scale, scale), hermitian=True)
+        return np.asarray(np.einsum("jk,nik->nji", inverse / scale[:, None], rows))
+
+
+def stepped(e: Parameters, step: Array, slots: Array) -> tuple[Array, Array, Array] | None:
+    """Centre, root and bias a step further, slots (entries, 3, 3) dG / d each entry; None where G turns inside out."""
+    root = e.root + np.tensordot(step[3 : 3 + len(slots)], slots, 1)
+    if np.linalg.det(root) <= 0:
+        return None
+    return e.centre + step[:3], root, e.bias_rad_s + step[-BIAS:]
