@@ -26,7 +26,8 @@ Confirm = Annotated[
     Path | None, typer.Option(help="A second recording: the finding must hold there too.", callback=present)
 ]
 Actuators = Annotated[
-    list[str] | None, typer.Option("--actuator", metavar="COLUMN", help="Treat a channel like a motor current.")
+    list[str] | None,
+    typer.Option("--actuator", metavar="COLUMN", help="Treat a channel like a motor current; may be repeated."),
 ]
 
 

@@ -10,6 +10,7 @@ from sim.effects import BY_NAME
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, beside_white_noise
 from validation.diagnosis.decision.forms import in_full
 from validation.diagnosis.decision.hearing import beside_colour
+from validation.diagnosis.decision.motors import each_by_itself
 from validation.diagnosis.evidence.battery import Battery, battery
 from validation.diagnosis.evidence.compare import ranked
 from validation.diagnosis.evidence.ground import Ground
@@ -53,8 +54,10 @@ def select(
     members = proposed(problem, without)
     found: list[Accepted] = []
     first: tuple[Judged, ...] = ()
-    while len(found) < problem.policy.most_effects and not (found and after.clean):
-        say(f"candidates, round {len(found) + 1}")
+    for number in range(problem.policy.most_effects):
+        if found and after.clean:
+            break
+        say(f"candidates, round {number + 1}")
         this = _round(ground, members, found, start, after)
         first, chosen = first or this.judged, this.chosen
         if chosen is None:
@@ -64,7 +67,8 @@ def select(
             found = _with_kin(found, chosen)
             break
         found.append(_as_form(chosen, found))
-        found, ground, after = in_full(found, start, partial(tests_beside, found=names_of(found)))
+        tests = partial(tests_beside, found=names_of(found))
+        found, ground, after = each_by_itself(in_full(found, start, tests), start, tests)
     return Selection(tuple(found), start, ground, before, after, first, without)
 
 

@@ -36,9 +36,8 @@ class Candidate:
     def of(cls, effect: Effect) -> Candidate:
         """The effect with its coefficients left to fit again, all else as it is."""
         free = {*effect.linear, *effect.tangents, effect.with_role("phase")}
-        return cls(
-            type(effect), tuple((p.name, getattr(effect, p.name)) for p in effect.parameters() if p.name not in free)
-        )
+        rest = tuple((p.name, getattr(effect, p.name)) for p in effect.parameters() if p.name not in free)
+        return cls(type(effect), rest, forms=effect.forms_in_use[1:])
 
     @property
     def name(self) -> str:

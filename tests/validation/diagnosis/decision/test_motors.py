@@ -1,0 +1,56 @@
+"""Several motors: a gain of each where their wires run differently, one gain where they do not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.dataset import Recording
+from sim.scenario import ModelSpec
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
+from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.workflow import diagnose
+
+MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})
+UNEQUAL = np.array([[2.0, -1.0, 3.0], [-1.0, 2.0, 1.0], [3.0, 1.0, -2.0], [0.5, -2.0, 1.0]])
+EQUAL = np.tile([2.0, -1.0, 3.0], (4, 1))
+
+
+def driven(gains: np.ndarray, n: int = 1500) -> Recording:
+    """A flight with four motors of these gains (4, 3)."""
+    quiet = recording(n)
+    t = quiet.time_s
+    currents = [2 + np.sin((0.11 + 0.13 * k) * t + k) + 0.4 * np.sin((0.7 + 0.2 * k) * t) for k in range(4)]
+    current_A = np.stack(currents, axis=1)
+    return replace(quiet, mag_nT=quiet.mag_nT + current_A @ gains, current_A=current_A)
+
+
+def gains_of(found: Diagnosis) -> dict[int, tuple[float, ...]]:
+    (one,) = found.named
+    assert one.name == "motor_current"
+    return {effect.motor: effect.gain_nT_A for effect in one.effects}  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("attitude", [True, False])
+def test_motors_whose_wires_run_differently_have_a_gain_each_and_one_name(attitude: bool) -> None:
+    given = driven(2 * UNEQUAL)
+    if attitude:
+        found = diagnose(given, MODEL, field_enu_nT=FIELD_ENU_NT)
+    else:
+        found = diagnose(without_attitude(given), MODEL, strength_nT=STRENGTH_NT, fitted_base=True)
+    assert found.verdict == "named"
+    for motor, gain in gains_of(found).items():
+        assert gain == pytest.approx(2 * UNEQUAL[motor - 1], abs=0.5)
+    assert len(gains_of(found)) == 4
+    assert len(found.model.effects["motor_current"]) == 4
+
+
+def test_motors_of_one_gain_have_one() -> None:
+    assert list(gains_of(diagnose(driven(EQUAL), MODEL, field_enu_nT=FIELD_ENU_NT))) == [0]
+
+
+def test_a_motor_that_does_nothing_beside_the_others_is_left_out() -> None:
+    some = UNEQUAL * np.array([[1.0], [1.0], [1.0], [0.0]])
+    assert set(gains_of(diagnose(driven(some), MODEL, field_enu_nT=FIELD_ENU_NT))) == {1, 2, 3}

@@ -1,0 +1,61 @@
+"""A cause of several motors whose wires run differently: each motor with a gain of its own, and still one name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sim.effects import EFFECTS
+from validation.diagnosis.decision.choice import Accepted
+from validation.diagnosis.decision.forms import Tests
+from validation.diagnosis.evidence.battery import Battery
+from validation.diagnosis.evidence.compare import Evidence, judged_at
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.problem.blocks import fit, inflation
+
+State = tuple[list[Accepted], Ground, Battery]
+"""Effects, the ground with all of them in, and the tests of what it leaves."""
+FEWEST = 3
+"""Motors from which on a gain of their sum and one of a single motor are not all: what the fuller form of two is."""
+
+
+def each_by_itself(now: State, start: Ground, tests: Tests) -> State:
+    """Effects, the last with a gain of each motor, where that explains what one gain of all leaves.
+
+    Nats on held-out data beyond those of what is in, over the inflation, must be as many as a name needs. Motors that
+    explain nothing beside the others are left out. start : the ground without any effect.
+    """
+    (found, ground, after), problem = now, start.problem
+    motors, one = problem.state.motors, found[-1].evidence
+    role = one.candidate.effect.with_role("motor")
+    if after.clean or role is None or len(motors) < FEWEST:
+        return now
+    others = start.with_all(before.columns(problem) for before in found[:-1])
+    plain = replace(one.candidate, forms=())
+    parts = _parts(others, [plain.at({role: motor}) for motor in motors], one)
+    if not parts:
+        return now
+    first = replace(found[-1], evidence=replace(parts[0], gain=one.gain, V=one.V))
+    out = [*found[:-1], first, *(Accepted(part, ()) for part in parts[1:])]
+    ground = start.with_all(each.columns(problem) for each in out)
+    return out, ground, tests(ground)
+
+
+def _parts(others: Ground, settings: Sequence[Candidate], one: Evidence) -> list[Evidence]:
+    """Each motor's evidence beside all others, the strongest first; none where together they do not do better."""
+    problem, before = others.problem, judged_at(others, [one.candidate])
+    columns = [each.columns(problem) for each in settings]
+    joint = others.joined(np.concatenate(columns, axis=2))
+    V = inflation(joint, fit(joint, others.everything), problem.policy)
+    gained = others.evidence_of(np.concatenate(columns, axis=2)) - (0.0 if before is None else before.gain / V)
+    if gained <= problem.policy.accepted(len(EFFECTS)):
+        return []
+    judged = (
+        judged_at(others.with_all(other for other in columns if other is not own), [setting])
+        for setting, own in zip(settings, columns, strict=True)
+    )
+    known = [each for each in judged if each is not None and each.nats > problem.policy.apart]
+    return sorted(known, key=lambda each: -each.strength)
