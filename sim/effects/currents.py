@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated
 
 import numpy as np
@@ -17,6 +18,7 @@ from sim.state import Array, State, current_name, missing_channel
 Motor = Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")]
 
 BENT, OTHER_MOTOR = "bent line", "another motor"
+DRIFT, SECOND, THIRD = "drift", "second harmonic", "third harmonic"
 
 
 @frozen
@@ -98,9 +100,10 @@ class MotorCurrent(Effect):
 
 @frozen
 class CurrentRipple(Effect):
-    """Field of a supply current that pulses at a fixed frequency: ``a I(t) sin(2 pi f t + phi)``.
+    """Field of a supply current that pulses: ``a I(t) sin(theta(t) + phi)``, ``theta = 2 pi (f t + d t^2 / 2)``.
 
-    A frequency above half the sample rate is aliased, as it is in a sampled instrument.
+    Harmonics add ``I(t) (s_k sin(k theta) + c_k cos(k theta))``, k = 2 and 3. A frequency above half the sample rate is
+    aliased, as it is in a sampled instrument.
     """
 
     name = "current_ripple"
@@ -111,6 +114,11 @@ class CurrentRipple(Effect):
         "frequency_hz": 7.3,
         "phase_deg": 20.0,
         "motor": 2,
+        "drift_hz_s": 1e-4,
+        "second_sine_nT_A": (0.2, 0.1, 0.3),
+        "second_cosine_nT_A": (0.1, -0.1, 0.2),
+        "third_sine_nT_A": (0.05, 0.1, 0.0),
+        "third_cosine_nT_A": (0.0, 0.02, -0.1),
     }
     clues = Clues(apart=OTHER_THRUST, remedy="filter the supply, or sample faster and take the tone out")
 
@@ -118,10 +126,34 @@ class CurrentRipple(Effect):
     frequency_hz: Annotated[float, Quantity("Hz", 0.0, 1e5, "f", role="frequency")] = 1.0
     phase_deg: Annotated[float, Quantity("deg", -360.0, 360.0, "phi at the start of the run", role="phase")] = 0.0
     motor: Motor = 0
+    drift_hz_s: Annotated[
+        float, Quantity("Hz/s", -10.0, 10.0, "d, by which the frequency changes", role="sweep", form=DRIFT)
+    ] = 0.0
+    second_sine_nT_A: Annotated[
+        Vec3, Quantity("nT/A", -1e9, 1e9, "s_2 forward, left, up", role="linear", form=SECOND)
+    ] = ZERO3
+    second_cosine_nT_A: Annotated[
+        Vec3, Quantity("nT/A", -1e9, 1e9, "c_2 forward, left, up", role="linear", form=SECOND)
+    ] = ZERO3
+    third_sine_nT_A: Annotated[
+        Vec3, Quantity("nT/A", -1e9, 1e9, "s_3 forward, left, up", role="linear", form=THIRD)
+    ] = ZERO3
+    third_cosine_nT_A: Annotated[
+        Vec3, Quantity("nT/A", -1e9, 1e9, "c_3 forward, left, up", role="linear", form=THIRD)
+    ] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        tone = np.sin((2 * math.pi * self.frequency_hz) * state.time_s + math.radians(self.phase_deg))
-        return (_current(state, self.motor, self.name) * tone)[:, None] * array(self.amplitude_nT_A)
+        t = state.time_s
+        theta = (2 * math.pi) * (self.frequency_hz * t + self.drift_hz_s / 2 * t**2)
+        waves = np.sin(theta + math.radians(self.phase_deg))[:, None] * array(self.amplitude_nT_A)
+        for k, sine, cosine in self._harmonics():
+            waves += np.sin(k * theta)[:, None] * array(sine) + np.cos(k * theta)[:, None] * array(cosine)
+        return _current(state, self.motor, self.name)[:, None] * waves
+
+    def _harmonics(self) -> Iterator[tuple[int, Vec3, Vec3]]:
+        """Number, sine and cosine of the harmonics that there are."""
+        both = (self.second_sine_nT_A, self.second_cosine_nT_A), (self.third_sine_nT_A, self.third_cosine_nT_A)
+        return ((k, sine, cosine) for k, (sine, cosine) in enumerate(both, 2) if any(sine) or any(cosine))
 
 
 def _current(state: State, motor: int, name: str) -> Array:

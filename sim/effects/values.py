@@ -32,6 +32,7 @@ Role = Literal[
     "origin",
     "frequency",
     "phase",
+    "sweep",
     "motor",
     "channel",
     "level",
@@ -49,6 +50,7 @@ place      a position beside the path; a grid is searched, then refined
 origin     where a field that is linear in the place vanishes; found with the constant that another one adds
 frequency  of a tone; the lines of a spectrum are searched, then refined
 phase      of a tone; a sine and a cosine span it
+sweep      how fast a tone's frequency changes; some cycles' worth in a run are tried, about its middle
 motor      the number of a motor; each is tried
 channel    the name of a channel; each that a recording holds is tried, after every effect that says its own causes
 level      the size of a random disturbance, of each axis

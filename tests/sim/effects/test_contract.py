@@ -167,6 +167,6 @@ def test_a_fuller_form_has_a_name_and_comes_after_what_the_effect_always_has(cls
     forms = [p.form for p in cls.parameters() if p.role == "linear"]
     assert forms == sorted(forms, key=bool)
     for form, several in cls.forms.items():
-        assert any(p.role in ("linear", "listed") for p in several), form
+        assert any(p.role in ("linear", "listed", "sweep") for p in several), form
         plain = cls(**{k: v for k, v in cls.example.items() if k not in {p.name for p in several}})
         assert form not in plain.forms_in_use

@@ -99,3 +99,16 @@ def test_a_bent_line_and_another_motor_add_to_a_motors_field(states):
     )
     expected = np.stack([one + 0.1 * one**3, 2 * one + 4 * other, 3 * one + 0.5 * one * np.abs(one)], axis=1)
     np.testing.assert_allclose(label_of(effect, state), expected, atol=1e-12)
+
+
+def test_harmonics_go_with_the_ripple_and_its_drift(states):
+    state = states(500)
+    effect = CurrentRipple(
+        (1, 2, 3), 5.0, 30.0, 1, drift_hz_s=0.2, second_sine_nT_A=(0, 0.3, 0), third_cosine_nT_A=(0, 0, 0.2)
+    )
+    rate_hz = 5.0 + 0.2 * (state.time_s[1:] + state.time_s[:-1]) / 2
+    theta = 2 * np.pi * np.append(0.0, np.cumsum(rate_hz * state.interval_s))
+    expected = np.sin(theta + np.radians(30))[:, None] * [1.0, 2.0, 3.0]
+    expected += np.stack([0 * theta, 0.3 * np.sin(2 * theta), 0.2 * np.cos(3 * theta)], axis=1)
+    current = state.channels["current_1_A"][:, None]
+    np.testing.assert_allclose(label_of(effect, state), current * expected, atol=1e-9)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from sim.effects import EFFECTS
-from sim.state import Array
+from sim.state import Array, State
 from validation.diagnosis.decision.choice import Accepted
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence, judged_at, misfit
@@ -20,6 +20,8 @@ from validation.diagnosis.library.candidates import Candidate
 
 Tests = Callable[[Ground], Battery]
 """(ground with effects in) -> the tests of what it leaves."""
+SWEEPS = tuple(k / 16 for k in range(-12, 13) if k)
+"""Cycles by which a tone is ahead at the end of a run of one that keeps its first frequency."""
 EVALUATIONS = 40
 """Settings that are compared at most between the listed ones."""
 
@@ -47,8 +49,8 @@ def _fuller(others: Ground, one: Evidence) -> Evidence | None:
     Its nats stay those of the effect, by which it was chosen.
     """
     policy, before = others.problem.policy, judged_at(others, [one.candidate])
-    motors = others.problem.state.motors
-    asked = [judged_at(others, list(_settings(one.candidate, form, motors))) for form in _forms_left(one.candidate)]
+    state = others.problem.state
+    asked = [judged_at(others, list(_settings(one.candidate, form, state))) for form in _forms_left(one.candidate)]
     judged = [each for each in asked if each is not None]
     if before is None or not judged:
         return None
@@ -64,15 +66,30 @@ def _forms_left(one: Candidate) -> Iterator[str]:
     return (form for form in one.effect.forms if form not in one.forms)
 
 
-def _settings(one: Candidate, form: str, motors: tuple[int, ...]) -> Iterator[Candidate]:
-    """The candidate with a fuller form, at every listed value of that, and for every other motor."""
+def _settings(one: Candidate, form: str, state: State) -> Iterator[Candidate]:
+    """The candidate with a fuller form, at every listed value of that, for every other motor, and at every sweep."""
     of_form, given = one.effect.forms[form], dict(one.nonlinear)
     grid: dict[str, tuple[Any, ...]] = {p.name: p.quantity.tried for p in of_form if p.role == "listed"}
     known = given.get(one.effect.with_role("motor") or "")
-    grid |= {p.name: tuple(motor for motor in motors if motor != known) for p in of_form if p.role == "motor"}
+    grid |= {p.name: tuple(motor for motor in state.motors if motor != known) for p in of_form if p.role == "motor"}
     fuller = replace(one, forms=(*one.forms, form))
     for values in itertools.product(*grid.values()):
-        yield fuller.at(dict(zip(grid, values, strict=True)))
+        yield from _swept(fuller.at(dict(zip(grid, values, strict=True))), form, state)
+
+
+def _swept(one: Candidate, form: str, state: State) -> Iterator[Candidate]:
+    """A candidate at every sweep of its frequency, which stays as it is in the middle; itself where it has none."""
+    sweeps = [p for p in one.effect.forms[form] if p.role == "sweep"]
+    frequency = one.effect.with_role("frequency")
+    if not sweeps or frequency is None:
+        yield one
+        return
+    begin_s, end_s = float(state.time_s[0]), float(state.time_s[-1])
+    for cycles in SWEEPS:
+        rate = 2 * cycles / (end_s - begin_s) ** 2
+        there = float(dict(one.nonlinear)[frequency]) - rate * (begin_s + end_s) / 2
+        if there > 0:
+            yield one.at({sweeps[0].name: rate, frequency: there})
 
 
 def _between(others: Ground, one: Candidate) -> Candidate:

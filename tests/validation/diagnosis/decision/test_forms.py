@@ -13,7 +13,15 @@ from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.decision.selection import Selection, select
 from validation.diagnosis.library.candidates import Candidate, proposed
 
-LIBRARY = {"motor_current", "hysteresis", "nonlinearity", "offset_jump", "regional_field", "temperature_offset"}
+LIBRARY = {
+    "motor_current",
+    "current_ripple",
+    "hysteresis",
+    "nonlinearity",
+    "offset_jump",
+    "regional_field",
+    "temperature_offset",
+}
 """What these tests choose from: enough for a wrong name."""
 
 
@@ -30,6 +38,18 @@ def _found(hidden: dict[str, dict[str, object]]) -> Selection:
             {"gain": [0.003, 0.002, 0.004], "threshold_nT": 800.0},
             {"second_gain": [3e-4, 3e-4, 3e-4], "second_threshold_nT": 9000.0},
             "second play",
+        ),
+        (
+            "current_ripple",
+            {"amplitude_nT_A": [4.0, -2.0, 3.2], "frequency_hz": 1.7, "motor": 2},
+            {"second_sine_nT_A": [0.3, 0.2, 0.4]},
+            "second harmonic",
+        ),
+        (
+            "current_ripple",
+            {"amplitude_nT_A": [4.0, -2.0, 3.2], "frequency_hz": 1.7, "motor": 2},
+            {"drift_hz_s": 6e-6},
+            "drift",
         ),
         ("nonlinearity", {"third_order": [2e-3, 1e-3, 2e-3]}, {"kink": [4e-4, -4e-4, 3e-4]}, "kink"),
     ],
