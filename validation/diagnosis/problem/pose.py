@@ -13,6 +13,7 @@ from sim.field import earth_field_enu_nT
 from sim.scenario import Model, Scenario
 from sim.state import Array
 from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.channels import without_their_noise
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.relative import recorded_reference, relative_problem
 from validation.diagnosis.problem.still import at_rest, still_problem
@@ -44,10 +45,12 @@ def pose(
     if (reference_nT := recorded_reference(recording)) is not None:
         return relative_problem(recording, reference_nT, effects, policy)
     if recording.att_q is not None and field_enu_nT is not None:
-        return vector_problem(recording, field_enu_nT, effects, policy)
-    if at_rest(recording, policy):
-        return still_problem(recording, effects, policy)
-    return strength_problem(recording, strength_nT, effects, policy)
+        problem = vector_problem(recording, field_enu_nT, effects, policy)
+    elif at_rest(recording, policy):
+        problem = still_problem(recording, effects, policy)
+    else:
+        problem = strength_problem(recording, strength_nT, effects, policy)
+    return without_their_noise(problem)
 
 
 def posed(

@@ -84,7 +84,8 @@ def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     """A strength problem about iron that was fitted with a disturbance (n, 3) of the measurement out."""
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
     anew = strength_problem(problem.recording, strength_nT, problem.effects, problem.policy, disturbance_nT)
-    kept = replace(anew, attitude_std_rad=problem.attitude_std_rad, iron_known=problem.iron_known)
+    state = replace(anew.state, channels=problem.state.channels)
+    kept = replace(anew, state=state, attitude_std_rad=problem.attitude_std_rad, iron_known=problem.iron_known)
     return kept.without(problem.usable == 0)
 
 
