@@ -100,8 +100,11 @@ def _between(others: Ground, one: Candidate) -> Candidate:
     if not names:
         return one
 
+    bounds = {p.name: (p.low, p.high) for p in one.effect.parameters()}
+    low, high = np.array([bounds[name] for name in names]).T
+
     def at(x: Array) -> Candidate:
-        return one.at(dict(zip(names, map(float, np.exp(x)), strict=True)))
+        return one.at(dict(zip(names, map(float, np.clip(np.exp(x), low, high)), strict=True)))
 
     start = np.log([given[name] for name in names])
     best = minimize(

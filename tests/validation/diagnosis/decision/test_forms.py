@@ -10,7 +10,9 @@ import pytest
 from sim.effects import BY_NAME
 from sim.effects.nonlinear import Hysteresis
 from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.decision.forms import _between
 from validation.diagnosis.decision.selection import Selection, select
+from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate, proposed
 
 LIBRARY = {
@@ -94,3 +96,12 @@ def test_a_candidate_has_the_columns_of_its_forms_and_gives_their_parameters_bac
 
 def test_no_candidate_begins_with_a_form() -> None:
     assert all(not one.forms for several in proposed(problem()).values() for one in several)
+
+
+def test_a_number_that_is_moved_stays_within_its_bounds() -> None:
+    """A temperature without a limit to its lag: the longer the better, up to what the effect takes."""
+    posed = problem(hidden={"hard_iron_drift": {"rate_nT_h": [300.0, -200.0, 400.0]}})
+    lags = (("lag_s", 90_000.0), ("second_lag_s", 90_000.0))
+    moved = _between(Ground.of(posed), Candidate(BY_NAME["temperature_offset"], lags, forms=("second lag",)))
+    assert all(0 < value <= 1e5 for _, value in moved.nonlinear)
+    assert np.isfinite(moved.columns(posed)).all()
