@@ -27,6 +27,7 @@ class Clues:
     memory : after it the noise of neighbouring samples is correlated.
     converter : done by the converter to each value: seen in the values themselves, left out of a smooth prediction.
     source : a field of its own, with a part along the earth's, which no error of the attitude has.
+    fastest_nT_s : rate of change, the mean over a recording, that nature does not exceed.
     spectrum : of a slow random disturbance, its density at a level of one.
     """
 
@@ -42,6 +43,7 @@ class Clues:
     memory: bool = False
     converter: bool = False
     source: bool = False
+    fastest_nT_s: float | None = None
     spectrum: Density | None = None
 
 

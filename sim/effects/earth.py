@@ -72,6 +72,7 @@ class DiurnalDrift(Effect):
         remedy="take off the record of a base station or an observatory",
         lasting=True,
         source=True,
+        fastest_nT_s=5.0,  # geomagnetic storms reach it for minutes
     )
 
     amplitude_enu_nT: Annotated[Vec3, Quantity("nT", -5e3, 5e3, "amplitude a east, north, up", role="linear")] = ZERO3

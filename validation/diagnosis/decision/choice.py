@@ -91,6 +91,10 @@ class Rival(Protocol):
     def name(self) -> str:
         """The effect's name."""
 
+    @property
+    def off_size(self) -> float:
+        """How far an effect without coefficients is from its own size."""
+
 
 R = TypeVar("R", bound=Rival)
 
@@ -98,12 +102,14 @@ R = TypeVar("R", bound=Rival)
 def simplest(close: Sequence[R], policy: Policy) -> R:
     """The strongest of those with the fewest columns; of two that are one and the same, the chain's first.
 
-    Hard iron and a sensor's offset span the same columns: which of them gains more is a matter of the last bit. Others
-    say of themselves that they are the same.
+    Of one kin it is the one nearest to its own size: a low-pass taken twice is a delay. Hard iron and a sensor's offset
+    span the same columns: which of them gains more is a matter of the last bit. Others say of themselves that they are
+    the same.
     """
     narrowest = min(e.width for e in close)
     rivals = [e for e in close if e.width == narrowest]
     best = max(rivals, key=lambda e: e.gain)
+    best = min((e for e in rivals if e is best or are_kin(e, best)), key=lambda e: (e.off_size, -e.gain))
     like = best.candidate.effect.clues.same_as
     same = [e for e in rivals if e.name == like or math.isclose(e.gain, best.gain, rel_tol=policy.same_gain)]
     return min(same, key=lambda e: CHAIN.index(e.name))

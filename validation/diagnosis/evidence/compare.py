@@ -46,6 +46,12 @@ class Evidence:
         return self.gain / self.V
 
     @property
+    def off_size(self) -> float:
+        """``|ln c|`` of an effect without coefficients of its own: 0 at its own size; 0 for one that has them."""
+        free = self.candidate.effect.linear or self.candidate.effect.tangents or not self.candidate.nonlinear
+        return 0.0 if free else abs(math.log(max(float(self.coefficients[0]), 1e-9)))
+
+    @property
     def coefficients(self) -> Array:
         """The candidate's own coefficients."""
         return self.fit.c[self.fit.c.size - self.width :]
@@ -105,7 +111,9 @@ def _at_full_size(ground: Ground, found: Evidence) -> Evidence | None:
 def judged_at(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
     """The evidence of settings profiled on the training segments of each split, less the price of their number.
 
-    None where no setting has columns, or the best fit is none that the effect can have.
+    No more than the best gains on all blocks: what is held out can gain more where the training segments alone do not
+    determine the base, and two extrapolations differ. None where no setting has columns, or the best fit is none that
+    the effect can have.
     """
     tried = list(_tried(ground, settings))
     if not tried:
@@ -114,10 +122,11 @@ def judged_at(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
     policy, width = ground.problem.policy, best.sums.width - ground.inside.shape[2]
     V = inflation(best.sums, best.whole, policy)
     price = V * search_price(best.setting.tried * len(settings), width, policy)
-    gain = ground.mean_gain(_gains(ground, tried)) - price
+    gain = min(ground.mean_gain(_gains(ground, tried)), _gain_on_all(ground, best)) - price
     strength, survival = _strength(ground, best, width)
     found = Evidence(best.setting, gain, V, strength, survival, best.sums, best.whole, width)
-    return found if best.setting.possible(found.coefficients) else None
+    c = found.coefficients
+    return found if best.setting.possible(c) and best.setting.is_natural(ground.problem, c) else None
 
 
 def search_price(tried: int, k: int, policy: Policy) -> float:
@@ -148,6 +157,13 @@ def _gains(ground: Ground, tried: Sequence[_Tried]) -> list[float]:
         joint, best = min(trained, key=lambda one: squares(one[0], one[1], ~held))
         gains.append((before - squares(joint, best, held)) / 2)
     return gains
+
+
+def _gain_on_all(ground: Ground, one: _Tried) -> float:
+    """Nats of a setting on the blocks that it was fitted to."""
+    everything = ground.everything
+    before = squares(ground.sums, fit(ground.sums, everything), everything)
+    return (before - squares(one.sums, one.whole, everything)) / 2
 
 
 def misfit(ground: Ground, candidate: Candidate) -> float:

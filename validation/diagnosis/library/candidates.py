@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,11 @@ import numpy as np
 from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
 from sim.effects.values import Parameter
-from sim.state import Array
+from sim.state import Array, State
 from validation.diagnosis.problem.linear import LinearProblem
 
+BY_SAMPLE = frozenset({"time_s", "pos_enu_m", "R_wb", "rate_rad_s", "field_nT", "field_rate_nT_s"})
+"""What a state holds of every sample, beside its channels."""
 UNSEEN_BY_STRENGTH = frozenset({"attitude", "position"})
 """What an effect may need that the strength of the field alone does not show."""
 
@@ -80,12 +82,20 @@ class Candidate:
         """Columns (n, 3, k) in nT at the effect's place in the chain.
 
         The signal that the effect meets there is the field, or for the sensor and its electronics what the base
-        predicts; what remembers meets its course by the body's rate, in which an attitude's noise is no motion.
+        predicts; what remembers meets its course by the body's rate, in which an attitude's noise is no motion, and
+        begins anew after a pause.
         """
         state = problem.state
-        signal = state.field_nT if self.effect.stage in ("field", "vehicle") else problem.clean_nT
         if self.effect.clues.memory:
-            signal = problem.course_nT
+            parts = (self._contribution(part(state, one), problem.course_nT[one]) for one in problem.stretches)
+            return np.concatenate(list(parts))
+        return self._contribution(state, state.field_nT if self._is_early else problem.clean_nT)
+
+    @property
+    def _is_early(self) -> bool:
+        return self.effect.stage in ("field", "vehicle")
+
+    def _contribution(self, state: State, signal: Array) -> Array:
         if self.effect.linear:
             plain = [self.effect.basis(state, signal, (PLAIN,), **one) for one in self.settings]
             fuller = [self.effect.basis(state, signal, self.forms, **self.settings[0])] if self.forms else []
@@ -125,6 +135,23 @@ class Candidate:
             values, _ = self._without_phase(c)
             return all(low <= v <= high for v, (low, high) in zip(values, self.bounds, strict=True))
         return bool(self.effect.tangents or c[0] > 0)
+
+    def is_natural(self, problem: LinearProblem, c: Array) -> bool:
+        """Whether with coefficients (k,) it changes in the earth's frame no faster than nature does, in the mean."""
+        fastest_nT_s = self.effect.clues.fastest_nT_s
+        if fastest_nT_s is None:
+            return True
+        state = problem.state
+        course_nT = np.einsum("nij,nj->ni", state.R_wb, self.contribution_nT(problem) @ c)
+        passed_s = float(state.time_s[-1] - state.time_s[0])
+        return float(np.linalg.norm(np.ptp(course_nT, axis=0))) < fastest_nT_s * passed_s
+
+
+def part(state: State, samples: slice) -> State:
+    """Some samples of a state."""
+    cut = {f.name: getattr(state, f.name) for f in fields(state)}
+    cut |= {name: value[samples] for name, value in cut.items() if name in BY_SAMPLE}
+    return State(**cut | {"channels": {name: value[samples] for name, value in state.channels.items()}})
 
 
 def amplitude_and_phase(c: Array) -> tuple[Array, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -58,10 +59,20 @@ class LinearProblem:
 
     @cached_property
     def course_nT(self) -> Array:
-        """What the base predicts (n, 3), as the integral of the field's rate from its first value on."""
+        """What the base predicts (n, 3), as the integral of the field's rate from each stretch's first value on."""
         rate = self.state.field_rate_nT_s @ self.turn.T
-        gone = cumulative_trapezoid(rate, self.state.time_s, axis=0, initial=0.0)
-        return np.asarray(self.clean_nT[0] + gone)
+        parts = [
+            self.clean_nT[one.start] + cumulative_trapezoid(rate[one], self.state.time_s[one], axis=0, initial=0.0)
+            for one in self.stretches
+        ]
+        return np.concatenate(parts)
+
+    @cached_property
+    def stretches(self) -> list[slice]:
+        """The samples between pauses: what remembers begins anew after each."""
+        step = np.diff(self.state.time_s)
+        ends = np.flatnonzero(step > self.policy.pause * np.median(step)) + 1
+        return [slice(int(a), int(b)) for a, b in itertools.pairwise([0, *ends, len(step) + 1])]
 
     @property
     def turns(self) -> bool:

@@ -125,6 +125,11 @@ class Joint:
         return self.candidate.name
 
     @property
+    def off_size(self) -> float:
+        """Not asked: each recording on its own has told it."""
+        return 0.0
+
+    @property
     def width(self) -> int:
         """The number of its columns."""
         return self.there[0].columns.shape[2] if self.there else 0
