@@ -1,15 +1,18 @@
-"""Several motors: a gain of each where their wires run differently, one gain where they do not."""
+"""Several motors: a gain of each where their wires run differently, one gain where they do not; a throttle."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from sim.dataset import Recording
+from sim.effects.kernels import first_order_lag
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
+from validation.diagnosis.problem.actuators import with_actuators
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.workflow import diagnose
 
@@ -54,3 +57,16 @@ def test_motors_of_one_gain_have_one() -> None:
 def test_a_motor_that_does_nothing_beside_the_others_is_left_out() -> None:
     some = UNEQUAL * np.array([[1.0], [1.0], [1.0], [0.0]])
     assert set(gains_of(diagnose(driven(some), MODEL, field_enu_nT=FIELD_ENU_NT))) == {1, 2, 3}
+
+
+def test_a_throttle_is_ahead_of_the_current_and_its_unit_does_not_matter() -> None:
+    quiet = recording(1500)
+    throttle = np.repeat(np.random.default_rng(4).uniform(0, 1, 38), 40)[:1500]
+    current_A = first_order_lag(throttle[:, None], 1.2, 0.1, {})
+    given = replace(quiet, mag_nT=quiet.mag_nT + current_A * [8.0, -5.0, 12.0], channels={"throttle": 1e-3 * throttle})
+    given = with_actuators(replace(given, current_A=None), ["throttle"], Path("log"))
+    found = diagnose(given, MODEL, field_enu_nT=FIELD_ENU_NT)
+    (one,) = found.named
+    assert (found.verdict, one.name) == ("named", "motor_current")
+    assert one.effect.lag_s == pytest.approx(1.2, rel=0.1)  # type: ignore[attr-defined]
+    assert one.effect.gain_nT_A == pytest.approx((8e3, -5e3, 12e3), rel=0.05)  # type: ignore[attr-defined]
