@@ -119,9 +119,12 @@ class Candidate:
         """The linear parameters' coefficients, and the phase by name, of coefficients (k,) of the columns."""
         if not self.phase:
             return c, {}
-        wave = 2 * len(self.effect.linear_units((PLAIN,)))
-        amplitude, phase_deg = amplitude_and_phase(c[:wave])
-        return np.concatenate([amplitude, c[wave:]]), {self.phase: phase_deg}
+        k = len(self.effect.linear_units((PLAIN,)))
+        amplitude, phase_deg = amplitude_and_phase(c[: 2 * k])
+        low, high = np.array(self.bounds[:k]).T
+        if not ((low <= amplitude) & (amplitude <= high)).all():  # a short stretch of a long wave: both are one
+            amplitude, phase_deg = c[:k], 0.0
+        return np.concatenate([amplitude, c[2 * k :]]), {self.phase: phase_deg}
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
@@ -131,10 +134,9 @@ class Candidate:
 
     def possible(self, c: Array) -> bool:
         """Whether the effect can have coefficients (k,): none beyond its bounds, none of one sign with the other."""
-        if self.effect.linear:
-            values, _ = self._without_phase(c)
-            return all(low <= v <= high for v, (low, high) in zip(values, self.bounds, strict=True))
-        return bool(self.effect.tangents or c[0] > 0)
+        if self.effect.linear and not self.phase:
+            return all(low <= v <= high for v, (low, high) in zip(c, self.bounds, strict=True))
+        return bool(self.effect.linear or self.effect.tangents or c[0] > 0)
 
     def is_natural(self, problem: LinearProblem, c: Array) -> bool:
         """Whether with coefficients (k,) it changes in the earth's frame no faster than nature does, in the mean."""
