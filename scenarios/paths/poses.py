@@ -64,6 +64,7 @@ class Push(Table):
     pitch_deg: float = Field(0.0, ge=-45, le=45)
     roll_deg: float = Field(0.0, ge=-45, le=45)
     times: int = Field(1, ge=1, le=1000, description="to and fro, four push_s each")
+    turn_s: float | None = Field(None, ge=0.5, le=60, description="turning to its heading; default: that of all")
 
     @property
     def acceleration_m_s2(self) -> Array:
@@ -84,7 +85,7 @@ class Pushes(RunIn):
     kind: Literal["pushes"]
     needs: ClassVar[Ability] = Ability.SWAY
     pushes: tuple[Push, ...] = Field(
-        min_length=1, max_length=1000, description="tables with yaw_deg, pitch_deg, roll_deg, times"
+        min_length=1, max_length=1000, description="tables with yaw_deg, pitch_deg, roll_deg, times, turn_s"
     )
     push_s: float = Field(1.5, ge=0.5, le=10, description="half of the time of one tilt")
     switch_s: float = Field(0.6, ge=0.3, le=2, description="from one tilt to its mirror")
@@ -97,7 +98,11 @@ class Pushes(RunIn):
 
     def length_s(self, push: Push) -> float:
         """Turning to its heading, its pushes, and the last switch."""
-        return self.turn_s + 4.0 * push.times * self.push_s + self.switch_s
+        return self.turning_s(push) + 4.0 * push.times * self.push_s + self.switch_s
+
+    def turning_s(self, push: Push) -> float:
+        """Turning to its heading."""
+        return self.turn_s if push.turn_s is None else push.turn_s
 
     def reference(self, start: Start, t_s: Array) -> Array:
         east, north, up = at_rest(start, t_s, self.run_in_s)
@@ -105,8 +110,9 @@ class Pushes(RunIn):
         before = math.degrees(start.yaw_rad)
         for push in self.pushes:
             turned = nearest(push.yaw_deg - before)
-            yaw = yaw + smoothstep(t_s - at_s, self.turn_s) * math.radians(turned)
-            sway = self._to_and_fro(t_s - at_s - self.turn_s, push.times)
+            turn_s = self.turning_s(push)
+            yaw = yaw + smoothstep(t_s - at_s, turn_s) * math.radians(turned)
+            sway = self._to_and_fro(t_s - at_s - turn_s, push.times)
             ahead = push.acceleration_m_s2
             east, north = east + sway * float(ahead[0]), north + sway * float(ahead[1])
             at_s, before = at_s + self.length_s(push), before + turned

@@ -51,7 +51,8 @@ class Manoeuvre(ABC):
     """How legs become a phase of a scenario, and what attitudes the vehicle will have in it, without physics.
 
     turning_deg_s : peak rate of turning between legs; yaw_deg : heading at the start
-    least, whole : of a leg's amount; most_deg : roll and pitch that it can show
+    least, whole : of a leg's amount; most_deg : roll and pitch that it can show; hastes : factors on the turning rate
+    that may be tried where time is short, at the cost of being less exact
     """
 
     turning_deg_s: float
@@ -60,6 +61,7 @@ class Manoeuvre(ABC):
     least: ClassVar[float]
     whole: ClassVar[bool]
     most_deg: ClassVar[float] = 180.0
+    hastes: ClassVar[tuple[float, ...]] = (1.0,)
 
     @abstractmethod
     def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
@@ -98,6 +100,7 @@ class Held(Manoeuvre):
     path: ClassVar[type[PhaseBase]] = Poses
     least: ClassVar[float] = 0.0
     whole: ClassVar[bool] = False
+    hastes: ClassVar[tuple[float, ...]] = (1.0, 1.5, 2.0)
 
     def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
         """As they are."""
@@ -133,6 +136,7 @@ class Shown(Held):
     """A person who holds the vehicle: no attitude for less than it takes to come to rest in it."""
 
     least: ClassVar[float] = 3.0
+    hastes: ClassVar[tuple[float, ...]] = (1.0,)
 
 
 class Pushed(Manoeuvre):
@@ -149,23 +153,26 @@ class Pushed(Manoeuvre):
         return attitudes, _level_but(up, attitudes.as_euler("ZYX")[:, YAW])
 
     def phase(self, legs: Sequence[Leg]) -> Pushes:
-        """Each attitude in turn; turning takes as long as the widest turn needs."""
-        before = (self.yaw_deg, *(leg.yaw_deg for leg in legs[:-1]))
-        turn_s = max(self.move_s((a, 0.0, 0.0), (leg.yaw_deg, 0.0, 0.0)) for a, leg in zip(before, legs, strict=True))
-        pushes = [_named(leg) | {"times": round(leg.amount)} for leg in legs]
-        return Pushes.model_validate({"kind": "pushes", "pushes": pushes, "turn_s": round(turn_s, 1)})
+        """Each attitude in turn, at the least time that turning takes."""
+        pushes, before = [], self.yaw_deg
+        for leg in legs:
+            turn_s = round(self.move_s((before, 0.0, 0.0), (leg.yaw_deg, 0.0, 0.0)), 1)
+            pushes.append(_named(leg) | {"times": round(leg.amount), "turn_s": turn_s})
+            before = leg.yaw_deg
+        return Pushes.model_validate({"kind": "pushes", "pushes": pushes})
 
     def unit(self, leg: Leg) -> tuple[PhaseBase, float, float]:
         """From the middle of one push to the middle of the next but one."""
         phase = self.phase([Leg(*leg.angles_deg, 2.0)])
-        at_s = phase.run_in_s + phase.turn_s + 2.0 * phase.push_s
+        at_s = phase.run_in_s + phase.turning_s(phase.pushes[0]) + 2.0 * phase.push_s
         return phase, at_s, at_s + 4.0 * phase.push_s
 
     def times_s(self, phase: Pushes) -> list[tuple[float, float]]:
         """The pushes, without the turns before them."""
         lengths = [phase.length_s(push) for push in phase.pushes]
         begins = phase.run_in_s + np.cumsum([0.0, *lengths[:-1]])
-        return [(float(at + phase.turn_s), length - phase.turn_s) for at, length in zip(begins, lengths, strict=True)]
+        turns = [phase.turning_s(push) for push in phase.pushes]
+        return [(float(at + turn), length - turn) for at, turn, length in zip(begins, turns, lengths, strict=True)]
 
     def seen(self, reference: Array) -> Rotation:
         """The z axis along gravity's reaction plus the acceleration, the x axis on the heading."""

@@ -23,6 +23,8 @@ MOST_TRIES = 4
 """Flights on the way to a target that the first, planned without physics, misses by a little."""
 MARGIN = 1.005
 """More time than the ratio of squares asks for, so that the next flight meets the target."""
+NEAR = 1.2
+"""Of the tilts' limit: so near it, no faster turns are tried."""
 USUAL = 99.0
 """Percentile of the tilts that a vehicle is said to fly: a switch of a push overshoots for tenths of a second."""
 
@@ -74,19 +76,43 @@ def planned(task: Task, time_s: float, target: float | None = None) -> Plan:
 
     Raises InputError where nothing that can be flown in that time tells the goal.
     """
+    if target is None:
+        return _best(task, time_s)
     search = Search(task, time_s)
-    choice = search.best(time_s) if target is None else search.shortest(target, time_s)
+    choice = search.shortest(target, time_s)
+    search.improve(choice.time_s)
+    choice = search.shortest(target, choice.time_s if choice.error <= target else time_s)
     if not np.isfinite(choice.error):
-        do = "give more --time, wider --tilt-limits, or tell more with --knowledge vector"
-        raise InputError("no manoeuvre that is tried tells that in this time", where="--time", do=do)
+        raise _untold()
     found = _flown(choice, target)
     for _ in range(MOST_TRIES):
         if found.met or found.choice.time_s >= time_s:
             break
-        assert target is not None
         longer_s = found.choice.time_s * max(MARGIN, MARGIN * (found.error / target) ** 2)
         found = _flown(search.best(min(longer_s, time_s)), target)
     return found
+
+
+def _best(task: Task, time_s: float) -> Plan:
+    """The best for a time: at the vehicle's own rate of turning, and faster where that is too far from the limit."""
+    best: Plan | None = None
+    for haste in task.manoeuvre.hastes:
+        search = Search(task.hurried(haste), time_s)
+        search.improve(time_s)
+        choice = search.best(time_s)
+        if np.isfinite(choice.error):
+            found = _flown(choice, None)
+            best = found if best is None or found.error < best.error else best
+        if best is not None and best.ratio <= NEAR:
+            break
+    if best is None:
+        raise _untold()
+    return best
+
+
+def _untold() -> InputError:
+    do = "give more --time, wider --tilt-limits, or tell more with --knowledge vector"
+    return InputError("no manoeuvre that is tried tells that in this time", where="--time", do=do)
 
 
 def _flown(choice: Choice, target: float | None) -> Plan:

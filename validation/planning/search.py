@@ -14,11 +14,18 @@ from validation.bound.limit import optimal
 from validation.planning.allocation import Legs, whole
 from validation.planning.manoeuvre import Leg
 from validation.planning.order import START, shortest
+from validation.planning.refine import refined
 from validation.planning.task import Task
 
 Array = NDArray[np.float64]
-FEW = (9, 12, 16, 20, 24, 32)
+FEW = (4, 6, 9, 12, 16, 20, 24, 32)
 """Numbers of legs that are tried: sixteen lose nothing to the optimum in most cases, fewer leave more time to hold."""
+NARROWER = (1.0, 0.6, 0.35)
+"""Of the tilts, within which routes are looked for: where time is short, what is near is worth most."""
+REFINED = 3
+"""Routes whose attitudes are moved about: the best, each of another number of legs."""
+ENOUGH = 1.1
+"""Of the optimum's error, which holds for any motion within the tilts: a route so good is left as it is."""
 FEWER = (1, 2, 3, 4, 6, 9, 12)
 """The same for a leg that goes on from a recording."""
 KEPT = 0.6
@@ -78,12 +85,23 @@ class Search:
 
     def __init__(self, task: Task, time_s: float) -> None:
         """time_s : against which what is known before the flight counts."""
-        angles = task.angles_deg
-        attitudes = Rotation.from_euler("ZYX", angles, degrees=True)
-        halves = [task.rows(one) for one in task.manoeuvre.halves(attitudes)]
-        rows = np.concatenate(halves, axis=1) * np.sqrt(time_s / task.interval_s / len(halves))
-        chosen = few(rows, task.wanted, FEW if task.before is None else FEWER, task.before)
-        self.routes = [_route(task, np.round(angles[places], 1)) for places in chosen]
+        self.task = task
+        narrower = NARROWER if task.step_deg is None and task.before is None else NARROWER[:1]
+        rows = [_within(task, time_s, share) for share in narrower]
+        self.routes = [route for angles, told in rows for route in _routes(task, angles, told)]
+        self.least_in_a_second = float(np.sqrt(time_s * optimal(rows[0][1], task.wanted, task.before)[0]))
+
+    def improve(self, time_s: float) -> None:
+        """Add to the routes the best with their attitudes moved about, for a time, unless one is near the optimum."""
+        found = sorted((route.best(time_s) for route in self.routes), key=lambda one: one.error)
+        least = self.least_in_a_second / np.sqrt(time_s)
+        if self.task.step_deg is not None or not ENOUGH * least < found[0].error < np.inf:
+            return
+        best = {len(one.legs): one for one in reversed(found)}
+        for one in sorted(best.values(), key=lambda one: one.error)[:REFINED]:
+            legs, error = refined(self.task, one.legs, time_s)
+            if error < np.inf:
+                self.routes.append(_route(self.task, np.array([leg.angles_deg for leg in legs]), ordered=True))
 
     def best(self, time_s: float) -> Choice:
         """The best of all routes for a time."""
@@ -129,12 +147,27 @@ def few(rows: Array, wanted: Array, counts: Sequence[int], before: Array | None 
     return found
 
 
-def _route(task: Task, angles: Array) -> Route:
-    """The route through these angles (m, 3) in the order that turns least."""
+def _within(task: Task, time_s: float, share: float) -> tuple[Array, Array]:
+    """Angles (m, 3) within a share of the tilts, and what a leg at each tells, rows (m, r, k), were it all the time."""
+    angles = task.angles_deg * np.array([1.0, share, share])
+    attitudes = Rotation.from_euler("ZYX", angles, degrees=True)
+    halves = [task.rows(one) for one in task.manoeuvre.halves(attitudes)]
+    return angles, np.concatenate(halves, axis=1) * np.sqrt(time_s / task.interval_s / len(halves))
+
+
+def _routes(task: Task, angles: Array, rows: Array) -> list[Route]:
+    """Routes through few attitudes of the optimal design."""
+    chosen = few(rows, task.wanted, FEW if task.before is None else FEWER, task.before)
+    return [_route(task, np.round(angles[places], 1)) for places in chosen]
+
+
+def _route(task: Task, angles: Array, *, ordered: bool = False) -> Route:
+    """The route through these angles (m, 3), in the order that turns least if they are not `ordered`."""
     manoeuvre = task.manoeuvre
     before = (manoeuvre.yaw_deg, 0.0, 0.0)
-    order = shortest(len(angles), lambda a, b: manoeuvre.move_s(before if a == START else angles[a], angles[b]))
-    angles = angles[order]
+    if not ordered:
+        order = shortest(len(angles), lambda a, b: manoeuvre.move_s(before if a == START else angles[a], angles[b]))
+        angles = angles[order]
     units = [manoeuvre.unit(Leg.at(one, 1.0)) for one in angles]
     each = np.array([task.information(*unit) for unit in units])
     phase = manoeuvre.phase([Leg.at(one, manoeuvre.least) for one in angles])

@@ -132,6 +132,10 @@ class Task:
         """The goal's, by what is known before anything is flown."""
         return np.inf if self.before is None else self.error(self.before)
 
+    def hurried(self, haste: float) -> Task:
+        """The same with turns that are so many times as fast."""
+        return replace(self, manoeuvre=replace(self.manoeuvre, turning_deg_s=haste * self.manoeuvre.turning_deg_s))
+
     def going_on(self, information: Array, yaw_deg: float) -> Task:
         """The same with information that there is already, beginning on a heading."""
         return replace(self, before=information, manoeuvre=replace(self.manoeuvre, yaw_deg=yaw_deg))

@@ -1,0 +1,87 @@
+"""Attitudes of a choice moved about, its turns counted, while that makes it better."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.paths.poses import nearest
+from validation.planning.manoeuvre import YAW, Leg
+
+if TYPE_CHECKING:
+    from validation.planning.task import Task
+
+Array = NDArray[np.float64]
+STEPS_DEG = (40.0, 20.0, 10.0, 5.0)
+"""How far an angle is moved, from the widest on."""
+MOST_ROUNDS = 3
+"""Over all angles, for each step."""
+GAIN = 5e-3
+"""Share of the error by which a round over all angles must make it less for another of the same step."""
+
+
+def refined(task: Task, legs: Sequence[Leg], time_s: float) -> tuple[tuple[Leg, ...], float]:
+    """Legs no worse than these for a time, and their error: an angle at a time, what is left of the time held.
+
+    Turns to other attitudes take other times and tell other things: both are counted, by the whole flight.
+    """
+    best = _fitted(task, tuple(legs), time_s)
+    error = np.inf if best is None else _error(task, best)
+    here = tuple(legs) if best is None else best
+    for step_deg in STEPS_DEG:
+        for _ in range(MOST_ROUNDS):
+            before = error
+            here, error = _round(task, here, error, step_deg, time_s)
+            if not error < (1.0 - GAIN) * before:
+                break
+    return here, error
+
+
+def _round(
+    task: Task, here: tuple[Leg, ...], error: float, step_deg: float, time_s: float
+) -> tuple[tuple[Leg, ...], float]:
+    """Each angle of each leg a step either way, kept where that is better."""
+    for place in range(len(here)):
+        for axis in range(3):
+            for way in (-step_deg, step_deg):
+                moved = _moved(task, here[place], axis, way)
+                tried = _fitted(task, (*here[:place], moved, *here[place + 1 :]), time_s)
+                found = np.inf if tried is None else _error(task, tried)
+                if tried is not None and found < error:
+                    here, error = tried, found
+    return here, error
+
+
+def _moved(task: Task, leg: Leg, axis: int, by_deg: float) -> Leg:
+    """A leg with an angle moved, within the tilts."""
+    angles = np.array(leg.angles_deg)
+    angles[axis] += by_deg
+    pitch, roll = task.tilts.pitch_deg, task.tilts.roll_deg
+    angles[YAW] = nearest(angles[YAW])
+    angles[1:] = np.clip(angles[1:], (-pitch, -roll), (pitch, roll))
+    return Leg.at(np.round(angles, 1), leg.amount)
+
+
+def _fitted(task: Task, legs: tuple[Leg, ...], time_s: float) -> tuple[Leg, ...] | None:
+    """The legs with their amounts changed alike so that the flight takes that time; None where turning alone does."""
+    manoeuvre = task.manoeuvre
+    moving_s = manoeuvre.phase([replace(leg, amount=manoeuvre.least) for leg in legs]).duration_s
+    if moving_s > time_s:
+        return None
+    if manoeuvre.whole:
+        return legs if manoeuvre.phase(legs).duration_s <= time_s else None
+    beyond = np.array([leg.amount - manoeuvre.least for leg in legs])
+    total = float(beyond.sum())
+    share = np.full(len(legs), (time_s - moving_s) / len(legs)) if total <= 0 else beyond * (time_s - moving_s) / total
+    return tuple(replace(leg, amount=manoeuvre.least + float(more)) for leg, more in zip(legs, share, strict=True))
+
+
+def _error(task: Task, legs: tuple[Leg, ...]) -> float:
+    """The goal's, by the whole flight as it is meant."""
+    phase = task.manoeuvre.phase(legs)
+    told = task.information(phase, 0.0, phase.duration_s)
+    return task.error(told if task.before is None else told + task.before)
