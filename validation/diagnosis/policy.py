@@ -78,6 +78,11 @@ class Policy:
     same_full_scale: float = number(1e-3, "relative difference up to which a full scale is the model's own")
     least_spikes: int = number(3, "single wrong values from which on they are an effect")
     far_sigma: float = number(5.0, "distance from the base beyond which a sample near a spike is a wrong one too")
+    burst_sigma: float = number(
+        8.0, "the same of samples that are wrong for some in a row: white noise has none so far"
+    )
+    most_burst: int = number(4, "samples in a row that a burst of wrong values lasts at most")
+    burst_median: int = number(21, "samples about a burst whose median is what it stands out from")
     quiet_sigma: float = number(1.5, "median gap below which the base leaves so little that a far sample is wrong")
     spike_margin: int = number(2, "samples beside a held or clipped one whose jumps are no spikes")
     more_noise: float = number(1.1, "ratio to the model's noise from which on there is more of it")
@@ -108,6 +113,10 @@ class Policy:
     own_size: float = number(
         3.0, "factor between its own size and the fitted one beyond which an effect without coefficients is none",
         run="a white hand-held log: a delay of 2.6 s at a millionth of its size had 8.8 nats, its gap was 471 sigma",
+    )  # fmt: skip
+    least_loop: float = number(
+        20.0, "times the noise that a threshold is at least where the field's course is itself a measurement",
+        run="a white log of a rover without attitude: a loop of 1.7 times the noise had 9.9 nats",
     )  # fmt: skip
     listed_settings: int = number(
         50, "settings beyond which they come from a search over the record, which has a price"

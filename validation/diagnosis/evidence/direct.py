@@ -13,6 +13,7 @@ from sim.effects.base import Effect
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.state import Array
+from validation.diagnosis.evidence.bursts import highest_of_bursts
 from validation.diagnosis.problem.held import held, pauses_after, repeated
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.signals.faults import pile_up, repeats, spikes
@@ -20,6 +21,10 @@ from validation.signals.lattice import Lattice, find_lattice
 
 Mask = NDArray[np.bool_]
 Lattices = tuple[Lattice | None, ...]
+
+
+ONE_SIZE = 0.25
+"""Mean of what spikes are above the least, over their mean, below which they are of one size: half is usual."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +91,9 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     steps = np.array([0.0 if one is None else one.step for one in lattices])
     currents = np.asarray(spikes(problem.state.current_A).any(axis=1), dtype=np.bool_)
     left = mag - problem.clean_nT
-    where = _standing_out(problem, left, steps) & ~(beside | _beside(problem, currents))[:, None]
+    where = (_standing_out(problem, left, steps) | highest_of_bursts(problem, left)) & ~(
+        beside | _beside(problem, currents)
+    )[:, None]
     if np.count_nonzero(where) < policy.least_spikes or any(isinstance(one, Spikes) for one in problem.effects):
         return None
     rate_hz, mean_nT = _spike_law(np.abs(left - np.median(left, axis=0))[where], len(left) * problem.state.interval_s)
@@ -111,10 +118,13 @@ def _standing_out(problem: LinearProblem, left: Array, steps: Array) -> Mask:
 def _spike_law(size_nT: Array, duration_s: float) -> tuple[float, float]:
     """Rate in Hz and mean size in nT of spikes (m,) of exponential size, of which small ones drown in the noise.
 
-    What is above the least seen has the same mean, and ``exp(least / mean)`` times as many are there as are seen.
+    What is above the least seen has the same mean, and ``exp(least / mean)`` times as many are there as are seen. Those
+    of nearly one size follow no such law, and are all that there are.
     """
     least = float(size_nT.min())
-    mean = max(float(size_nT.mean()) - least, 1e-9)
+    mean = float(size_nT.mean()) - least
+    if mean < ONE_SIZE * size_nT.mean():
+        return len(size_nT) / duration_s, float(size_nT.mean())
     return len(size_nT) / duration_s * float(np.exp(least / mean)), mean
 
 

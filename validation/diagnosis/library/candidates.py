@@ -203,8 +203,21 @@ def _is_measured(effect: type[Effect], problem: LinearProblem) -> bool:
     return "position" not in effect.needs or bool(extent_m >= problem.policy.least_path_m)
 
 
+def _above_noise(effect: type[Effect], name: str, problem: LinearProblem) -> tuple[Any, ...]:
+    """The listed values of a parameter; of a size in nT those above the noise, where the course is a measurement.
+
+    Without attitude a loop as narrow as the noise would follow the very noise that it is fitted to.
+    """
+    listed = effect.search[name]
+    unit = next(p.unit for p in effect.parameters() if p.name == name)
+    if problem.mode != "strength" or unit != "nT":
+        return listed
+    least = problem.policy.least_loop * float(problem.sigma_nT.max())
+    return tuple(value for value in listed if np.min(value) >= least) or listed[-1:]
+
+
 def _settings(effect: type[Effect], problem: LinearProblem) -> Iterator[dict[str, Any]]:
-    grid: dict[str, tuple[Any, ...]] = dict(effect.search)
+    grid: dict[str, tuple[Any, ...]] = {name: _above_noise(effect, name, problem) for name in effect.search}
     motor = effect.with_role("motor")
     if motor:
         motors = problem.state.motors

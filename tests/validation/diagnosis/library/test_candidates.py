@@ -179,3 +179,13 @@ def test_a_delay_is_driven_by_the_rate_and_not_by_the_noise_of_an_attitude() -> 
     late = Candidate(BY_NAME["latency"], (("delay_s", 0.1),))
     clean, seen = (late.contribution_nT(one)[5:] for one in (exact, problem(noisy)))
     assert np.sqrt(((seen - clean) ** 2).mean()) < 0.05 * np.sqrt((clean**2).mean())
+
+
+def test_without_attitude_no_loop_is_as_narrow_as_the_noise() -> None:
+    """The field's course is the measurement there, and a narrow loop would follow its noise."""
+    looped = next(effect.name for effect in EFFECTS if effect.stage == "sensor" and "gain" in effect.linear)
+    noisy = recording(noise_nT=50.0)
+    with_it, bare = proposed(problem(noisy))[looped], proposed(problem(without_attitude(noisy)))[looped]
+    least = min(float(np.min(dict(one.nonlinear)["threshold_nT"])) for one in bare)
+    assert least > 15 * 50.0
+    assert len(bare) < len(with_it)

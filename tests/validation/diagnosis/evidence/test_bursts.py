@@ -1,0 +1,41 @@
+"""A few wrong values in a row are wrong; what lasts, or stands in a rest that is not quiet, is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.dataset import Recording
+from sim.effects.faults import Spikes
+from tests.validation.diagnosis.synthetic import NOISE_NT, problem, recording
+from validation.diagnosis.evidence.direct import direct_evidence
+
+FIRST = (400, 900, 1500, 2100, 3333)
+
+
+def _with_bursts(samples: int, size_nT: float = 20 * NOISE_NT, rest_nT: float = 0.0) -> Recording:
+    given = recording()
+    mag_nT = given.mag_nT + rest_nT * np.sin(given.time_s)[:, None]
+    for k, first in enumerate(FIRST):
+        mag_nT[first : first + samples, k % 3] += size_nT * (-1) ** k
+    return replace(given, mag_nT=mag_nT)
+
+
+@pytest.mark.parametrize(("samples", "seen"), [(1, True), (2, True), (3, True), (4, True), (5, False)])
+def test_wrong_values_are_seen_by_themselves_and_some_in_a_row(samples: int, seen: bool) -> None:
+    (found,) = direct_evidence(problem(_with_bursts(samples))) or (None,)
+    assert (found is not None) is seen
+    if found is not None:
+        assert isinstance(found.effect, Spikes)
+        assert found.samples.sum() == pytest.approx(samples * len(FIRST), abs=2)
+        assert found.effect.rate_hz == pytest.approx(len(FIRST) / 400, rel=0.5)
+
+
+def test_what_is_far_from_a_rest_that_is_not_quiet_is_no_burst() -> None:
+    assert direct_evidence(problem(_with_bursts(3, rest_nT=300 * NOISE_NT))) == []
+
+
+def test_white_noise_has_no_burst() -> None:
+    assert direct_evidence(problem(recording(20_000, noise_nT=5.0))) == []
