@@ -11,14 +11,24 @@ STRENGTH_NT = float(os.environ.get("MAGBENCH_FIELD_STRENGTH_NT", "nan"))
 
 def read(path):
     """Field, nT, and body rate, rad/s, both (n, 3) and forward, left, up; time (n,), s. No rate: None."""
+    rows = columns(path, "mag_{}_nT"), columns(path, "gyro_{}_rad_s"), columns(path, "time_s", axes=" ")
+    return rows[0], rows[1], rows[2][:, 0]
+
+
+def force(path):
+    """Specific force, m/s^2, (n, 3), forward, left, up."""
+    return columns(path, "accel_{}_m_s2")
+
+
+def columns(path, name, axes="xyz"):
+    """A quantity's columns (n, axes); None where they are not there."""
     with open(path, encoding="utf-8") as file:
         names = file.readline().strip().split(",")
-    mag = [f"mag_{axis}_nT" for axis in "xyz"]
-    gyro = [f"gyro_{axis}_rad_s" for axis in "xyz"]
-    wanted = ["time_s", *mag, *(gyro if gyro[0] in names else ())]
-    places = [names.index(name) for name in wanted]
-    rows = np.loadtxt(path, delimiter=",", skiprows=1, usecols=places, ndmin=2)
-    return rows[:, 1:4], rows[:, 4:] if rows.shape[1] > 4 else None, rows[:, 0]
+    wanted = [name.format(axis) for axis in axes]
+    if wanted[0] not in names:
+        return None
+    places = [names.index(one) for one in wanted]
+    return np.loadtxt(path, delimiter=",", skiprows=1, usecols=places, ndmin=2)
 
 
 def write(path, offset_nT, matrix):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,12 +26,17 @@ EXAMPLES = ROOT / "examples"
 Measured = Callable[[np.ndarray], Recording]
 
 
+def turns_of(times: np.ndarray) -> Rotation:
+    """Attitudes that turn every way."""
+    angles = np.column_stack([0.9 * np.sin(0.31 * times) + 0.31 * times, 0.9 * np.sin(0.23 * times), 0.17 * times])
+    return Rotation.from_euler("xyz", angles)
+
+
 @pytest.fixture
 def measured() -> Measured:
     """A recording whose sensor has OFFSET_NT and a matrix, and turns every way, without noise; one word a row."""
     times = 0.1 * np.arange(1000.0)
-    angles = np.column_stack([0.9 * np.sin(0.31 * times) + 0.31 * times, 0.9 * np.sin(0.23 * times), 0.17 * times])
-    attitude = Rotation.from_euler("xyz", angles)
+    attitude = turns_of(times)
     field_nT = attitude.inv().apply([0.0, 0.6 * STRENGTH_NT, -0.8 * STRENGTH_NT])
     step = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / 0.1
     rate = np.vstack([step, step[-1:]])
@@ -46,6 +53,18 @@ def error_of(found: Calibration, soft: np.ndarray) -> tuple[float, float]:
     assert found.status.kind == "ok", found.status.reason
     offset_nT = float(np.linalg.norm(found.offset_nT - OFFSET_NT))
     return offset_nT, float(np.linalg.norm(found.matrix @ soft - np.eye(3)))
+
+
+@pytest.mark.usefixtures("here")
+def test_the_joint_map_of_field_force_and_rate(measured: Measured) -> None:
+    """The paper's equations solved: without noise what is left is that of rates which are half a step early."""
+    one = measured(SOFT)
+    attitude = turns_of(one.time_s)
+    recording = replace(one, accel_m_s2=attitude.inv().apply([0.0, 0.0, 9.81]) + np.array([0.1, -0.2, 0.05]))
+    command = f"{sys.executable} examples/peers/with_huang.py joint_map {{recording.csv}} {{result}}"
+    offset_nT, matrix = error_of(answer(command, recording), SOFT)
+    assert offset_nT < 20.0
+    assert matrix < 0.01
 
 
 def answer(command: str, recording: Recording) -> Calibration:
