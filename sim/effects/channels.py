@@ -66,6 +66,10 @@ class ChannelEffect(Effect):
         terms = felt(u, self.order, self.late, self.lag_s, state.interval_s, memory)
         return np.asarray(terms @ array((self.linear_nT, self.square_nT, self.cube_nT))[: self.order])
 
+    def conventions(self, state: State, signal_nT: Array) -> Array:
+        """Another value of x at which it contributes nothing."""
+        return np.tile(np.eye(3), (len(state), 1, 1))
+
 
 def felt(u: Array, order: int, late: Late, lag_s: float, interval_s: float, memory: Memory) -> Array:
     """Powers (n, order) of u (n,), of which u or the powers come through a first-order lag, at rest at the start."""
@@ -74,10 +78,6 @@ def felt(u: Array, order: int, late: Late, lag_s: float, interval_s: float, memo
     if late == "channel":
         return powers(first_order_lag(u[:, None], lag_s, interval_s, memory)[:, 0], order)
     return first_order_lag(powers(u, order), lag_s, interval_s, memory)
-
-    def conventions(self, state: State, signal_nT: Array) -> Array:
-        """Another value of x at which it contributes nothing."""
-        return np.tile(np.eye(3), (len(state), 1, 1))
 
 
 def powers(u: Array, order: int) -> Array:

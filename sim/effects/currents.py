@@ -17,7 +17,7 @@ from sim.state import Array, State, current_name, missing_channel
 
 Motor = Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")]
 
-BENT, OTHER_MOTOR, LATE_CURRENT = "bent line", "another motor", "late current"
+BENT, LATE_CURRENT = "bent line", "late current"
 DRIFT, SECOND, THIRD = "drift", "second harmonic", "third harmonic"
 LAGS_S = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 
@@ -57,8 +57,8 @@ class EddyCurrent(Effect):
 class MotorCurrent(Effect):
     """Field of the motors' supply currents: ``g I(t)``, with a bent line ``g I + g2 I |I| + g3 I^3``.
 
-    Another motor's current may add its own, ``g' I'(t)``. What is logged may be ahead of the currents, as a throttle
-    is: then I and I' come through a first-order lag.
+    What is logged may be ahead of the current, as a throttle is: then I comes through a first-order lag. Motors whose
+    wires run differently are several tables, each with its own motor.
     """
 
     name = "motor_current"
@@ -70,8 +70,6 @@ class MotorCurrent(Effect):
         "motor": 1,
         "square_nT_A2": (0.2, 0.1, -0.3),
         "cube_nT_A3": (0.03, -0.02, 0.01),
-        "other_gain_nT_A": (0.5, 0.3, -0.2),
-        "other_motor": 2,
         "lag_s": 0.4,
     }
     clues = Clues(
@@ -85,25 +83,17 @@ class MotorCurrent(Effect):
         ZERO3
     )
     cube_nT_A3: Annotated[Vec3, Quantity("nT/A3", -1e9, 1e9, "g3 forward, left, up", role="linear", form=BENT)] = ZERO3
-    other_gain_nT_A: Annotated[
-        Vec3, Quantity("nT/A", -1e9, 1e9, "g' forward, left, up", role="linear", form=OTHER_MOTOR)
-    ] = ZERO3
-    other_motor: Annotated[
-        int, Quantity("", 0, 64, "which motor I' is of, from 1; 0: the sum of all", role="motor", form=OTHER_MOTOR)
-    ] = 0
     lag_s: Annotated[
         float,
         Quantity("s", 0.0, 1e5, "time constant of the lag; 0: none", role="listed", tried=LAGS_S, form=LATE_CURRENT),
     ] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        motors = (self.motor, self.other_motor if any(self.other_gain_nT_A) else self.motor)
-        both = np.stack([_current(state, motor, self.name) for motor in motors], axis=1)
+        current = _current(state, self.motor, self.name)[:, None]
         if self.lag_s > 0:
-            both = first_order_lag(both, self.lag_s, state.interval_s, memory)
-        current, other = both[:, :1], both[:, 1:]
+            current = first_order_lag(current, self.lag_s, state.interval_s, memory)
         bent = np.abs(current) * array(self.square_nT_A2) + current**2 * array(self.cube_nT_A3)
-        return current * (array(self.gain_nT_A) + bent) + other * array(self.other_gain_nT_A)
+        return current * (array(self.gain_nT_A) + bent)
 
 
 @frozen

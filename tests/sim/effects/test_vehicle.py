@@ -90,14 +90,12 @@ def test_a_channel_that_nobody_gives_is_refused_with_those_there_are(states):
             label_of(effect, bare)
 
 
-def test_a_bent_line_and_another_motor_add_to_a_motors_field(states):
+def test_a_bent_line_adds_to_a_motors_field(states):
     state = states(300)
     state = replace(state, channels=state.channels | currents_of(np.linspace(-2, 3, 300)[:, None] * [1.0, -0.5]))
-    one, other = (state.channels[f"current_{motor}_A"] for motor in (1, 2))
-    effect = MotorCurrent(
-        (1, 2, 3), motor=1, square_nT_A2=(0, 0, 0.5), cube_nT_A3=(0.1, 0, 0), other_gain_nT_A=(0, 4, 0), other_motor=2
-    )
-    expected = np.stack([one + 0.1 * one**3, 2 * one + 4 * other, 3 * one + 0.5 * one * np.abs(one)], axis=1)
+    one = state.channels["current_1_A"]
+    effect = MotorCurrent((1, 2, 3), motor=1, square_nT_A2=(0, 0, 0.5), cube_nT_A3=(0.1, 0, 0))
+    expected = np.stack([one + 0.1 * one**3, 2 * one, 3 * one + 0.5 * one * np.abs(one)], axis=1)
     np.testing.assert_allclose(label_of(effect, state), expected, atol=1e-12)
 
 

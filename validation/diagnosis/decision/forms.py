@@ -67,11 +67,9 @@ def _forms_left(one: Candidate) -> Iterator[str]:
 
 
 def _settings(one: Candidate, form: str, state: State) -> Iterator[Candidate]:
-    """The candidate with a fuller form, at every listed value of that, for every other motor, and at every sweep."""
-    of_form, given = one.effect.forms[form], dict(one.nonlinear)
+    """The candidate with a fuller form, at every listed value of that and at every sweep."""
+    of_form = one.effect.forms[form]
     grid: dict[str, tuple[Any, ...]] = {p.name: p.quantity.tried for p in of_form if p.role == "listed"}
-    known = given.get(one.effect.with_role("motor") or "")
-    grid |= {p.name: tuple(motor for motor in state.motors if motor != known) for p in of_form if p.role == "motor"}
     fuller = replace(one, forms=(*one.forms, form))
     for values in itertools.product(*grid.values()):
         yield from _swept(fuller.at(dict(zip(grid, values, strict=True))), form, state)

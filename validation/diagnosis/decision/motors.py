@@ -10,38 +10,29 @@ import numpy as np
 from sim.effects import EFFECTS
 from validation.diagnosis.decision.choice import Accepted
 from validation.diagnosis.decision.forms import Tests
-from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence, judged_at
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.blocks import fit, inflation
 
-State = tuple[list[Accepted], Ground, Battery]
-"""Effects, the ground with all of them in, and the tests of what it leaves."""
-FEWEST = 3
-"""Motors from which on a gain of their sum and one of a single motor are not all: what the fuller form of two is."""
 
-
-def each_by_itself(now: State, start: Ground, tests: Tests) -> State:
+def each_by_itself(found: Sequence[Accepted], start: Ground, tests: Tests) -> list[Accepted]:
     """Effects, the last with a gain of each motor, where that explains what one gain of all leaves.
 
     Nats on held-out data beyond those of what is in, over the inflation, must be as many as a name needs. Motors that
     explain nothing beside the others are left out. start : the ground without any effect.
     """
-    (found, ground, after), problem = now, start.problem
-    motors, one = problem.state.motors, found[-1].evidence
-    role = one.candidate.effect.with_role("motor")
-    if after.clean or role is None or len(motors) < FEWEST:
-        return now
+    problem, one = start.problem, found[-1].evidence
+    motors, role = problem.state.motors, one.candidate.effect.with_role("motor")
+    with_all = start.with_all(each.columns(problem) for each in found)
+    if role is None or len(motors) < 2 or tests(with_all).clean:
+        return list(found)
     others = start.with_all(before.columns(problem) for before in found[:-1])
-    plain = replace(one.candidate, forms=())
-    parts = _parts(others, [plain.at({role: motor}) for motor in motors], one)
+    parts = _parts(others, [one.candidate.at({role: motor}) for motor in motors], one)
     if not parts:
-        return now
+        return list(found)
     first = replace(found[-1], evidence=replace(parts[0], gain=one.gain, V=one.V))
-    out = [*found[:-1], first, *(Accepted(part, ()) for part in parts[1:])]
-    ground = start.with_all(each.columns(problem) for each in out)
-    return out, ground, tests(ground)
+    return [*found[:-1], first, *(Accepted(part, ()) for part in parts[1:])]
 
 
 def _parts(others: Ground, settings: Sequence[Candidate], one: Evidence) -> list[Evidence]:

@@ -68,7 +68,7 @@ def select(
             break
         found.append(_as_form(chosen, found))
         tests = partial(tests_beside, found=names_of(found))
-        found, ground, after = each_by_itself(in_full(found, start, tests), start, tests)
+        found, ground, after = in_full(each_by_itself(found, start, tests), start, tests)
     return Selection(tuple(found), start, ground, before, after, first, without)
 
 
