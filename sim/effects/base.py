@@ -136,6 +136,11 @@ class Effect(ABC):
         """
         return np.zeros((len(state), 3, 0))
 
+    @classmethod
+    def middle(cls, state: State) -> dict[str, float]:
+        """Fixed parameters from which a curve is best counted along a course: a temperature of its middle."""
+        return {}
+
     def problem(self) -> str | None:
         """What is wrong with the parameters taken together, if anything; each alone is checked before."""
         return None

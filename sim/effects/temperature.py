@@ -58,6 +58,10 @@ class TemperatureScale(Effect):
         warmer_K = _felt_degC(state, (self.lag_s, self.second_lag_s), memory) - self.reference_degC
         return signal_nT * warmer_K * (array(self.slope_1_K) + warmer_K * array(self.square_1_K2))
 
+    @classmethod
+    def middle(cls, state: State) -> dict[str, float]:
+        return _middle(state)
+
     def conventions(self, state: State, signal_nT: Array) -> Array:
         """Another temperature at which it contributes nothing."""
         return signal_nT[:, :, None] * np.stack([array(self.slope_1_K), array(self.square_1_K2)], axis=1)
@@ -86,9 +90,18 @@ class TemperatureOffset(Effect):
         warmer_K = _felt_degC(state, (self.lag_s, self.second_lag_s), memory) - self.reference_degC
         return warmer_K * (array(self.slope_nT_K) + warmer_K * array(self.square_nT_K2))
 
+    @classmethod
+    def middle(cls, state: State) -> dict[str, float]:
+        return _middle(state)
+
     def conventions(self, state: State, signal_nT: Array) -> Array:
         """Another temperature at which it contributes nothing."""
         return np.tile(array(self.slope_nT_K)[:, None], (len(state), 1, 1))
+
+
+def _middle(state: State) -> dict[str, float]:
+    """The reference temperature in the middle of a course, to a tenth of a degree."""
+    return {"reference_degC": round(float(np.mean(state.channel(TEMPERATURE))), 1)}
 
 
 def _felt_degC(state: State, lags_s: tuple[float, ...], memory: Memory) -> Array:

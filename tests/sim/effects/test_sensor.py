@@ -214,3 +214,9 @@ def test_a_bend_may_be_counted_from_another_slope_and_another_zero(states):
     columns = np.column_stack([own, Nonlinearity((1e-3, 0, 0)).conventions(state, state.field_nT)[:, 0]])
     left = bent - columns @ np.linalg.lstsq(columns, bent, rcond=None)[0]
     assert np.abs(left).max() < 1e-6
+
+
+def test_a_temperature_curve_is_counted_from_the_middle_of_the_course(states):
+    state = replace(states(300), channels={TEMPERATURE: np.linspace(4.0, 5.0, 300)})
+    for effect in (TemperatureOffset, TemperatureScale):
+        assert effect.middle(state) == {"reference_degC": 4.5}

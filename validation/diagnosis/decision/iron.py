@@ -120,10 +120,20 @@ def _is_of_no_account(chosen: Accepted, found: list[Accepted], selection: Select
     problem = selection.end.problem
     if chosen.evidence.raw_gain < problem.policy.accepted(len(EFFECTS)):
         return True
-    larger = [one.evidence.raw_gain for one in selection.found] + [one.evidence.gain for one in found[:1]]
+    larger = [_size(one, problem) for one in selection.found] + [one.evidence.gain for one in found[:1]]
     share = problem.policy.form_share if selection.after.clean else problem.policy.same_form_share
     form = share**2 * max(larger, default=0.0)
     return chosen.evidence.gain < form or chosen.evidence.strength < _turned_by(problem)
+
+
+def _size(one: Accepted, problem: LinearProblem) -> float:
+    """Nats that an effect explains where no iron is fitted; beside the iron where that moves what it is counted from.
+
+    A sensor at 10 degrees has a large part of ``k (T - 20)`` in its iron.
+    """
+    effect = one.evidence.candidate.made(one.evidence.coefficients)
+    counted = effect.conventions(problem.state, problem.clean_nT).shape[2]
+    return one.evidence.gain if counted else one.evidence.raw_gain
 
 
 def _turned_by(problem: LinearProblem) -> float:

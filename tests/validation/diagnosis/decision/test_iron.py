@@ -11,7 +11,7 @@ import pytest
 from sim.dataset import Recording
 from sim.effects import EFFECTS
 from sim.scenario import ModelSpec
-from tests.validation.diagnosis.synthetic import STRENGTH_NT, problem
+from tests.validation.diagnosis.synthetic import STRENGTH_NT, problem, recording
 from validation.diagnosis.decision.belief import believed
 from validation.diagnosis.decision.choice import accepted
 from validation.diagnosis.decision.iron import _looks_like, iron_changes
@@ -44,6 +44,18 @@ def test_another_reference_temperature_is_counted_with_its_effect() -> None:
     assert alone.counted[0].evidence.coefficients == pytest.approx(-6 * slope, abs=0.5)
     both = iron_changes(select(problem(hidden={**hidden, "hard_iron": {"offset_nT": [20.0, 30.0, 10.0]}})))
     assert [one.name for one in both.found] == ["hard_iron"]
+
+
+def test_a_temperature_that_hardly_changes_keeps_its_slope() -> None:
+    """A sensor at 5 degrees that the model's iron is right for: most of ``k (T - 20)`` is iron, and goes into it."""
+    quiet = recording()
+    swing_K, slope = 0.15 * np.sin(0.02 * quiet.time_s), np.array([30.0, -45.0, 20.0])
+    mag_nT = quiet.mag_nT + swing_K[:, None] * slope
+    posed = problem(replace(quiet, mag_nT=mag_nT, temperature_degC=5 + swing_K))
+    (named,) = names_of(posed, believed(select(posed)), ())
+    assert named.effect.slope_nT_K == pytest.approx(slope, rel=0.05)  # type: ignore[attr-defined]
+    (iron,) = named.also
+    assert iron.offset_nT == pytest.approx(15 * slope, rel=0.05)  # type: ignore[attr-defined]
 
 
 def test_one_effect_with_two_parts_is_one_name() -> None:
