@@ -61,17 +61,17 @@ def channel_is_left(case: Case) -> str | None:
     """What is left still goes with the channels that the gap goes with, and with these more than with time.
 
     Shares are of the gap: what a slow disturbance of its own leaves goes with time, and with every channel that does.
+    By chance with one of many a little more: any but the first must exceed time's share by all that speaks against.
     """
     policy, explained = case.problem.policy, case.gap.explained
     if not case.where or explained is None:
         return None
     left = {one.channel: (1 - explained) * one.share for one in localise(case.problem, case.left)}
-    leading = [one for one in case.where if one.share > policy.leading_share * case.where[0].share]
-    kept = [
-        one.channel
-        for one in leading
-        if left.get(one.channel, 0.0) > max(policy.channel_left * one.share, left.get(TIME, 0.0))
-    ]
+    time, (first, *others) = left.get(TIME, 0.0), case.where
+    beside = [one for one in others if one.share > policy.leading_share * first.share]
+    needed = {first.channel: max(policy.channel_left * first.share, time)}
+    needed |= {one.channel: policy.channel_left * one.share + time for one in beside}
+    kept = [channel for channel, least in needed.items() if left.get(channel, 0.0) > least]
     return f"what is left still goes with {', '.join(kept)}" if kept else None
 
 

@@ -78,6 +78,16 @@ def test_a_name_after_which_the_channel_is_still_there_only_resembles_the_cause(
     assert channel_is_left(replace(_still_driven(1.0), where=())) is None
 
 
+def test_any_channel_but_the_first_must_be_left_well_beyond_time() -> None:
+    kept = _still_driven(1.0)
+    slow = np.sin(0.02 * POSED.state.time_s)[:, None] * np.ones(3)
+    near = replace(kept, gap=replace(GAP, explained=0.0), left=kept.left + 1.7 * slow)
+    first, second = Share("rate_x", "body", 0.65), Share("current_1_A", "body", 0.65)
+    assert channel_is_left(replace(near, where=(second, first))) == "what is left still goes with current_1_A"
+    assert channel_is_left(replace(near, where=(first, second))) is None
+    assert channel_is_left(replace(kept, where=(first, second))) == "what is left still goes with current_1_A"
+
+
 def test_what_goes_with_time_as_well_speaks_against_no_name() -> None:
     slow = np.sin(0.02 * POSED.state.time_s)[:, None] * np.ones(3)
     assert channel_is_left(_case(FOUND, explained=0.7, where=(Share("time_s", "body", 0.9),), left=slow)) is None
