@@ -19,6 +19,7 @@ from sim.state import Array, State
 
 SCENARIOS = ("auv-spiral-excited", "quad-calibration")
 QUIET = ("navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0")
+EXACT = {"temperature_noise_std_K": 0.0, "current_noise_std_A": 0.0}
 ATTITUDE_DEG, CORRELATION_S, JITTER_S = 0.01, 60.0, 0.5e-3
 
 
@@ -37,15 +38,22 @@ def flown(vehicle: str) -> tuple[Recording, State, Array]:
 
 
 def along(scenario: Scenario) -> tuple[Recording, State, Array]:
-    """The same of a scenario without errors."""
-    made = plan(scenario, 0, 0)
+    """The same of a scenario without errors; the channels' own noise is in the recording alone, and causes nothing."""
+    exact = scenario.model_copy(update={"navigation": scenario.navigation.model_copy(update=EXACT)})
+    whole, recording = _flown(scenario)
+    _, causes = _flown(exact)
+    field_enu_nT = plan(scenario, 0, 0).field_enu_nT
+    return recording, _true_state(whole, causes, field_enu_nT), field_enu_nT
+
+
+def _flown(scenario: Scenario) -> tuple[dict[str, Array], Recording]:
+    """A run's columns, and what is recorded of them."""
     columns: dict[str, list[Any]] = {}
-    for block in blocks(made):
+    for block in blocks(plan(scenario, 0, 0)):
         for key, values in block.items():
             columns.setdefault(key, []).append(values)
     whole = {key: np.concatenate(parts) for key, parts in columns.items()}
-    recording = recording_of({k: v for k, v in whole.items() if not k.startswith(("true_", "effect"))})
-    return recording, _true_state(whole, recording, made.field_enu_nT), made.field_enu_nT
+    return whole, recording_of({k: v for k, v in whole.items() if not k.startswith(("true_", "effect"))})
 
 
 def _true_state(whole: dict[str, Array], recording: Recording, field_enu_nT: Array) -> State:
