@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from benchmarks.diagnosis.truth import beyond_base
 from sim.dataset import Recording
@@ -51,9 +52,10 @@ def _turning(rng: np.random.Generator, recording: Recording, state: State) -> tu
 
 
 def _load(rng: np.random.Generator, recording: Recording, state: State) -> tuple[Array, Array]:
-    """A core in a motor's field that saturates: its field is the current's square."""
+    """A core that a motor's current magnetises: it keeps the field of the largest current of five seconds."""
     current = state.current_A[:, 0]
-    return current, (current - current.mean()) ** 2
+    length = round(5.0 / state.interval_s)
+    return current, maximum_filter1d(current, length, origin=(length - 1) // 2)
 
 
 OUTSIDE: dict[str, tuple[Course, tuple[str, ...]]] = {
@@ -62,7 +64,7 @@ OUTSIDE: dict[str, tuple[Course, tuple[str, ...]]] = {
     "pressure": (_pressure, ("pos_up_m",)),
     "loose_part": (_swing, ("heading",)),
     "gyro_drive": (_turning, ("rate_z",)),
-    "saturated_core": (_load, ("current_1_A",)),
+    "remanent_core": (_load, ("current_1_A",)),
 }
 """name -> (course, the channels that drive it)."""
 LOGGED = ("pump", "wheel")

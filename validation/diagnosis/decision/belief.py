@@ -79,10 +79,17 @@ def iron_differs(belief: Belief) -> Belief:
 
 
 def wander_moves_the_mean(belief: Belief) -> Belief:
-    """A slow wander changes the mean: beside one that was found, or that the model states, no constant has changed."""
+    """A slow wander changes the mean: beside one that was found, or that the model states, no constant has changed.
+
+    Nor has what the data do not tell from a constant.
+    """
     if belief.noise is None and not states_wander(belief.selection.end.problem):
         return belief
-    return replace(belief, iron=tuple(one for one in belief.iron if not BY_NAME[one.name].clues.constant))
+    return replace(belief, iron=tuple(one for one in belief.iron if not _may_be_constant(one)))
+
+
+def _may_be_constant(one: Accepted) -> bool:
+    return any(BY_NAME[name].clues.constant for name in (one.name, *one.alternatives))
 
 
 DOUBTS: tuple[Doubt, ...] = (slow_noise_is_left, iron_differs, wander_moves_the_mean)

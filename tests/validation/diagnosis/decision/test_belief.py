@@ -191,6 +191,12 @@ def test_a_wander_takes_constants_with_it() -> None:
     belief = iron_differs(_believed(selection))
     assert wander_moves_the_mean(belief).iron == belief.iron
     assert wander_moves_the_mean(replace(belief, noise=NOISE)).iron == ()
+    (one,) = belief.iron
+    turn = Candidate(next(effect for effect in EFFECTS if effect.clues.absorbed and not effect.clues.constant))
+    alike = Accepted(replace(one.evidence, candidate=turn), (one.name,))
+    assert wander_moves_the_mean(replace(belief, iron=(alike,), noise=NOISE)).iron == ()
+    apart = replace(alike, alternatives=())
+    assert wander_moves_the_mean(replace(belief, iron=(apart,), noise=NOISE)).iron == (apart,)
 
 
 def test_doubts_are_asked_in_their_order(driven: Selection) -> None:
