@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from benchmarks.diagnosis.truth import beyond_base
 from sim.dataset import Recording
@@ -41,8 +40,12 @@ def _pressure(rng: np.random.Generator, recording: Recording, state: State) -> t
 
 def _swing(rng: np.random.Generator, recording: Recording, state: State) -> tuple[Array, Array]:
     """A loose part that follows the heading in four lobes."""
-    heading = np.arctan2(state.R_wb[:, 1, 0], state.R_wb[:, 0, 0])
+    heading = _heading_rad(state)
     return heading, np.sin(4 * heading)
+
+
+def _heading_rad(state: State) -> Array:
+    return np.asarray(np.arctan2(state.R_wb[:, 1, 0], state.R_wb[:, 0, 0]))
 
 
 def _turning(rng: np.random.Generator, recording: Recording, state: State) -> tuple[Array, Array]:
@@ -52,10 +55,9 @@ def _turning(rng: np.random.Generator, recording: Recording, state: State) -> tu
 
 
 def _load(rng: np.random.Generator, recording: Recording, state: State) -> tuple[Array, Array]:
-    """A core that a motor's current magnetises: it keeps the field of the largest current of five seconds."""
+    """A motor's lead that swings with the heading: its field goes with the current and three lobes of that."""
     current = state.current_A[:, 0]
-    length = round(5.0 / state.interval_s)
-    return current, maximum_filter1d(current, length, origin=(length - 1) // 2)
+    return current, current * np.sin(3 * _heading_rad(state))
 
 
 OUTSIDE: dict[str, tuple[Course, tuple[str, ...]]] = {
@@ -64,7 +66,7 @@ OUTSIDE: dict[str, tuple[Course, tuple[str, ...]]] = {
     "pressure": (_pressure, ("pos_up_m",)),
     "loose_part": (_swing, ("heading",)),
     "gyro_drive": (_turning, ("rate_z",)),
-    "remanent_core": (_load, ("current_1_A",)),
+    "loose_lead": (_load, ("current_1_A",)),
 }
 """name -> (course, the channels that drive it)."""
 LOGGED = ("pump", "wheel")
