@@ -77,6 +77,10 @@ class Policy:
     same_step: float = number(0.01, "relative difference up to which a step is the model's own")
     same_full_scale: float = number(1e-3, "relative difference up to which a full scale is the model's own")
     least_spikes: int = number(3, "single wrong values from which on they are an effect")
+    one_size: float = number(
+        0.25,
+        "mean of what spikes are above the least, over their mean, below which they are of one size: half is usual",
+    )
     far_sigma: float = number(5.0, "distance from the base beyond which a sample near a spike is a wrong one too")
     burst_sigma: float = number(
         8.0, "the same of samples that are wrong for some in a row: white noise has none so far"

@@ -23,10 +23,6 @@ Mask = NDArray[np.bool_]
 Lattices = tuple[Lattice | None, ...]
 
 
-ONE_SIZE = 0.25
-"""Mean of what spikes are above the least, over their mean, below which they are of one size: half is usual."""
-
-
 @dataclass(frozen=True)
 class Direct:
     """An effect seen in the values themselves, and the samples (n,) that are no measurements because of it."""
@@ -96,7 +92,9 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     )[:, None]
     if np.count_nonzero(where) < policy.least_spikes or any(isinstance(one, Spikes) for one in problem.effects):
         return None
-    rate_hz, mean_nT = _spike_law(np.abs(left - np.median(left, axis=0))[where], len(left) * problem.state.interval_s)
+    rate_hz, mean_nT = _spike_law(
+        np.abs(left - np.median(left, axis=0))[where], len(left) * problem.state.interval_s, policy.one_size
+    )
     single = where.any(axis=1)
     far = (np.abs(left) > policy.far_sigma * problem.sigma_nT).any(axis=1) & (single | _quiet(problem, left)) & ~beside
     return _possible(Spikes, single | far, rate_hz=rate_hz, amplitude_nT=mean_nT)
@@ -115,7 +113,7 @@ def _standing_out(problem: LinearProblem, left: Array, steps: Array) -> Mask:
     return raw & spikes(along, steps if problem.mode == "vector" else None, gaps)
 
 
-def _spike_law(size_nT: Array, duration_s: float) -> tuple[float, float]:
+def _spike_law(size_nT: Array, duration_s: float, one_size: float) -> tuple[float, float]:
     """Rate in Hz and mean size in nT of spikes (m,) of exponential size, of which small ones drown in the noise.
 
     What is above the least seen has the same mean, and ``exp(least / mean)`` times as many are there as are seen. Those
@@ -123,7 +121,7 @@ def _spike_law(size_nT: Array, duration_s: float) -> tuple[float, float]:
     """
     least = float(size_nT.min())
     mean = float(size_nT.mean()) - least
-    if mean < ONE_SIZE * size_nT.mean():
+    if mean < one_size * size_nT.mean():
         return len(size_nT) / duration_s, float(size_nT.mean())
     return len(size_nT) / duration_s * float(np.exp(least / mean)), mean
 
