@@ -198,6 +198,13 @@ class Policy:
         "unrelated channels 2 had a curve: both of a periodic sawtooth, whose shift is a curve of it",
     )  # fmt: skip
 
+    # fuller forms of what was found
+    sweep_cycles: tuple[float, ...] = number(
+        tuple(k / 16 for k in range(1, 13)),
+        "cycles by which a tone is ahead or behind at the end of a run of one that keeps its first frequency",
+    )
+    form_settings: int = number(40, "settings that are compared at most between the listed ones of a form")
+
     # effects in a part of the run
     window_cells: int = number(
         80, "cells of the recording between which an effect's begin and end are looked for first"

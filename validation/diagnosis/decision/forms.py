@@ -11,19 +11,16 @@ import numpy as np
 from scipy.optimize import minimize
 
 from sim.effects import EFFECTS
-from sim.state import Array, State
+from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence, judged_at, misfit
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.problem.linear import LinearProblem
 
 Tests = Callable[[Ground], Battery]
 """(ground with effects in) -> the tests of what it leaves."""
-SWEEPS = tuple(k / 16 for k in range(-12, 13) if k)
-"""Cycles by which a tone is ahead at the end of a run of one that keeps its first frequency."""
-EVALUATIONS = 40
-"""Settings that are compared at most between the listed ones."""
 
 
 def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[list[Accepted], Ground, Battery]:
@@ -49,8 +46,9 @@ def _fuller(others: Ground, one: Evidence) -> Evidence | None:
     Its nats stay those of the effect, by which it was chosen.
     """
     policy, before = others.problem.policy, judged_at(others, [one.candidate])
-    state = others.problem.state
-    asked = [judged_at(others, list(_settings(one.candidate, form, state))) for form in _forms_left(one.candidate)]
+    asked = [
+        judged_at(others, list(_settings(one.candidate, form, others.problem))) for form in _forms_left(one.candidate)
+    ]
     judged = [each for each in asked if each is not None]
     if before is None or not judged:
         return None
@@ -66,24 +64,24 @@ def _forms_left(one: Candidate) -> Iterator[str]:
     return (form for form in one.effect.forms if form not in one.forms)
 
 
-def _settings(one: Candidate, form: str, state: State) -> Iterator[Candidate]:
+def _settings(one: Candidate, form: str, problem: LinearProblem) -> Iterator[Candidate]:
     """The candidate with a fuller form, at every listed value of that and at every sweep."""
     of_form = one.effect.forms[form]
     grid: dict[str, tuple[Any, ...]] = {p.name: p.quantity.tried for p in of_form if p.role == "listed"}
-    fuller = replace(one, forms=(*one.forms, form)).at(one.effect.middle(state))
+    fuller = replace(one, forms=(*one.forms, form)).at(one.effect.middle(problem.state))
     for values in itertools.product(*grid.values()):
-        yield from _swept(fuller.at(dict(zip(grid, values, strict=True))), form, state)
+        yield from _swept(fuller.at(dict(zip(grid, values, strict=True))), form, problem)
 
 
-def _swept(one: Candidate, form: str, state: State) -> Iterator[Candidate]:
+def _swept(one: Candidate, form: str, problem: LinearProblem) -> Iterator[Candidate]:
     """A candidate at every sweep of its frequency, which stays as it is in the middle; itself where it has none."""
     sweeps = [p for p in one.effect.forms[form] if p.role == "sweep"]
     frequency = one.effect.with_role("frequency")
     if not sweeps or frequency is None:
         yield one
         return
-    begin_s, end_s = float(state.time_s[0]), float(state.time_s[-1])
-    for cycles in SWEEPS:
+    begin_s, end_s = map(float, problem.state.time_s[[0, -1]])
+    for cycles in (sign * ahead for sign in (-1, 1) for ahead in problem.policy.sweep_cycles):
         rate = 2 * cycles / (end_s - begin_s) ** 2
         there = float(dict(one.nonlinear)[frequency]) - rate * (begin_s + end_s) / 2
         if there > 0:
@@ -104,8 +102,6 @@ def _between(others: Ground, one: Candidate) -> Candidate:
     def at(x: Array) -> Candidate:
         return one.at(dict(zip(names, map(float, np.clip(np.exp(x), low, high)), strict=True)))
 
-    start = np.log([given[name] for name in names])
-    best = minimize(
-        lambda x: misfit(others, at(x)), start, method="Nelder-Mead", options={"maxfev": EVALUATIONS, "xatol": 0.02}
-    )
+    start, options = np.log([given[name] for name in names]), {"maxfev": others.problem.policy.form_settings}
+    best = minimize(lambda x: misfit(others, at(x)), start, method="Nelder-Mead", options={**options, "xatol": 0.02})
     return at(best.x)

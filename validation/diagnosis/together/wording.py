@@ -14,9 +14,6 @@ from validation.diagnosis.together.result import Together
 from validation.diagnosis.verdict import Verdict
 from validation.text import figure
 
-SMALLEST = 1e-12
-"""What a size of nothing is divided by."""
-
 
 def sentence_together(found: Together) -> str:
     """The finding in one sentence for a field engineer."""
@@ -112,9 +109,10 @@ def _near_or_far(found: Together) -> Iterator[str]:
         elif one.reach is Reach.NOT_TRANSFERRED:
             size, name = min(_sizes(found, one))
             largest, where = max(_sizes(found, one))
+            more = f"{figure(largest / size)} times as much" if size > 0 else "most"
             yield (
                 f"{one.name} differs from sensor to sensor: its source is near them, or in each. {name} has least, "
-                f"{where} {figure(largest / max(size, SMALLEST))} times as much."
+                f"{where} {more}."
             )
         else:
             without = [name for name, there in zip(found.names, one.there, strict=True) if there is There.ABSENT]
