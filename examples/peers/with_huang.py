@@ -1,8 +1,8 @@
-"""The joint calibration of magnetometer and IMU by Huang, Hendeby and Skog (arXiv 2505.16662), from its equations.
+"""The joint calibration of magnetometer and IMU by Huang, Hendeby and Skog (arXiv 2505.16662), written anew.
 
 magbench compare standard-auv --exec 'huang=python3 examples/peers/with_huang.py joint_map {recording.csv} {result}'
 
-The authors' program is for MATLAB; this one is written anew from the paper. Maximum a posteriori of every orientation
+The authors' program is for MATLAB; this one minimises what theirs does. Maximum a posteriori of every orientation
 Q, of D and o of the magnetometer, the biases of gyro and accelerometer, and the field's inclination, by Gauss-Newton
 without damping on
 
