@@ -138,9 +138,10 @@ def as_tables(effects: Sequence[Effect]) -> tuple[dict[str, Any], tuple[str, ...
 
 
 def table(effect: Effect) -> dict[str, Any]:
-    """The effect as a table for TOML: every parameter, tuples as lists, and its window if it has one."""
+    """The effect as a table for TOML: every parameter of the forms in use, tuples as lists, and its window if any."""
     plain: dict[str, Any] = TypeAdapter(type(effect)).dump_python(effect, mode="json", exclude_none=True)
-    return plain
+    idle = {p.name for p in effect.parameters() if p.form not in effect.forms_in_use}
+    return {name: value for name, value in plain.items() if name not in idle}
 
 
 def _instances(name: str, given: Any) -> Iterator[Effect]:

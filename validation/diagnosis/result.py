@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sim.effects.base import Effect
+from sim.effects.values import Parameter
 from sim.scenario import Scenario
 from sim.state import Array
 from validation.diagnosis.evidence.battery import Battery
@@ -203,10 +204,15 @@ class Diagnosis:
         }
 
 
+def in_use(effect: Effect) -> tuple[Parameter, ...]:
+    """The parameters of an effect and of its fuller forms that are in use."""
+    return tuple(p for p in effect.parameters() if p.form in effect.forms_in_use)
+
+
 def parameters(one: Named) -> dict[str, dict[str, Any]]:
     """Value with 95 % interval and unit of every parameter in use; no interval where the data do not give one."""
     out: dict[str, dict[str, Any]] = {}
-    for p in one.effect.parameters():
+    for p in in_use(one.effect):
         value = getattr(one.effect, p.name)
         if isinstance(value, str):
             out[p.name] = {"value": value, "low": None, "high": None, "unit": ""}
@@ -230,7 +236,7 @@ def _effect(one: Named) -> dict[str, Any]:
         "alternatives": list(one.alternatives),
         "parameters": parameters(one),
         "also": [
-            {"name": effect.name, "parameters": {p.name: getattr(effect, p.name) for p in effect.parameters()}}
+            {"name": effect.name, "parameters": {p.name: getattr(effect, p.name) for p in in_use(effect)}}
             for effect in one.also
         ],
         "evidence": one.evidence,

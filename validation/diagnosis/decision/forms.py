@@ -27,8 +27,9 @@ def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[lis
     """Effects with what their forms lack, the last one's first, until what is left is clean; with ground and tests.
 
     start : the ground without any effect. A form is no name of its own, and is asked for only where something is left.
+    One that was taken for what another effect explains by now is given back.
     """
-    out, problem = list(found), start.problem
+    out, problem = _with_forms_that_tell(found, start), start.problem
     ground = start.with_all(one.columns(problem) for one in out)
     after = tests(ground)
     for i in reversed(range(len(out))):
@@ -40,12 +41,37 @@ def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[lis
     return out, ground, after
 
 
+def _with_forms_that_tell(found: Sequence[Accepted], start: Ground) -> list[Accepted]:
+    """Effects without those of their forms that gain less than a name needs, beside all the others."""
+    out, problem = list(found), start.problem
+    for i, one in enumerate(found):
+        others = start.with_all(each.columns(problem) for each in (*out[:i], *out[i + 1 :]))
+        for form in reversed(one.evidence.candidate.forms):
+            plainer = judged_at(others, [_without(out[i].evidence.candidate, form)])
+            whole = judged_at(others, [out[i].evidence.candidate])
+            if plainer is not None and (whole is None or not _tells(whole, plainer, problem)):
+                out[i] = replace(out[i], evidence=replace(plainer, gain=one.evidence.gain, V=one.evidence.V))
+    return out
+
+
+def _without(one: Candidate, form: str) -> Candidate:
+    """The candidate without a form, whose parameters are then as they are by default."""
+    names = {p.name for p in one.effect.forms[form]}
+    kept = tuple((name, value) for name, value in one.nonlinear if name not in names)
+    return replace(one, forms=tuple(other for other in one.forms if other != form), nonlinear=kept)
+
+
+def _tells(fuller: Evidence, plainer: Evidence, problem: LinearProblem) -> bool:
+    """Whether a form gains on held-out data as much as a name needs."""
+    return (fuller.gain - plainer.gain) / fuller.V > problem.policy.accepted(len(EFFECTS))
+
+
 def _fuller(others: Ground, one: Evidence) -> Evidence | None:
     """The effect with the form that gains most on held-out data; None where none gains as much as a name needs.
 
     Its nats stay those of the effect, by which it was chosen.
     """
-    policy, before = others.problem.policy, judged_at(others, [one.candidate])
+    before = judged_at(others, [one.candidate])
     asked = [
         judged_at(others, list(_settings(one.candidate, form, others.problem))) for form in _forms_left(one.candidate)
     ]
@@ -53,7 +79,7 @@ def _fuller(others: Ground, one: Evidence) -> Evidence | None:
     if before is None or not judged:
         return None
     best = max(judged, key=lambda each: each.gain)
-    if (best.gain - before.gain) / best.V <= policy.accepted(len(EFFECTS)):
+    if not _tells(best, before, others.problem):
         return None
     finer = judged_at(others, [_between(others, best.candidate)]) or best
     best = finer if finer.gain > best.gain else best

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from sim.effects import BY_NAME
+from sim.effects.currents import MotorCurrent
 from sim.effects.nonlinear import Hysteresis
 from tests.validation.diagnosis.synthetic import problem, recording
-from validation.diagnosis.decision.forms import _between
+from validation.diagnosis.decision.choice import Accepted
+from validation.diagnosis.decision.forms import _between, in_full
 from validation.diagnosis.decision.selection import Selection, select
+from validation.diagnosis.decision.selection import tests_beside as left_beside
+from validation.diagnosis.evidence.compare import judged_at
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate, proposed
 
@@ -41,17 +46,19 @@ def _found(hidden: dict[str, dict[str, object]]) -> Selection:
             {"second_gain": [3e-4, 3e-4, 3e-4], "second_threshold_nT": 9000.0},
             "second play",
         ),
-        (
+        pytest.param(
             "current_ripple",
             {"amplitude_nT_A": [4.0, -2.0, 3.2], "frequency_hz": 1.7, "motor": 2},
             {"second_sine_nT_A": [0.3, 0.2, 0.4]},
             "second harmonic",
+            marks=pytest.mark.slow,
         ),
-        (
+        pytest.param(
             "current_ripple",
             {"amplitude_nT_A": [4.0, -2.0, 3.2], "frequency_hz": 1.7, "motor": 2},
             {"drift_hz_s": 6e-6},
             "drift",
+            marks=pytest.mark.slow,
         ),
         ("nonlinearity", {"third_order": [2e-3, 1e-3, 2e-3]}, {"kink": [4e-4, -4e-4, 3e-4]}, "kink"),
     ],
@@ -105,3 +112,18 @@ def test_a_number_that_is_moved_stays_within_its_bounds() -> None:
     moved = _between(Ground.of(posed), Candidate(BY_NAME["temperature_offset"], lags, forms=("second lag",)))
     assert all(0 < value <= 1e5 for _, value in moved.nonlinear)
     assert np.isfinite(moved.columns(posed)).all()
+
+
+@pytest.mark.parametrize(("bend", "kept"), [((0.5, 0.9, -0.8), ("bent line",)), ((0.0, 0.0, 0.0), ())])
+def test_a_form_that_does_not_tell_is_given_back(bend: tuple[float, ...], kept: tuple[str, ...]) -> None:
+    """Of the kind that was taken while another effect was not yet in."""
+    posed = problem(hidden={"motor_current": {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1, "square_nT_A2": list(bend)}})
+    start = Ground.of(posed)
+    bent = judged_at(start, [Candidate(MotorCurrent, (("motor", 1),), forms=("bent line",))])
+    assert bent is not None
+    ((one,), _, after) = in_full([Accepted(bent, ())], start, partial(left_beside, found=["motor_current"]))
+    assert one.evidence.candidate.forms == kept
+    assert after.clean
+    if not kept:
+        effect = one.evidence.candidate.made(one.evidence.coefficients)
+        assert effect.gain_nT_A == pytest.approx((4.0, -2.0, 3.0), abs=0.3)  # type: ignore[attr-defined]
