@@ -24,6 +24,7 @@ GUARDS = {
     "reference.py": {"MISREAD"},
     "vector.py": {"FIELD_ERROR", "STEPS"},
     "hypothesis.py": {"GONE"},
+    "windows.py": {"NOTHING"},
     "iron_by_strength.py": {"MOST_STEPS", "SETTLED", "FIRST_DAMPING", "DAMPING_FACTOR", "ROUNDS", "PAIRS"},
     "linear.py": {"LEAST_NOISE"},
     "coefficients.py": {"OPEN"},

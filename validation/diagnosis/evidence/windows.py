@@ -13,6 +13,8 @@ from sim.state import Array
 from validation.diagnosis.evidence.rows import Rows
 
 Places = NDArray[np.int64]
+NOTHING = 1e-9
+"""Part of a column's power below which a window holds none of it but the rounding of the sums."""
 
 
 class Span(NamedTuple):
@@ -98,10 +100,14 @@ def around(at: int, step: int, n: int, count: int) -> Places:
 
 
 def _gains(sums: Array, r: int) -> Array:
-    """Gains (m,) of windows from their products (m, k, r + 1 + k) of columns with Q, the target and themselves."""
+    """Gains (m,) of windows from their products (m, k, r + 1 + k) of columns with Q, the target and themselves.
+
+    The last is the whole run, beside which a column that is nearly zero in a window is a difference of rounded sums.
+    """
     EQ, Ey, EE = sums[:, :, :r], sums[:, :, r], sums[:, :, r + 1 :]
     S = EE - EQ @ EQ.transpose(0, 2, 1)
-    size = np.sqrt(np.maximum(np.einsum("mkk->mk", EE), 1e-300))
+    power = np.einsum("mkk->mk", EE)
+    size = np.sqrt(np.maximum(power, NOTHING * power[-1] + 1e-300))
     scaled = S / (size[:, :, None] * size[:, None, :]) + 1e-6 * np.eye(S.shape[1])
     target = (Ey / size)[:, :, None]
     return np.asarray((target.transpose(0, 2, 1) @ np.linalg.solve(scaled, target))[:, 0, 0] / 2)

@@ -18,7 +18,7 @@ from tests.validation.diagnosis.synthetic import (
     without_attitude,
 )
 from validation.diagnosis.evidence.rows import Rows
-from validation.diagnosis.evidence.windows import Timeline
+from validation.diagnosis.evidence.windows import Timeline, _gains
 from validation.diagnosis.library.candidates import proposed
 from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
@@ -98,3 +98,12 @@ def test_a_recording_of_some_samples_has_every_column_cut() -> None:
     assert len(part) == part.array_mag_nT.shape[1] == len(part.phase) == some.sum()  # type: ignore[union-attr,arg-type]
     assert (part.mag_nT == given.mag_nT[some]).all()
     assert all((part.channels[name] == values[some]).all() for name, values in given.channels.items())
+
+
+def test_a_column_that_is_zero_in_a_window_gains_nothing_there() -> None:
+    """Sums of a window are differences of cumulated ones: what is zero there comes out as their rounding."""
+    products = np.array([[3.0, 2.0, 0.0], [0.0, 0.0, -1e-9]])
+    whole = np.array([[3.0, 2.0, 0.0], [5.0, 0.0, 1e6]])
+    both = _gains(np.stack([products, whole]), 0)
+    assert both[0] == pytest.approx(3.0**2 / 2.0 / 2, rel=1e-4)
+    assert both[1] == pytest.approx((3.0**2 / 2.0 + 5.0**2 / 1e6) / 2, rel=1e-4)
