@@ -42,7 +42,10 @@ def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[lis
 
 
 def _with_forms_that_tell(found: Sequence[Accepted], start: Ground) -> list[Accepted]:
-    """Effects without those of their forms that gain less than a name needs, beside all the others."""
+    """Effects without those of their forms that gain less than a name needs, beside all the others; each once.
+
+    What was found a second time beside a form is what is left without it.
+    """
     out, problem = list(found), start.problem
     for i, one in enumerate(found):
         others = start.with_all(each.columns(problem) for each in (*out[:i], *out[i + 1 :]))
@@ -51,7 +54,11 @@ def _with_forms_that_tell(found: Sequence[Accepted], start: Ground) -> list[Acce
             whole = judged_at(others, [out[i].evidence.candidate])
             if plainer is not None and (whole is None or not _tells(whole, plainer, problem)):
                 out[i] = replace(out[i], evidence=replace(plainer, gain=one.evidence.gain, V=one.evidence.V))
-    return out
+    return list({_key(one.evidence.candidate): one for one in reversed(out)}.values())[::-1]
+
+
+def _key(one: Candidate) -> tuple[object, ...]:
+    return one.effect, one.forms, repr(sorted(one.nonlinear))
 
 
 def _without(one: Candidate, form: str) -> Candidate:
