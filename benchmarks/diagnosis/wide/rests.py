@@ -12,6 +12,8 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from scipy.ndimage import median_filter
+from scipy.signal import istft, stft
 
 from benchmarks.diagnosis.wide.courses import DRAWN, course
 from benchmarks.diagnosis.wide.making import Made
@@ -41,6 +43,10 @@ FIELD_ENU_NT = np.array([800.0, 24_000.0, -36_000.0])
 """The field that the rests of logs with attitude are put into."""
 MOST_REST_NT = 1000.0
 """Rms above which a rest is made smaller: beside a field of 35,000 nT a sensor at rest is to be seen as one."""
+MAGNET_S = {"motion-capture/trial_32": (33.5, 90.7)}
+"""From when to when a magnet is attached to the case, which is what this trial of its authors is about."""
+TONE, NEIGHBOURS = 3.0, 31
+"""A rotor's tone stands so many times over the median size of so many frequencies about it."""
 SHIFTS = (0.15, 0.85)
 """Shares of the log by which causes are shifted."""
 CAUSES, REST = "causes", "rest"
@@ -93,15 +99,16 @@ def _rest_of(name: str) -> tuple[Recording, Array]:
         current_A = np.stack([log.channels[c] for c in columns], axis=1)
         left = {key: values for key, values in log.channels.items() if key not in columns}
         log = replace(log, current_A=current_A, channels=left)
-    X = _causes(log)
+    X = _causes(name, log)
     X = np.column_stack([X / np.maximum(np.abs(X).max(axis=0), 1e-300), np.ones(len(log))])
     rest = log.mag_nT - X @ np.linalg.lstsq(X, log.mag_nT, rcond=1e-10)[0]
+    rest = _without_tones(rest) if columns == WHEELS else rest
     return log, rest * min(1.0, MOST_REST_NT / float(rest.std()))
 
 
-def _causes(log: Recording) -> Array:
-    """Columns (n, k) that take off what a log holds: attitude and its rate, both times the place, every channel."""
-    columns = [np.zeros((len(log), 1))]
+def _causes(name: str, log: Recording) -> Array:
+    """Columns (n, k) that take off what a log holds: attitude, its rate, both times the place, channels, a magnet."""
+    columns = [_magnet(name, log)]
     if log.att_q is not None:
         R = _turns(log).reshape(len(log), 9)
         columns += [R, _rate(R, log)]
@@ -111,6 +118,20 @@ def _causes(log: Recording) -> Array:
     for values in _scalars(log):
         columns += [values[:, None], _rate(values[:, None], log)]
     return np.concatenate(columns, axis=1)
+
+
+def _magnet(name: str, log: Recording) -> Array:
+    begin_s, end_s = MAGNET_S.get(name, (0.0, 0.0))
+    return ((begin_s < log.time_s) & (log.time_s < end_s)).astype(float)[:, None]
+
+
+def _without_tones(rest: Array) -> Array:
+    """A rest (n, 3) whose lines, those of the wheels' rotors, are cut down to what stands about them."""
+    spectrum = stft(rest.T)[2]
+    size = np.abs(spectrum)
+    usual = median_filter(size, (1, NEIGHBOURS, 1))
+    cut = spectrum * np.minimum(1.0, TONE * usual / np.maximum(size, 1e-300))
+    return np.asarray(istft(cut)[1].T[: len(rest)])
 
 
 def _rate(values: Array, log: Recording) -> Array:
