@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from scenarios.errors import InputError
 from sim.dataset import Recording, Truth, read_recording
 from sim.dataset.manifest import file_of
 from sim.effects.base import Effect
+from sim.motion import Motion
 from sim.run import run_in_memory
 from sim.scenario import Scenario
 from sim.simulate import Plan, plan
@@ -44,9 +45,11 @@ def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None, *
     return run_experiment(plan(scenario), noise_std_nT, coloured=coloured)
 
 
-def run_experiment(run: Plan, noise_std_nT: float | None = None, *, coloured: bool = False) -> Experiment:
-    """The same of a planned run."""
-    recording, truth = run_in_memory(run)
+def run_experiment(
+    run: Plan, noise_std_nT: float | None = None, *, coloured: bool = False, motions: Iterable[Motion] | None = None
+) -> Experiment:
+    """The same of a planned run, flown here if its motions are not given."""
+    recording, truth = run_in_memory(run, motions)
     if coloured and noise_std_nT is None:
         noise_std_nT = stated_noise_nT(run.effects[0])
     known = true_experiment(recording, truth, run.effects[0], run.field_enu_nT, run.scenario.name, noise_std_nT)

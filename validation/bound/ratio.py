@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from calib import CALIBRATORS
 from scenarios.errors import InputError
-from sim.scenario import Scenario
-from sim.simulate import Plan, plan
+from sim.reuse import Flights
+from sim.simulate import Plan
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import run_experiment
@@ -19,6 +19,8 @@ from validation.scoring.meaning import MEANINGS
 Array = NDArray[np.float64]
 OTHER_SENSORS = {"scalar", "array"}
 """What tells a method more than one magnetometer does: no bound is known for it."""
+Leasts = dict[tuple[str, str], float]
+"""The least rms of scores, by what is known of the field and the score's column."""
 
 
 def knowledge_of(name: str, *, attitude_free: bool, eddy: bool = False) -> str | None:
@@ -34,25 +36,21 @@ def knowledge_of(name: str, *, attitude_free: bool, eddy: bool = False) -> str |
     return "+".join(["norm", *(one for one in ("gyro", "accel") if one in needs)])
 
 
-def least_scores(scenario: Scenario, knowledges: set[str]) -> dict[tuple[str, str], float]:
-    """The least rms of scores over runs, by what is known and the score's column; of the scenario's first run."""
-    return least_in(plan(scenario), knowledges)
-
-
-def least_in(run: Plan, knowledges: set[str]) -> dict[tuple[str, str], float]:
-    """The same of a run.
+def least_in(run: Plan, knowledges: set[str], flights: Flights | None = None) -> Leasts:
+    """The least rms of scores over trials of one run; flights: motions that may be used again.
 
     Empty where there is no bound: without noise, or where the vehicle cannot do the motion.
     """
     try:
-        return least_of(run_experiment(run, stated_noise_nT(run.effects[0])), knowledges)
+        motions = None if flights is None else flights.motions(run)
+        return least_of(run_experiment(run, stated_noise_nT(run.effects[0]), motions=motions), knowledges)
     except InputError:
         return {}
 
 
-def least_of(known: Experiment, knowledges: set[str]) -> dict[tuple[str, str], float]:
+def least_of(known: Experiment, knowledges: set[str]) -> Leasts:
     """The same of an experiment."""
-    found: dict[tuple[str, str], float] = {}
+    found: Leasts = {}
     for knowledge in sorted(knowledges):
         bound = Bound.of(known, knowledge)
         found[knowledge, MEANINGS["offset_error"].column] = bound.offset_rms_nT
@@ -60,9 +58,10 @@ def least_of(known: Experiment, knowledges: set[str]) -> dict[tuple[str, str], f
     return found
 
 
-def bound_ratio(values: Array, least: float | None) -> float | None:
-    """Rms of a score over the trials with an estimate, over the least that any method can reach; None without one."""
-    finite = values[np.isfinite(values)]
-    if least is None or not 0 < least < np.inf or not len(finite):
-        return None
-    return float(np.sqrt(np.mean(finite**2)) / least)
+def bound_ratio(values: Array, least: Array) -> float | None:
+    """Rms over the trials with an estimate of a score (n,) over the least (n,) that any method can reach in its run.
+
+    Trials in whose run there is no such limit, which is none, NaN or infinite, are left out; None where all are.
+    """
+    told = np.isfinite(values) & np.isfinite(least) & (least > 0)
+    return float(np.sqrt(np.mean((values[told] / least[told]) ** 2))) if told.any() else None

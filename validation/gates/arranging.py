@@ -14,6 +14,7 @@ from scenarios.errors import InputError
 from scenarios.names import closest
 from sim.scenario import Scenario, load
 from validation.bound.ratio import knowledge_of
+from validation.bound.runs import RunBounds
 from validation.calibrating.candidates import Candidate, candidates
 from validation.comparison.design import Design, Point
 from validation.comparison.trial import Row
@@ -121,7 +122,8 @@ def _least_of(gate: Gate, calibrator: str, design: Design) -> Least:
     scenario = design.points[-1].scenario
     one = next((one for one in design.candidates if one.name == _name(calibrator)), None)
     knowledge = None if one is None else knowledge_of(calibrator, attitude_free=one.attitude_free, eddy=one.eddy)
-    least = Least(scenario, design.seed, knowledge or "", gate.meaning.column)
+    bounds = RunBounds(scenario, design.seed, frozenset({knowledge} if knowledge else ()))
+    least = Least(bounds, knowledge or "", gate.meaning.column)
     if knowledge is None or not 0 < least.of(0) < math.inf:
         what = f"no bound is known on {gate.meaning.name} of {calibrator} in {scenario.name}"
         raise InputError(what, do="name a calibrator as the reference, or give a limit")

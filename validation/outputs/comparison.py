@@ -17,13 +17,14 @@ from sim.dataset.files import locked_directory, remove_leftovers, write_text
 from sim.run import run_in_memory
 from sim.simulate import plan
 from sim.streams import stream
-from validation.bound.ratio import bound_ratio, knowledge_of, least_scores
+from validation.bound.ratio import bound_ratio, knowledge_of
+from validation.bound.runs import RunBounds
 from validation.comparison.answer import Answer, answer, overall
 from validation.comparison.design import Design
 from validation.comparison.engine import Engine, run_trials
 from validation.comparison.figures import Figure, figures
 from validation.comparison.journal import Journal
-from validation.comparison.table import Table
+from validation.comparison.table import Array, Table
 from validation.comparison.trial import CALIBRATORS_STREAM
 from validation.comparison.until import Until, looks
 from validation.outputs.run import judge
@@ -131,22 +132,24 @@ def _answered(design: Design, table: Table, asked: Question) -> Comparison:
         sentence=overall(answers, titles),
         reference=asked.reference or answers[0].best.calibrator.split("@")[0],
         looked_at=_looked_at(table, answers[0]),
-        least=_least(design),
+        least=_least(design, table),
     )
 
 
-def _least(design: Design) -> dict[tuple[int, str, str], float]:
-    """The bound on each score by point, calibrator and column."""
+def _least(design: Design, table: Table) -> dict[tuple[int, str, str], Array]:
+    """The bound (n,) on each score in every run by itself, by point, calibrator and column; NaN where there is none."""
     told = {
         one.name: knowledge_of(one.name, attitude_free=one.attitude_free, eddy=one.eddy) for one in design.candidates
     }
-    least: dict[tuple[int, str, str], float] = {}
+    knowledges = frozenset(knowledge for knowledge in told.values() if knowledge)
+    least: dict[tuple[int, str, str], Array] = {}
     for number, point in enumerate(design.points):
-        found = least_scores(point.scenario, {knowledge for knowledge in told.values() if knowledge})
+        bounds = RunBounds(point.scenario, design.seed, knowledges)
+        found = [bounds.of(int(run)) for run in table.runs(number)]
         least |= {
-            (number, name, column): value
+            (number, name, column): np.array([one.get((of, column), np.nan) for one in found])
             for name, knowledge in told.items()
-            for (of, column), value in found.items()
+            for of, column in {key for one in found for key in one}
             if of == knowledge
         }
     return least
@@ -181,7 +184,8 @@ def summary(found: Comparison, seed: int) -> dict[str, Any]:
 
 def _row(found: Comparison, one: Figure) -> dict[str, Any]:
     table, ratio = found.table, None if one.ratio is None else vars(one.ratio)
-    least = found.least.get((one.point, one.calibrator, one.score.column))
+    values = table.values(one.score.column, one.calibrator, one.point)
+    least = found.least.get((one.point, one.calibrator, one.score.column), np.full(len(values), np.nan))
     return {
         "point": one.point,
         **table.points[one.point],
@@ -193,7 +197,7 @@ def _row(found: Comparison, one: Figure) -> dict[str, Any]:
         "high": one.found.high,
         "failures": one.failures,
         "trials": one.trials,
-        "bound_ratio": bound_ratio(table.values(one.score.column, one.calibrator, one.point), least),
+        "bound_ratio": bound_ratio(values, least),
         "reference_ratio": ratio,
     }
 

@@ -21,7 +21,7 @@ from sim.effects.base import Effect
 from sim.generate import write_runs
 from sim.scenario import Scenario
 from validation.bound.files import true_experiment
-from validation.bound.ratio import bound_ratio, knowledge_of, least_of
+from validation.bound.ratio import Leasts, bound_ratio, knowledge_of, least_of
 from validation.bound.stated import stated_noise_nT
 from validation.calibrating.candidates import Candidate, candidates
 from validation.calibrating.files import write_calibrations
@@ -149,17 +149,17 @@ def _rows(outcome: Outcome) -> dict[str, list[dict[str, Any]]]:
     }
     least = _least(outcome, {knowledge for knowledge in told.values() if knowledge})
     return {
-        key: [_row(one, least.get((told.get(key) or "", MEANINGS[one.name].column))) for one in scores]
+        key: [_row(one, least.get((told.get(key) or "", MEANINGS[one.name].column), np.nan)) for one in scores]
         for key, scores in outcome.scores.items()
     }
 
 
-def _row(one: Score, least: float | None) -> dict[str, Any]:
+def _row(one: Score, least: float) -> dict[str, Any]:
     plain = {key: value for key, value in asdict(one).items() if key != "name"}
-    return {"score": one.name, **plain, "bound_ratio": bound_ratio(np.array([one.value]), least)}
+    return {"score": one.name, **plain, "bound_ratio": bound_ratio(np.array([one.value]), np.array([least]))}
 
 
-def _least(outcome: Outcome, knowledges: set[str]) -> dict[tuple[str, str], float]:
+def _least(outcome: Outcome, knowledges: set[str]) -> Leasts:
     """The bound on this run's scores; empty for arrays, without noise, and where the truth does not say its chain."""
     if outcome.sensors > 1 or not knowledges or "effect_order" not in outcome.truth.parameters:
         return {}

@@ -6,8 +6,18 @@ import numpy as np
 import pytest
 
 from calib import CALIBRATORS
-from sim.scenario import load
-from validation.bound.ratio import bound_ratio, knowledge_of, least_scores
+from scenarios.toml import as_dict
+from sim.effects.noise import WhiteNoise
+from sim.scenario import Scenario, load
+from sim.simulate import plan
+from validation.bound.ratio import bound_ratio, knowledge_of
+from validation.bound.runs import RunBounds
+
+SHORT = ["phases.0.duration_s=120"]
+
+
+def drawn(scenario: Scenario, vary: dict[str, dict[str, list[float]]]) -> Scenario:
+    return Scenario.model_validate(as_dict(scenario) | {"vary": vary})
 
 
 def test_what_a_calibrator_is_told_follows_from_what_it_needs() -> None:
@@ -23,16 +33,39 @@ def test_what_a_calibrator_is_told_follows_from_what_it_needs() -> None:
     }
 
 
-def test_the_least_offset_error_is_the_standard_s() -> None:
-    least = least_scores(load("standard-full"), {"norm", "vector"})
+@pytest.mark.parametrize("std_nT", [10.0, 0.0])
+def test_the_least_offset_error_is_the_standard_s_where_there_is_noise(std_nT: float) -> None:
+    scenario = load("standard-full", [f"effects.white_noise.std_nT=[{std_nT}, {std_nT}, {std_nT}]"])
+    least = RunBounds(scenario, 0, frozenset({"norm", "vector"})).of(0)
+    if std_nT == 0:
+        assert least == {}
+        return
     # flown: 3800 samples for 3600, and the first of them on the way into the motion
     assert least["norm", "offset_error_nT"] == pytest.approx(0.5592, rel=0.05)
     assert least["vector", "offset_error_nT"] == pytest.approx(0.2938, rel=0.05)
-    assert least_scores(load("standard-full", ["effects.white_noise.std_nT=[0, 0, 0]"]), {"norm"}) == {}
+
+
+def test_each_run_has_the_bound_of_its_own_noise() -> None:
+    """Half the noise, half the error; runs that differ in the noise's draws alone share one bound."""
+    plain = load("standard-full", SHORT)
+    alike = RunBounds(plain, 0, frozenset({"norm"}))
+    assert alike.of(0) is alike.of(7)
+    noisy = drawn(plain, {"effects.white_noise.std_nT": {"uniform": [1.0, 100.0]}})
+    bounds = RunBounds(noisy, 0, frozenset({"norm"}))
+    for run in range(3):
+        std_nT = next(np.array(one.std_nT) for one in plan(noisy, run, 0).effects[0] if isinstance(one, WhiteNoise))
+        ratio = bounds.of(run)["norm", "offset_error_nT"] / alike.of(0)["norm", "offset_error_nT"]
+        assert ratio == pytest.approx(np.sqrt(np.mean(std_nT**2)) / 10.0, rel=1e-6)
+
+
+def test_nothing_is_flown_where_nothing_is_asked() -> None:
+    assert RunBounds(load("standard-full"), 0, frozenset()).of(0) == {}
 
 
 def test_a_ratio_is_of_the_rms_over_trials_with_an_estimate() -> None:
-    assert bound_ratio(np.array([3.0, np.nan, 4.0]), 2.5) == pytest.approx(np.sqrt(2.0))
-    assert bound_ratio(np.array([np.nan]), 1.0) is None
-    assert bound_ratio(np.ones(2), np.inf) is None
-    assert bound_ratio(np.ones(2), None) is None
+    least = np.array([2.5, 1.0, 2.5])
+    assert bound_ratio(np.array([3.0, np.nan, 4.0]), least) == pytest.approx(np.sqrt(2.0))
+    assert bound_ratio(np.array([3.0, 2.0]), np.array([3.0, np.nan])) == pytest.approx(1.0)
+    assert bound_ratio(np.array([1.0, 2.0]), np.array([2.0, 1.0])) == pytest.approx(np.sqrt((0.25 + 4.0) / 2))
+    assert bound_ratio(np.array([np.nan]), np.ones(1)) is None
+    assert bound_ratio(np.ones(2), np.array([np.inf, np.nan])) is None

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from scenarios.errors import InputError
-from sim.scenario import load
+from scenarios.toml import as_dict
+from sim.scenario import Scenario, load
 from validation.calibrating.candidates import candidates
 from validation.comparison.design import Design
 from validation.comparison.engine import Here
@@ -53,6 +54,22 @@ def test_scores_are_ratios_to_the_bound_of_what_a_method_is_told(out: Path):
     for name in ("ellipsoid", "vector_least_squares"):
         assert 0.5 < ratios[name, "offset_error"] < 1.7
     assert ratios["uncorrected", "offset_error"] is None
+
+
+def test_each_trial_is_over_the_bound_of_its_own_run(tmp_path: Path):
+    """Noise between 1 and 100 nT: over the first run's bound, six trials would be off by whatever that run drew."""
+    vary = {"effects.white_noise.std_nT": {"uniform": [1.0, 100.0]}}
+    scenario = Scenario.model_validate(as_dict(load("standard-full", SHORT)) | {"vary": vary})
+    found = compare(Design.of(scenario, candidates(["ellipsoid"]), seed=3), 6, tmp_path, Here())
+    least = found.least[0, "ellipsoid", "offset_error_nT"]
+    assert least.max() / least.min() > 1.5
+    (ratio,) = [
+        row["bound_ratio"]
+        for row in summary(found, 3)["table"]
+        if row["score"] == "offset_error" and row["calibrator"] == "ellipsoid"
+    ]
+    assert 0.5 < ratio < 1.7
+    assert ratio == pytest.approx(np.sqrt(np.mean((found.table.values("offset_error", "ellipsoid") / least) ** 2)))
 
 
 def test_three_trials_are_recorded_to_look_at(out: Path):

@@ -14,7 +14,7 @@ from scenarios.sweep import Value
 from validation.comparison.answer import Answer, Standing, without_correction
 from validation.comparison.figures import CLAIMED_INSIDE, CLAIMED_SQUARE, Figure, figures
 from validation.comparison.statistics import Interval
-from validation.comparison.table import Table
+from validation.comparison.table import Array, Table
 from validation.text import counted, digits, figure, plainly
 from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
@@ -42,7 +42,7 @@ class Cell:
 class Comparison:
     """What a page shows: the table, an answer a point, the sentence of all, and where the trials to look at are.
 
-    least: the bound on scores by point, calibrator and column.
+    least: the bound (n,) on scores in each trial, by point, calibrator and column.
     """
 
     title: str
@@ -51,7 +51,7 @@ class Comparison:
     sentence: str
     reference: str
     looked_at: str
-    least: dict[tuple[int, str, str], float] = field(default_factory=dict)
+    least: dict[tuple[int, str, str], Array] = field(default_factory=dict)
 
 
 def page(found: Comparison) -> str:
