@@ -11,7 +11,7 @@ import numpy as np
 
 from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
-from sim.effects.values import Parameter
+from sim.effects.values import SWITCH, Parameter
 from sim.state import Array, State
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -50,6 +50,11 @@ class Candidate:
     def phase(self) -> str | None:
         """The effect's phase, if it has one: a sine and a cosine then span it."""
         return self.effect.with_role("phase")
+
+    @property
+    def once(self) -> bool:
+        """Whether it is an event of its own run, at a moment or in a window, that no other recording can show."""
+        return self.effect.clues.one_run or dict(self.nonlinear).get(SWITCH.name) is not None
 
     @property
     def settings(self) -> tuple[dict[str, Any], ...]:

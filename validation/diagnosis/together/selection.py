@@ -41,7 +41,7 @@ class Member:
     def of(cls, seen: Examined) -> Member:
         """The recording with nothing in but its own events, which no other recording can show."""
         start = seen.belief.selection.start
-        events = tuple(one for one in seen.belief.found if one.evidence.candidate.effect.clues.one_run)
+        events = tuple(one for one in seen.belief.found if one.evidence.candidate.once)
         ground = start
         for one in events:
             ground = ground.beside(one.columns(start.problem))
@@ -107,7 +107,7 @@ def _settings(members: Sequence[Member]) -> Settings:
 
 def _gather(found: Settings, several: Iterable[Evidence]) -> None:
     for one in several:
-        if not one.candidate.effect.clues.one_run and one.candidate not in found.setdefault(one.name, []):
+        if not one.candidate.once and one.candidate not in found.setdefault(one.name, []):
             found[one.name].append(one.candidate)
 
 

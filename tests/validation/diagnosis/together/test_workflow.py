@@ -77,6 +77,14 @@ def test_an_effect_too_weak_for_each_is_named_by_all_together() -> None:
     assert [one.name for one in found.common] == ["motor_current"]
 
 
+def test_what_acts_in_a_part_of_one_recording_stays_with_it() -> None:
+    window = (60.0, 110.0)
+    found = together({}, {}, {"motor_current": {"gain_nT_A": GAIN.tolist(), "active_s": window}})
+    (own,) = found.each[2].named
+    assert own.effect.active_s == pytest.approx(window, abs=2.0)
+    assert (found.common, found.single) == ((), ())
+
+
 def test_nothing_is_found_where_nothing_is() -> None:
     found = together({}, {}, {})
     assert (found.verdict, found.common, found.single) == (Verdict.NONE, (), ())
