@@ -1,8 +1,10 @@
 """Three recordings at once: what transfers, what differs in one of them, and what must not be named.
 
 python -m benchmarks.diagnosis.three --seeds 1 --only differs,null -o out/three
+python -m benchmarks.diagnosis.three --short 300 -o out/three-short
 
-Tuning seeds, from 0 on; trials land one by one in a file, and the same command goes on where it was stopped.
+Tuning seeds, from 0 on; trials land one by one in a file, and the same command goes on where it was stopped. Short ones
+are many: a few minutes of each flight at 10 Hz, drawn for the trial, for the share of wrong names.
 """
 
 from __future__ import annotations
@@ -27,12 +29,15 @@ from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.scenario import ModelSpec, load
 from sim.state import Array, State
+from validation.diagnosis.library.candidates import part
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.result import Reach
 from validation.diagnosis.together.result import Together
 from validation.diagnosis.together.workflow import diagnose_together
 
+Flown = tuple[Recording, State, Array]
+"""A motion without errors as it is recorded, the true state along it, and the field (east, north, up)."""
 FLIGHTS = {
     "auv": (
         (),
@@ -54,22 +59,35 @@ NULLS, COLOURS = 5, ("attitude", "flicker", "jitter", "all")
 """Nulls of each vehicle for one seed of the others, and the colours that come round in further ones."""
 TRANSFERS = tuple(name for name in HIDDEN if not BY_NAME[name].clues.one_run)
 """Effects that another recording can show."""
+SHORT_S, SHORT_HZ = (90.0, 200.0), 10.0
+"""Least and greatest length of a recording of a short trial, and its rate."""
+SHORT_TRANSFERS = tuple(name for name in TRANSFERS if BY_NAME[name].clues.fastest_nT_s is None)
+"""Those that minutes show: nature's slow change is a constant error of the field there."""
+SHORT_KINDS = ("null", "coloured", "same", "alone", "outside")
+"""Kinds that come round in the short trials."""
 
 
 @dataclass(frozen=True)
 class Three:
-    """Three recordings of a vehicle: kind of test, what is hidden, at what strength, seed."""
+    """Three recordings of a vehicle: kind of test, what is hidden, at what strength, seed; short: a part of each."""
 
     kind: str
     vehicle: str
     hidden: str
     strength: float
     seed: int
+    short: bool = False
 
     @property
     def key(self) -> str:
         """What tells it from every other."""
-        return f"three/{self.kind}/{self.vehicle}/{self.hidden}/{self.strength:g}/{self.seed}"
+        length = "short" if self.short else "three"
+        return f"{length}/{self.kind}/{self.vehicle}/{self.hidden}/{self.strength:g}/{self.seed}"
+
+    def flown(self, i: int) -> Flown:
+        """The motion of one of its recordings, without errors."""
+        whole = flown_as(self.vehicle, i)
+        return _cut(*whole, np.random.default_rng([self.seed, i, 17])) if self.short else whole
 
 
 def threes(first_seed: int, seeds: int) -> Iterator[Three]:
@@ -86,6 +104,16 @@ def threes(first_seed: int, seeds: int) -> Iterator[Three]:
                         yield Three(kind, vehicle, name, strength, seed)
             for name in OUTSIDE:
                 yield Three("outside", vehicle, name, 1.0, seed)
+
+
+def shorts(many: int) -> Iterator[Three]:
+    """Short trials of every kind in turn, what is hidden and how strong drawn for each."""
+    for seed in range(many):
+        rng = np.random.default_rng([seed, 18])
+        kind, vehicle = SHORT_KINDS[seed % len(SHORT_KINDS)], str(rng.choice(sorted(FLIGHTS)))
+        hidden = {"null": ("",), "coloured": COLOURS, "outside": tuple(OUTSIDE)}.get(kind, SHORT_TRANSFERS)
+        strength = 0.0 if kind in ("null", "coloured") else float(rng.choice(STRENGTHS["same"]))
+        yield Three(kind, vehicle, str(rng.choice(hidden)), strength, seed, short=True)
 
 
 def run_three(trial: Three, policy: Policy = STANDARD) -> dict[str, Any]:
@@ -110,8 +138,17 @@ def _names(found: Together) -> list[Any]:
     ]
 
 
+def _cut(recording: Recording, state: State, field: Array, rng: np.random.Generator) -> Flown:
+    """A part of a flight at fewer samples a second."""
+    every = max(1, round(1 / (SHORT_HZ * state.interval_s)))
+    length = min(round(rng.uniform(*SHORT_S) / state.interval_s), len(recording))
+    begin = int(rng.integers(len(recording) - length + 1))
+    some = slice(begin, begin + length, every)
+    return recording.taken(some), replace(part(state, some), interval_s=every * state.interval_s), field
+
+
 @lru_cache(maxsize=8)
-def flown_as(vehicle: str, i: int) -> tuple[Recording, State, Array]:
+def flown_as(vehicle: str, i: int) -> Flown:
     """One flight of a vehicle without errors, as `motion.along` gives it."""
     name = next(one for one in SCENARIOS if load(one).vehicle.kind == vehicle)
     bare = {"effects": {}, "effect_order": None, "vary": {}}
@@ -120,7 +157,7 @@ def flown_as(vehicle: str, i: int) -> tuple[Recording, State, Array]:
 
 def flight(trial: Three, i: int) -> tuple[Recording, Array]:
     """One of the recordings, and the field (east, north, up)."""
-    recording, state, field = flown_as(trial.vehicle, i)
+    recording, state, field = trial.flown(i)
     seed = trial.seed * len(FLIGHTS[trial.vehicle]) + i
     tables = _tables(trial, i)
     felt = state
@@ -147,7 +184,7 @@ def _tables(trial: Three, i: int) -> Tables:
         return dict(FLICKER)
     if trial.hidden not in HIDDEN or (trial.kind == "alone" and i < len(FLIGHTS[trial.vehicle]) - 1):
         return {}
-    found = hidden(trial.hidden, trial.strength, trial.seed, flown_as(trial.vehicle, 0)[1])
+    found = hidden(trial.hidden, trial.strength, trial.seed, trial.flown(0)[1])
     more = trial.kind == "differs" and i == len(FLIGHTS[trial.vehicle]) - 1
     return {name: times(name, table, MORE) for name, table in found.items()} if more else found
 
@@ -190,12 +227,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis.three")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--only", help="kinds of trials, e.g. differs,null")
+    parser.add_argument("--short", type=int, help="so many trials of short recordings instead")
     parser.add_argument("-o", "--out", type=Path, default=Path("out/three"))
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     log = given.out / "trials.jsonl"
     done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
-    wanted = [one for one in threes(0, given.seeds) if not given.only or one.kind in given.only.split(",")]
+    every = shorts(given.short) if given.short else threes(0, given.seeds)
+    wanted = [one for one in every if not given.only or one.kind in given.only.split(",")]
     with log.open("a") as file:
         for trial in (one for one in wanted if one.key not in done):
             done[trial.key] = run_three(trial)
