@@ -63,17 +63,6 @@ class Recording:
             return ()
         return self.motor_numbers or tuple(range(1, self.current_A.shape[1] + 1))
 
-    def at(self, samples: NDArray[np.bool_]) -> Recording:
-        """The recording of some of its samples (n,)."""
-        along = {"array_mag_nT": np.s_[:, samples]}
-        held = {one.name: getattr(self, one.name) for one in fields(self)}
-        parts: dict[str, Any] = {
-            name: value[along.get(name, np.s_[samples])]
-            for name, value in held.items()
-            if isinstance(value, np.ndarray)
-        }
-        return replace(self, **parts, channels={name: value[samples] for name, value in self.channels.items()})
-
     def sensor(self, index: int) -> Recording:
         """The recording as seen by one sensor of an array (0-based)."""
         if self.array_mag_nT is None:
@@ -82,12 +71,10 @@ class Recording:
 
     def taken(self, samples: slice | NDArray[np.bool_]) -> Recording:
         """Some of the samples, in order."""
+        along: dict[str, Any] = {"array_mag_nT": np.s_[:, samples]}
         own = {item.name: getattr(self, item.name) for item in fields(self)}
-        changed: dict[str, Any] = {name: v[samples] for name, v in own.items() if isinstance(v, np.ndarray)}
-        changed["channels"] = {name: values[samples] for name, values in self.channels.items()}
-        if self.array_mag_nT is not None:
-            changed["array_mag_nT"] = self.array_mag_nT[:, samples]
-        return replace(self, **changed)
+        parts = {name: v[along.get(name, samples)] for name, v in own.items() if isinstance(v, np.ndarray)}
+        return replace(self, **parts, channels={name: values[samples] for name, values in self.channels.items()})
 
 
 @dataclass(frozen=True, repr=False)

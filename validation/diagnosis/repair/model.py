@@ -81,7 +81,7 @@ def outside_windows(problem: LinearProblem, effects: Sequence[Effect]) -> Linear
     acting = [one.acts(problem.state.time_s) for one in effects if one.active_s is not None]
     if not acting:
         return problem
-    clean = problem.recording.at(~np.logical_or.reduce(acting) & (problem.usable > 0))
+    clean = problem.recording.taken(~np.logical_or.reduce(acting) & (problem.usable > 0))
     enu_nT = problem.state.field_enu_nT
     given = enu_nT if problem.mode == "vector" and not problem.still else None
     try:

@@ -94,7 +94,7 @@ def test_a_recording_of_some_samples_has_every_column_cut() -> None:
     given = recording(400)
     given = replace(given, phase=np.array(["a", "b"] * 200), array_mag_nT=np.stack([given.mag_nT, 2 * given.mag_nT]))
     some = np.arange(400) % 3 == 0
-    part = given.at(some)
+    part = given.taken(some)
     assert len(part) == part.array_mag_nT.shape[1] == len(part.phase) == some.sum()  # type: ignore[union-attr,arg-type]
     assert (part.mag_nT == given.mag_nT[some]).all()
     assert all((part.channels[name] == values[some]).all() for name, values in given.channels.items())
