@@ -96,6 +96,11 @@ class MotorCurrent(Effect):
         return current * (array(self.gain_nT_A) + bent)
 
 
+def _harmonic(which: str, form: str) -> Quantity:
+    """One of the two amplitudes of a harmonic."""
+    return Quantity("nT/A", -1e9, 1e9, f"{which} forward, left, up", role="linear", form=form)
+
+
 @frozen
 class CurrentRipple(Effect):
     """Field of a supply current that pulses: ``a I(t) sin(theta(t) + phi)``, ``theta = 2 pi (f t + d t^2 / 2)``.
@@ -127,18 +132,10 @@ class CurrentRipple(Effect):
     drift_hz_s: Annotated[
         float, Quantity("Hz/s", -10.0, 10.0, "d, by which the frequency changes", role="sweep", form=DRIFT)
     ] = 0.0
-    second_sine_nT_A: Annotated[
-        Vec3, Quantity("nT/A", -1e9, 1e9, "s_2 forward, left, up", role="linear", form=SECOND)
-    ] = ZERO3
-    second_cosine_nT_A: Annotated[
-        Vec3, Quantity("nT/A", -1e9, 1e9, "c_2 forward, left, up", role="linear", form=SECOND)
-    ] = ZERO3
-    third_sine_nT_A: Annotated[
-        Vec3, Quantity("nT/A", -1e9, 1e9, "s_3 forward, left, up", role="linear", form=THIRD)
-    ] = ZERO3
-    third_cosine_nT_A: Annotated[
-        Vec3, Quantity("nT/A", -1e9, 1e9, "c_3 forward, left, up", role="linear", form=THIRD)
-    ] = ZERO3
+    second_sine_nT_A: Annotated[Vec3, _harmonic("s_2", SECOND)] = ZERO3
+    second_cosine_nT_A: Annotated[Vec3, _harmonic("c_2", SECOND)] = ZERO3
+    third_sine_nT_A: Annotated[Vec3, _harmonic("s_3", THIRD)] = ZERO3
+    third_cosine_nT_A: Annotated[Vec3, _harmonic("c_3", THIRD)] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         t = state.time_s

@@ -12,7 +12,7 @@ from sim.state import Array, State
 UNEVEN = 0.05
 """Difference from the interval, in intervals, from which on steps of time are uneven: rounded stamps stay below it."""
 SPARSEST = 4
-"""Even samples to one of the recording beyond which it is mostly gaps, and is taken sample by sample."""
+"""Even samples to one of the recording beyond which it is mostly gaps: taken sample by sample, without a spectrum."""
 
 
 def in_even_time(state: State, signal_nT: Array, respond: Callable[[Array], Array]) -> Array:

@@ -66,6 +66,16 @@ class Nonlinearity(Effect):
         return np.concatenate([slopes, np.tile(self.reference_nT * np.eye(3), (len(state), 1, 1))], axis=2)
 
 
+def _further_gain(whose: str, form: str) -> Quantity:
+    """The gain of a loop beside the first."""
+    return Quantity("", -1.0, 1.0, f"g of {whose}", role="linear", per_axis=True, form=form)
+
+
+def _further_threshold(whose: str, form: str) -> Quantity:
+    """The half-width of a loop beside the first."""
+    return Quantity("nT", 1e-3, 1e6, f"r of {whose}", role="listed", tried=PLAYS_NT, form=form)
+
+
 @frozen
 class Hysteresis(Effect):
     """Lag of the core's magnetisation behind the signal: ``-g E_r(s)``, E_r the stop operator.
@@ -96,25 +106,12 @@ class Hysteresis(Effect):
         float | tuple[float, ...],
         Quantity("nT", 1e-3, 1e6, "half-width r of the play, or several", role="listed", tried=PLAYS_NT),
     ] = 1000.0
-    second_gain: Annotated[
-        Vec3, Quantity("", -1.0, 1.0, "g of a second play", role="linear", per_axis=True, form=SECOND_PLAY)
-    ] = ZERO3
-    second_threshold_nT: Annotated[
-        float, Quantity("nT", 1e-3, 1e6, "r of the second play", role="listed", tried=PLAYS_NT, form=SECOND_PLAY)
-    ] = 1000.0
-    third_gain: Annotated[
-        Vec3, Quantity("", -1.0, 1.0, "g of a third play", role="linear", per_axis=True, form=THIRD_PLAY)
-    ] = ZERO3
-    third_threshold_nT: Annotated[
-        float, Quantity("nT", 1e-3, 1e6, "r of the third play", role="listed", tried=PLAYS_NT, form=THIRD_PLAY)
-    ] = 1000.0
-
-    rounded_gain: Annotated[
-        Vec3, Quantity("", -1.0, 1.0, "g of a rounded loop", role="linear", per_axis=True, form=ROUNDED)
-    ] = ZERO3
-    rounded_threshold_nT: Annotated[
-        float, Quantity("nT", 1e-3, 1e6, "r of the rounded loop", role="listed", tried=PLAYS_NT, form=ROUNDED)
-    ] = 1000.0
+    second_gain: Annotated[Vec3, _further_gain("a second play", SECOND_PLAY)] = ZERO3
+    second_threshold_nT: Annotated[float, _further_threshold("the second play", SECOND_PLAY)] = 1000.0
+    third_gain: Annotated[Vec3, _further_gain("a third play", THIRD_PLAY)] = ZERO3
+    third_threshold_nT: Annotated[float, _further_threshold("the third play", THIRD_PLAY)] = 1000.0
+    rounded_gain: Annotated[Vec3, _further_gain("a rounded loop", ROUNDED)] = ZERO3
+    rounded_threshold_nT: Annotated[float, _further_threshold("the rounded loop", ROUNDED)] = 1000.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         plays = [(g, r) for g, r in self._plays() if any(g)]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.stats import gamma
 
+from sim.effects.even import SPARSEST
 from validation.signals.intervals import GAP, usual_interval
 
 Array = NDArray[np.float64]
@@ -26,8 +27,6 @@ NARROWER = (65, 21, 7)
 """The same near zero frequency, where noise may rise steeply."""
 LEAST_SAMPLES = 64
 MOST_TONES = 20
-SPARSEST = 4
-"""Rows of the even grid to a sample, beyond which a recording is mostly gaps and has no spectrum."""
 
 
 @dataclass(frozen=True)

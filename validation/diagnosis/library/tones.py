@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from sim.effects.even import SPARSEST
 from sim.state import Array
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.signals.tones import SPARSEST
 
 
 def tones(problem: LinearProblem, residual: Array, member: Candidate) -> list[Candidate]:
