@@ -10,14 +10,14 @@ import numpy as np
 from sim.effects.base import Memory, Replacement, frozen
 from sim.effects.clues import AT_SEVERAL_RATES, LATE, Clues
 from sim.effects.even import in_even_time
-from sim.effects.kernels import first_order_lag
+from sim.effects.kernels import curved_lag
 from sim.effects.values import Quantity
 from sim.state import Array, State
 
 
 @frozen
 class Bandwidth(Replacement):
-    """First-order low-pass ``H(f) = 1 / (1 + i f / f_c)``, exact for a signal that is linear between samples.
+    """First-order low-pass ``H(f) = 1 / (1 + i f / f_c)``, exact for a signal that is a parabola through three samples.
 
     It delays slow signals by 1 / (2 pi f_c) at any sample rate, also for f_c far above it.
     """
@@ -46,7 +46,7 @@ class Bandwidth(Replacement):
         if self.cutoff_hz == 0:
             return signal_nT
         lag_s = 1 / (2 * math.pi * self.cutoff_hz)
-        return in_even_time(state, signal_nT, lambda even: first_order_lag(even, lag_s, state.interval_s, memory))
+        return in_even_time(state, signal_nT, lambda even: curved_lag(even, lag_s, state.interval_s, memory))
 
 
 @frozen

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numba import njit
@@ -55,3 +55,21 @@ def first_order_lag(signal: Array, time_constant_s: float, interval_s: float, me
     share = -math.expm1(-ratio) / ratio
     decay = math.exp(-ratio)
     return _lag(signal, memory["before"], memory["state"], decay, 1.0 - share, share - decay)
+
+
+def curved_lag(signal: Array, time_constant_s: float, interval_s: float, memory: dict[str, Any]) -> Array:
+    """The same, exact for an x (n, q) that between two samples is the parabola through these and the one before.
+
+    Adds ``z_k = a z_k-1 + q (x_k - 2 x_k-1 + x_k-2)``, ``q = ((tau/h)(1 - a) (1 + 2 tau/h) - 2 tau/h) / 2``. For
+    tau << h a line gives the rate half an interval late, a parabola where it is.
+    """
+    if not memory:
+        memory["past"], memory["bent"] = np.stack([signal[0], signal[0]]), np.zeros(signal.shape[1])
+    past = np.concatenate([memory["past"], signal])
+    bend = past[2:] - 2 * past[1:-1] + past[:-2]
+    memory["past"] = past[-2:].copy()
+    ratio = interval_s / time_constant_s
+    share = -math.expm1(-ratio) / ratio
+    part = (share - 2 * (1 - share) / ratio) / 2
+    bent = _lag(bend, np.zeros(signal.shape[1]), memory["bent"], math.exp(-ratio), part, 0.0)
+    return first_order_lag(signal, time_constant_s, interval_s, memory.setdefault("line", {})) + bent

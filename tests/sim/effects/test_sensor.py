@@ -185,6 +185,17 @@ def test_bandwidth_delays_a_ramp_by_its_time_constant_at_any_sample_rate(states,
     np.testing.assert_allclose(label[-1], -delay, rtol=1e-6, atol=1e-13)
 
 
+@pytest.mark.parametrize("part", [1e-3, 0.3, 10.0])
+def test_a_low_pass_at_few_samples_is_that_of_the_curve_between_them(states, part):
+    turn = 0.15  # of a radian from sample to sample: lines between them would be off by half of it
+    state = states(2000, 0.1)
+    angle, lag = turn * np.arange(2000), part * turn
+    signal = np.repeat(np.sin(angle)[:, None], 3, axis=1)
+    label = label_of(Bandwidth(1 / (2 * np.pi * part * 0.1)), state, signal)[:, 0]
+    expected = np.sin(angle - np.arctan(lag)) / np.hypot(1, lag) - np.sin(angle)
+    assert np.linalg.norm((label - expected)[500:]) < 0.01 * np.linalg.norm(expected[500:])
+
+
 def test_a_constant_passes_the_low_pass_from_the_first_sample(states):
     signal = np.tile([1e4, -2e4, 3e4], (100, 1))
     assert np.abs(label_of(Bandwidth(0.1), states(100), signal)).max() < 1e-9

@@ -60,7 +60,7 @@ def accepted(ranking: Sequence[Evidence], policy: Policy) -> Accepted | None:
     if not ranking or ranking[0].nats <= needed:
         return None
     best = ranking[0]
-    as_good = [e for e in ranking if not e.behind(best, policy) or is_simpler(e, best, policy.same_kin)]
+    as_good = [e for e in ranking if not e.behind(best, policy) or by_form_alone(e, best, policy.same_kin)]
     close = [e for e in as_good if e.nats > policy.apart]
     chosen = simplest(close, policy)
     return Accepted(chosen, tuple(e.name for e in close if e is not chosen), needed)
@@ -115,9 +115,10 @@ def simplest(close: Sequence[R], policy: Policy) -> R:
     return min(same, key=lambda e: CHAIN.index(e.name))
 
 
-def is_simpler(one: Evidence, best: Evidence, share: float) -> bool:
-    """Whether the best makes a simpler effect too, and gains no more than a share beyond it."""
-    return one.name in best.candidate.effect.clues.contains and one.gain > (1 - share) * best.gain
+def by_form_alone(one: Evidence, best: Evidence, share: float) -> bool:
+    """Whether the best is of its kin or makes it too, and gains no more beyond it than a share, an error of form."""
+    near = are_kin(one, best) or one.name in best.candidate.effect.clues.contains
+    return near and one.gain > (1 - share) * best.gain
 
 
 def are_kin(one: Rival, other: Rival) -> bool:

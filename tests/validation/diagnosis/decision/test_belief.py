@@ -42,6 +42,7 @@ from validation.diagnosis.problem.blocks import Fit
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
+KIN = tuple(effect for effect in EFFECTS if effect.clues.kin)
 CLEAN, LEFT = Battery({}, (), 0.0, ()), Battery({}, (), 0.0, ("means",))
 NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, -100.0, fits=True, identified=True)
 
@@ -69,6 +70,13 @@ def test_the_narrowest_of_those_as_good_is_accepted() -> None:
     assert chosen is not None
     assert chosen.name == WARM.name
     assert chosen.alternatives == (DRIVEN.name,)
+
+
+def test_one_of_its_kin_that_gains_less_by_an_error_of_form_is_listed() -> None:
+    best, near, far = (_evidence(effect, gain, 9) for effect, gain in zip(KIN, (1000.0, 980.0, 900.0), strict=True))
+    chosen = accepted((best, near, far, _evidence(DRIVEN, 990.0, 9)), STANDARD)
+    assert chosen is not None
+    assert {chosen.name, *chosen.alternatives} == {best.name, near.name}
 
 
 @pytest.mark.parametrize("last_bit", [-1e-9, 0.0, 1e-9])
