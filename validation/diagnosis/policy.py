@@ -46,12 +46,12 @@ class Policy:
     # is the reference wrong?
     misread_gap: float = number(3.0, "factor by which another reading of the given field lowers the gap if it is right")
     compass_noise: float = number(
-        0.6, "noise towards magnetic east over that along the field below which a heading is this magnetometer's own",
-        run="measured logs: 0.46 for a glider's own compass; 0.46 to 2.4 for five logs with another heading",
+        0.6, "noise towards magnetic east over the least of others below which a heading is this magnetometer's own",
+        run="measured logs: 0.41 for a glider's own compass; 1.06 to 1.97 for ten logs with an optical heading",
     )  # fmt: skip
     compass_gap: float = number(
         0.5, "the same of the whole gap, which must hold too",
-        run="measured logs: 0.27 for a glider's own compass; 0.61 to 1.8 for five logs with another heading",
+        run="measured logs: 0.17 for a glider's own compass; 0.61 to 1.6 for ten logs with an optical heading",
     )  # fmt: skip
     compass_condition: float = number(
         5.0, "ratio of its axes to the calibration's above which a motion does not determine how a heading was made"

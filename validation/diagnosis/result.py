@@ -188,6 +188,7 @@ class Diagnosis:
             "verdict": self.verdict,
             "sentence": self.sentence,
             "mode": self.problem.mode,
+            "reference": [one.words for one in self.problem.instead],
             "effects": [_effect(one) | _when(self.stretch(one)) for one in self.named],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],
             "when": [_when(part.stretch) | {"rms_nT": part.rms_nT, "rms_sigma": part.rms_sigma} for part in self.parts],

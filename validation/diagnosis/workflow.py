@@ -19,7 +19,7 @@ from validation.diagnosis.decision.wording import advice_for, sentence_for
 from validation.diagnosis.evidence.direct import Direct, direct_evidence, held_rows
 from validation.diagnosis.evidence.judged import taken_back
 from validation.diagnosis.evidence.localise import Share, localise
-from validation.diagnosis.evidence.reference import doubts_of_reference
+from validation.diagnosis.evidence.reference import settled
 from validation.diagnosis.evidence.when import parts_of
 from validation.diagnosis.library.candidates import missing_channels
 from validation.diagnosis.policy import STANDARD, Policy
@@ -42,7 +42,6 @@ class Examined:
     problem: LinearProblem
     direct: tuple[Direct, ...]
     belief: Belief
-    wrong_reference: tuple[str, ...]
 
 
 def diagnose(
@@ -75,13 +74,9 @@ def examined(
     whole: LinearProblem, model: Model, without: frozenset[str] = frozenset(), say: Progress = lambda what: None
 ) -> Examined:
     """What is believed of a problem that was posed with a model, wrong samples left out."""
-    problem, direct = measured_rows(whole, without)
-    wrong_reference = doubts_of_reference(problem)
-    selection = select_jointly(problem, frozenset(BY_NAME) if wrong_reference else without, say)
-    problem, belief = selection.end.problem, believed(selection)
-    if wrong_reference:  # its gap resembles many effects
-        belief = replace(belief, iron=(), noise=None)
-    return Examined(model, problem, direct, belief, wrong_reference)
+    measured, direct = measured_rows(whole, without)
+    selection = select_jointly(settled(measured), without, say)
+    return Examined(model, selection.end.problem, direct, believed(selection))
 
 
 def measured_rows(
@@ -99,7 +94,7 @@ def told(seen: Examined) -> Diagnosis:
     where = localise(problem, left.before)
     case = Case(problem, named, belief.clean, left.gap, where, left.after)
     verdict = verdict_of(case)
-    doubts = (*seen.wrong_reference, *doubts_of(case, verdict))
+    doubts = doubts_of(case, verdict)
     curves = _curves(seen, case, verdict, doubts)
     if curves or doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
         verdict, left = Verdict.UNKNOWN, curves.left if curves else left.undone()
@@ -111,8 +106,6 @@ def told(seen: Examined) -> Diagnosis:
 def _curves(seen: Examined, case: Case, verdict: Verdict, doubts: tuple[str, ...]) -> Followed | None:
     """The channels that the gap follows, where nothing is named; beside a part of it, where they explain much more."""
     start = seen.belief.selection.start
-    if seen.wrong_reference:
-        return None
     if doubts or verdict is Verdict.UNKNOWN:
         return followed(start)
     return followed_instead(start, case) if verdict is Verdict.PARTIAL else None

@@ -9,7 +9,6 @@ import numpy as np
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
 from validation.diagnosis.evidence.judged import TOO_LITTLE
-from validation.diagnosis.evidence.reference import misread_field, own_compass
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.evidence.when import Stretch, largest
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
@@ -23,13 +22,14 @@ LISTED_CHANNELS, TRIED_CHANNELS = 3, 2
 def sentence_for(found: Diagnosis) -> str:
     """The finding in one sentence for a field engineer."""
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
-    return found.verdict.sentence(
+    said = found.verdict.sentence(
         causes="; ".join(words_of(one, found.stretch(one)) for one in found.named),
         share=_share(found),
         left="; ".join(found.after.why),
         nearest=_nearest(found),
         goes_with=(_curves(found) or (f"; it goes with {channels}" if channels else "")) + _largest(found),
     )
+    return " ".join([*(one.words for one in found.problem.instead), said])
 
 
 def _share(found: Diagnosis) -> str:
@@ -62,24 +62,9 @@ def advice_for(found: Diagnosis) -> tuple[str, ...]:
     return tuple(line for advise in ADVICE for line in advise(found))
 
 
-def read_the_field_anew(found: Diagnosis) -> Iterator[str]:
-    """A field that fits when it is read in another way."""
-    if (misread := misread_field(found.problem)) is not None:
-        east, north, up = (f"{value:.0f}" for value in misread.field_enu_nT)
-        yield (
-            f"The given field is not east, north, up: {misread.how}. With ({east}, {north}, {up}) nT the gap falls "
-            f"from {misread.before_nT:.3g} to {misread.after_nT:.3g} nT: correct the field before anything else."
-        )
-
-
-def log_another_heading(found: Diagnosis) -> Iterator[str]:
-    """A heading made from the magnetometer that is examined hides its errors."""
-    if (east := own_compass(found.problem)) is not None:
-        yield (
-            "The heading comes from this magnetometer: towards magnetic east, where a heading shows, the field has "
-            f"{east.noise_nT:.3g} nT of noise, along itself {east.along_noise_nT:.3g} nT. It repeats the "
-            "magnetometer's errors: log a heading of another instrument, or leave the attitude out."
-        )
+def mend_the_reference(found: Diagnosis) -> Iterator[str]:
+    """A field that was misread, a heading that hides the errors of the magnetometer that it was made from."""
+    yield from (one.figures for one in found.problem.instead)
 
 
 def try_an_actuator(found: Diagnosis) -> Iterator[str]:
@@ -129,7 +114,7 @@ def suspect_navigation(found: Diagnosis) -> Iterator[str]:
 
 def log_attitude(found: Diagnosis) -> Iterator[str]:
     """Without attitude little is observable."""
-    if found.problem.mode == "strength":
+    if found.problem.mode == "strength" and not found.problem.instead:
         yield "Without attitude only the field's strength was compared; log attitude to see more."
 
 
@@ -147,8 +132,7 @@ def log_more_channels(found: Diagnosis) -> Iterator[str]:
 
 Advise = Callable[[Diagnosis], Iterator[str]]
 ADVICE: tuple[Advise, ...] = (
-    read_the_field_anew,
-    log_another_heading,
+    mend_the_reference,
     try_an_actuator,
     seek_the_mechanism,
     fly_another_motion,

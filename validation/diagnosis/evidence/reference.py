@@ -2,21 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim.dataset import Recording
 from sim.rotation import to_body
 from sim.state import Array
 from validation.diagnosis.policy import Policy
-from validation.diagnosis.problem.linear import LinearProblem, sample_noise
+from validation.diagnosis.problem.linear import Instead, LinearProblem, sample_noise
+from validation.diagnosis.problem.pose import pose
 from validation.signals.size import column_rms, rms
 
+COMPASS = "The heading was computed from this very magnetometer: only the field's strength was compared."
 MISREAD = {
     "its vertical part has the other sign": np.diag([1.0, 1.0, -1.0]),
     "it is north, east, down": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
 }
 """What may have been given in place of east, north, up: in words, and the matrix (3, 3) that makes it right."""
+
+
+def settled(problem: LinearProblem) -> LinearProblem:
+    """The problem as it is, or posed anew where its reference is wrong, with what was done in `instead`.
+
+    A field that was misread is read right. A heading that was made from this magnetometer is left out with the whole
+    attitude, so that the strength is compared.
+    """
+    if (misread := misread_field(problem)) is not None:
+        problem = _anew(problem, problem.recording, misread.field_enu_nT, misread.instead)
+    if (east := own_compass(problem)) is not None:
+        bare = replace(problem.recording, att_q=None)
+        problem = _anew(problem, bare, None, east.instead(problem.state.field_enu_nT))
+    return problem
+
+
+def _anew(problem: LinearProblem, recording: Recording, field_enu_nT: Array | None, done: Instead) -> LinearProblem:
+    """The problem of a recording and a field, None for its strength alone, with all else as it was."""
+    strength_nT = float(np.linalg.norm(done.field_enu_nT))
+    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy)
+    std_rad, known = problem.attitude_std_rad, problem.iron_known
+    kept = replace(anew, attitude_std_rad=std_rad, iron_known=known, instead=(*problem.instead, done))
+    return kept.without(problem.usable == 0)
 
 
 @dataclass(frozen=True)
@@ -27,6 +53,17 @@ class Misread:
     field_enu_nT: Array
     before_nT: float
     after_nT: float
+
+    @property
+    def instead(self) -> Instead:
+        """What is said of it."""
+        east, north, up = (f"{value:.0f}" for value in self.field_enu_nT)
+        words = f"The given field is not east, north, up ({self.how}) and was read anew."
+        figures = (
+            f"Correct the given field: with ({east}, {north}, {up}) nT the gap falls from {self.before_nT:.3g} to "
+            f"{self.after_nT:.3g} nT, and the rest was found with it."
+        )
+        return Instead(words, figures, self.field_enu_nT)
 
 
 def misread_field(problem: LinearProblem) -> Misread | None:
@@ -44,25 +81,32 @@ def misread_field(problem: LinearProblem) -> Misread | None:
     return best if best.after_nT * problem.policy.misread_gap < before else None
 
 
-def doubts_of_reference(problem: LinearProblem) -> tuple[str, ...]:
-    """Why no effect may be named: what a field that was misread leaves resembles many."""
-    misread = misread_field(problem)
-    return () if misread is None else (f"the given field is misread: {misread.how}",)
-
-
 @dataclass(frozen=True)
 class East:
-    """Noise of a sample and rms (nT) of what a calibration leaves: towards magnetic east, and along the field."""
+    """Noise of a sample and rms (nT) of what a calibration leaves: towards magnetic east, and beside it.
+
+    Beside it is the quieter of north and along the field: tilt shows in the one, a noisy axis of the sensor in the
+    other.
+    """
 
     noise_nT: float
     rms_nT: float
-    along_noise_nT: float
-    along_rms_nT: float
+    beside_noise_nT: float
+    beside_rms_nT: float
+
+    def instead(self, field_enu_nT: Array) -> Instead:
+        """What is said of it."""
+        figures = (
+            "Log a heading of another instrument: towards magnetic east, where a heading shows, the field has "
+            f"{self.noise_nT:.3g} nT of noise, elsewhere {self.beside_noise_nT:.3g} nT. The logged one repeats the "
+            "magnetometer's errors, so that the attitude was left out."
+        )
+        return Instead(COMPASS, figures, field_enu_nT)
 
     def is_silent(self, policy: Policy) -> bool:
         """Whether east has less noise than the sensor itself, and less of a gap."""
-        quieter = self.noise_nT < policy.compass_noise * self.along_noise_nT
-        return quieter and self.rms_nT < policy.compass_gap * self.along_rms_nT
+        quieter = self.noise_nT < policy.compass_noise * self.beside_noise_nT
+        return quieter and self.rms_nT < policy.compass_gap * self.beside_rms_nT
 
 
 def own_compass(problem: LinearProblem) -> East | None:
@@ -80,13 +124,18 @@ def own_compass(problem: LinearProblem) -> East | None:
     towards_east = _east_nT(problem, calibration)
     if towards_east is None:
         return None
-    used = problem.usable > 0
-    left = (problem.recording.mag_nT - problem.clean_nT)[used] @ calibration.T
-    along = np.einsum("ni,ni->n", problem.state.field_nT[used] / np.linalg.norm(F), left)
-    parts = np.column_stack([towards_east, along])
-    (noise, along_noise), (size, along_size) = sample_noise(parts), column_rms(parts)
-    found = East(float(noise), float(size), float(along_noise), float(along_size))
+    parts = np.column_stack([towards_east, *_beside_nT(problem, calibration).T])
+    noise, size = sample_noise(parts), column_rms(parts)
+    found = East(float(noise[0]), float(size[0]), float(noise[1:].min()), float(size[1:].min()))
     return found if found.is_silent(problem.policy) else None
+
+
+def _beside_nT(problem: LinearProblem, calibration: Array) -> Array:
+    """What the base leaves (n, 2) in nT towards magnetic north, and along the field."""
+    F, used = problem.state.field_enu_nT, problem.usable > 0
+    left = (problem.recording.mag_nT - problem.clean_nT)[used] @ calibration.T
+    level, along = (to_body(problem.state.R_wb[used], one[None] / np.linalg.norm(one)) for one in (F * [1, 1, 0], F))
+    return np.column_stack([np.einsum("ni,ni->n", level, left), np.einsum("ni,ni->n", along, left)])
 
 
 def _east_nT(problem: LinearProblem, calibration: Array) -> Array | None:

@@ -23,6 +23,18 @@ LEAST_NOISE = 1e-6
 
 
 @dataclass(frozen=True)
+class Instead:
+    """What a given reference was found to be wrong in, and what was done: in a sentence, and with figures.
+
+    field_enu_nT (3,): the field east, north, up that holds then.
+    """
+
+    words: str
+    figures: str
+    field_enu_nT: Array
+
+
+@dataclass(frozen=True)
 class LinearProblem:
     """A recording and a model, as ``y = B beta + E c + noise`` of q outputs a sample.
 
@@ -36,7 +48,7 @@ class LinearProblem:
     `attitude_std_rad`: the error of navigation's attitude that the model states, 0 if none. `iron_known`: whether the
     model's iron is the instrument's, so that a difference from it is a finding. `policy`: what is held for evidence.
     `still`: the sensor is at rest, and y is the measured axes about a constant. `relative`: the field is another
-    magnetometer's reading.
+    magnetometer's reading. `instead`: what was done about a reference that was wrong.
     """
 
     recording: Recording
@@ -56,6 +68,7 @@ class LinearProblem:
     policy: Policy = STANDARD
     still: bool = False
     relative: bool = False
+    instead: tuple[Instead, ...] = ()
 
     @cached_property
     def course_nT(self) -> Array:

@@ -85,7 +85,8 @@ def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
     anew = strength_problem(problem.recording, strength_nT, problem.effects, problem.policy, disturbance_nT)
     state = replace(anew.state, channels=problem.state.channels)
-    kept = replace(anew, state=state, attitude_std_rad=problem.attitude_std_rad, iron_known=problem.iron_known)
+    std_rad, known = problem.attitude_std_rad, problem.iron_known
+    kept = replace(anew, state=state, attitude_std_rad=std_rad, iron_known=known, instead=problem.instead)
     return kept.without(problem.usable == 0)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.errors import InputError
+from scenarios.spec import FieldSpec
 from sim.chain import apply_deterministic
 from sim.effects import Effects, as_tables
 from sim.effects.base import Effect
@@ -50,11 +51,9 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
     tables, order = as_tables(whole)
     changed = {"effects": Effects(tables), "effect_order": order}
     if isinstance(model, Scenario):
-        return model.model_copy(update={**changed, **_without_own(model)})
+        return model.model_copy(update={**changed, **_without_own(model), **_read_anew(problem)})
     return Scenario.model_validate(
-        {"name": model.name, "summary": model.summary, "field": _field(model, problem.state.field_enu_nT)}
-        | _motion(whole)
-        | changed
+        {"name": model.name, "summary": model.summary, "field": _field(model, problem)} | _motion(whole) | changed
     )
 
 
@@ -123,10 +122,17 @@ def _rest(effect: Effect) -> dict[str, Any]:
     return {name: getattr(effect, name) for name in effect.names() if name not in effect.linear}
 
 
-def _field(model: ModelSpec, enu_nT: Array) -> Any:
-    return (
-        {"enu_nT": enu_nT.tolist()} if model.field is None else model.field.model_dump(mode="json", exclude_none=True)
-    )
+def _read_anew(problem: LinearProblem) -> dict[str, Any]:
+    """The field in place of a scenario's own, where that was wrong."""
+    return {"field": FieldSpec(enu_nT=tuple(problem.instead[-1].field_enu_nT))} if problem.instead else {}
+
+
+def _field(model: ModelSpec, problem: LinearProblem) -> Any:
+    if problem.instead:
+        return {"enu_nT": problem.instead[-1].field_enu_nT.tolist()}
+    if model.field is None:
+        return {"enu_nT": problem.state.field_enu_nT.tolist()}
+    return model.field.model_dump(mode="json", exclude_none=True)
 
 
 def _motion(effects: Sequence[Effect]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from sim.effects.base import Effect
 from sim.scenario import Model
 from sim.state import Array
 from validation.diagnosis.decision.wording import advice_for
+from validation.diagnosis.evidence.reference import settled
 from validation.diagnosis.evidence.standing import Beside
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.linear import LinearProblem
@@ -38,7 +39,7 @@ def confirmed(
     """
     whole = posed(second, model, field_enu_nT, strength_nT, policy=found.problem.policy)
     effects = [effect for one in found.named if _lasts(one) for effect in one.effects if not effect.clues.absorbed]
-    problems = (found.problem, _beside_known(measured_rows(whole)[0], effects))
+    problems = (found.problem, _beside_known(settled(measured_rows(whole)[0]), effects))
 
     def upgraded(one: Named) -> Named:
         if not _lasts(one) or one.effect.clues.one_run or found.problem.mode != problems[1].mode:

@@ -43,11 +43,6 @@ class Lot:
         """What the base leaves (n, q) in each, in units of the noise."""
         return tuple(one.seen.belief.selection.start.residual() for one in self.members)
 
-    @property
-    def wrong_references(self) -> list[tuple[str, ...]]:
-        """What is wrong with the reference of each."""
-        return [one.seen.wrong_reference for one in self.members]
-
     def belief(self, i: int) -> Belief:
         """What one recording believes with the lot's effects in."""
         member, found = self.members[i], list(self.members[i].events)
@@ -120,14 +115,11 @@ class Judged:
         cases = tuple(_case(lot, i, [one.named for one in common], belief) for i, belief in enumerate(beliefs))
         gaps = tuple(one.gap for one in cases)
         verdict = verdict_of(replace(cases[0], clean=all(one.clean for one in cases), gap=joined(gaps), where=()))
-        doubts = tuple(
-            (*why, *doubts_of(case, verdict), *_explains_little(case))
-            for why, case in zip(lot.wrong_references, cases, strict=True)
-        )
+        doubts = tuple((*doubts_of(case, verdict), *_explains_little(case)) for case in cases)
         found = cls(
             verdict, common, beliefs, cases, doubts, joined(gaps), gaps, lot.before, tuple(one.left for one in cases)
         )
-        return found.undone() if found.doubted or any(lot.wrong_references) else found
+        return found.undone() if found.doubted else found
 
     @property
     def doubted(self) -> bool:

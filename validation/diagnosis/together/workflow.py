@@ -42,8 +42,7 @@ def diagnose_together(
     for name, problem in zip(names, problems, strict=True):
         seen.append(examined(problem, model, without, lambda what, name=name: say(f"{name}: {what}")))  # type: ignore[misc]
     members = [Member.of(one) for one in seen]
-    asked = [] if any(one.wrong_reference for one in seen) else members
-    chosen, alone = select_together(asked, say) if asked else ([], [])
+    chosen, alone = select_together(members, say)
     say("the simulator with the new models")
     lot = Lot(members, chosen)
     return _told(tuple(names), model, lot, [not_borne_out(one, lot.problems) for one in alone])

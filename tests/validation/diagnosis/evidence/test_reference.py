@@ -12,8 +12,10 @@ from sim.dataset import Recording, read_recording
 from sim.scenario import ModelSpec
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, problem, recording
-from validation.diagnosis.evidence.reference import doubts_of_reference, misread_field, own_compass
+from validation.diagnosis.evidence.reference import misread_field, own_compass, settled
 from validation.diagnosis.problem.pose import pose, posed
+from validation.diagnosis.verdict import Verdict
+from validation.diagnosis.workflow import diagnose
 
 EAST, NORTH, UP = FIELD_ENU_NT
 IRON = np.array([[1.05, 0.02, -0.03], [0.01, 0.96, 0.02], [-0.02, 0.01, 1.03]])
@@ -36,7 +38,23 @@ def test_a_misread_field_is_told_and_read_right(given: tuple[float, float, float
     assert found.field_enu_nT == pytest.approx(FIELD_ENU_NT)
     assert found.after_nT == pytest.approx(NOISE_NT, rel=0.05)
     assert found.before_nT > 1000 * NOISE_NT
-    assert how in doubts_of_reference(wrong)[0]
+    mended = settled(wrong)
+    assert mended.state.field_enu_nT == pytest.approx(FIELD_ENU_NT)
+    assert mended.sigma_nT == pytest.approx(NOISE_NT, rel=0.1)
+    assert how in mended.instead[0].words
+
+
+def test_an_effect_is_named_beside_a_misread_field_and_the_model_has_the_right_one() -> None:
+    hidden = {"motor_current": {"gain_nT_A": [3.0, -1.0, 2.0]}}
+    found = diagnose(
+        recording(hidden=hidden),
+        ModelSpec.model_validate({"field": {"enu_nT": (EAST, NORTH, -UP)}}),
+        fitted_base=True,
+    )
+    assert found.verdict is Verdict.NAMED
+    assert [one.name for one in found.named] == ["motor_current"]
+    assert "the other sign" in found.sentence
+    assert found.model.field.enu_nT == pytest.approx(FIELD_ENU_NT)
 
 
 @pytest.mark.parametrize("hidden", GAPS.values(), ids=GAPS)
@@ -59,11 +77,13 @@ def test_on_level_circles_neither_can_be_told() -> None:
     assert own_compass(wrong) is None
 
 
-def _with_compass(tilt_error_deg: float, calibration: Array) -> Recording:
+def _with_compass(tilt_error_deg: float, calibration: Array, gain_nT_A: float = 0.0) -> Recording:
     """Iron before the sensor's noise; roll and pitch a little off, the heading tilt-compensated from a calibration."""
     given, rng = recording(noise_nT=0.0), np.random.default_rng(3)
     n = len(given)
     mag_nT = given.mag_nT @ IRON.T + OFFSET_NT + rng.normal(scale=50.0, size=(n, 3))
+    assert given.current_A is not None
+    mag_nT += gain_nT_A * given.current_A[:, :1] * [1.0, -0.5, 0.7]
     assert given.att_q is not None
     angles = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]).as_euler("ZYX")
     angles[:, 1:] += np.radians(tilt_error_deg) * rng.normal(size=(n, 2))
@@ -78,7 +98,18 @@ def test_a_heading_made_from_the_magnetometer_is_known(calibration: Array) -> No
     found = own_compass(pose(_with_compass(0.3, calibration), FIELD_ENU_NT, STRENGTH_NT, ()))
     assert found is not None
     assert found.noise_nT < 1
-    assert found.along_noise_nT > 40
+    assert found.beside_noise_nT > 40
+
+
+def test_beside_a_heading_of_its_own_compass_a_current_is_found_by_the_strength() -> None:
+    given = {"field_enu_nT": FIELD_ENU_NT, "fitted_base": True}
+    quiet = diagnose(_with_compass(0.3, IRON), ModelSpec(), **given)
+    assert quiet.verdict is Verdict.NONE
+    assert quiet.problem.mode == "strength"
+    assert "very magnetometer" in quiet.sentence
+    found = diagnose(_with_compass(0.3, IRON, gain_nT_A=60.0), ModelSpec(), **given)
+    assert [one.name for one in found.named] == ["motor_current"]
+    assert found.model.field.enu_nT == pytest.approx(FIELD_ENU_NT)
 
 
 def test_a_noisy_heading_of_its_own_is_not_taken_for_it() -> None:
@@ -88,6 +119,13 @@ def test_a_noisy_heading_of_its_own_is_not_taken_for_it() -> None:
     turn = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]) * off
     noisy = replace(given, att_q=turn.as_quat()[:, [3, 0, 1, 2]])
     assert own_compass(pose(noisy, FIELD_ENU_NT, STRENGTH_NT, ())) is None
+
+
+def test_a_sensor_with_a_noisy_vertical_axis_is_not_taken_for_it() -> None:
+    """In a steep field it has most of its noise along the field, whoever made the heading."""
+    given = recording()
+    noisy_nT = given.mag_nT + [0.0, 0.0, 50.0] * np.random.default_rng(5).normal(size=(len(given), 3))
+    assert own_compass(pose(replace(given, mag_nT=noisy_nT), FIELD_ENU_NT, STRENGTH_NT, ())) is None
 
 
 def test_a_glider_steers_by_its_own_compass(realdata) -> None:  # type: ignore[no-untyped-def]
