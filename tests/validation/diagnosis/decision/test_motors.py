@@ -54,6 +54,14 @@ def test_motors_of_one_gain_have_one() -> None:
     assert list(gains_of(diagnose(driven(EQUAL), MODEL, field_enu_nT=FIELD_ENU_NT))) == [0]
 
 
+def test_motors_of_one_gain_have_one_beside_a_wander_too() -> None:
+    given = driven(EQUAL)
+    walk_nT = np.cumsum(np.random.default_rng(3).normal(scale=0.5, size=given.mag_nT.shape), axis=0)
+    found = diagnose(replace(given, mag_nT=given.mag_nT + walk_nT), MODEL, field_enu_nT=FIELD_ENU_NT)
+    (one,) = (one for one in found.named if one.name == "motor_current")
+    assert [effect.motor for effect in one.effects] == [0]  # type: ignore[attr-defined]
+
+
 def test_a_motor_that_does_nothing_beside_the_others_is_left_out() -> None:
     some = UNEQUAL * np.array([[1.0], [1.0], [1.0], [0.0]])
     assert set(gains_of(diagnose(driven(some), MODEL, field_enu_nT=FIELD_ENU_NT))) == {1, 2, 3}

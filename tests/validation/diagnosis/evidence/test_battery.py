@@ -82,9 +82,10 @@ def test_a_slow_log_is_tested_too() -> None:
 
 
 def test_means_are_over_time_and_not_over_bursts() -> None:
-    """Ten samples at 50 Hz each minute with an offset of each burst: seen over a second, which holds one burst."""
+    """Ten samples at 50 Hz each minute with an offset of each burst, the next with its negative: seen over a second."""
     time_s = (60.0 * np.arange(400)[:, None] + 0.02 * np.arange(10)).ravel()
-    offsets = np.repeat(np.random.default_rng(8).normal(size=(400, 3)), 10, axis=0)
+    pairs = np.random.default_rng(8).normal(size=(200, 1, 3)) * np.array([[1.0], [-1.0]])
+    offsets = np.repeat(pairs.reshape(400, 3), 10, axis=0)
     tests = battery(_white(5)[:4000] + offsets, np.ones(4000), time_s, 0, STANDARD)
     assert tests.excess[1.0] == pytest.approx((1 + 10 * 1.0) / 2, rel=0.1)  # of a variance of 2
 

@@ -33,15 +33,15 @@ def motor(gain: Any) -> dict[str, Any]:
     return {"motor_current": {"gain_nT_A": np.asarray(gain).tolist()}}
 
 
-def two(hidden: dict[str, Any], other: dict[str, Any], n: int = 1200) -> Recording:
+def two(hidden: dict[str, Any], other: dict[str, Any], n: int = 1200, offset: float = 1.0) -> Recording:
     """One magnetometer and a second one, which sits turned, is scaled and has hard iron, as sensors 1 and 2."""
     first, second = recording(n, seed=1, hidden=hidden), recording(n, seed=2, hidden=other)
-    both = np.stack([first.mag_nT, second.mag_nT @ MOUNT.T + OFFSET_NT])
+    both = np.stack([first.mag_nT, second.mag_nT @ MOUNT.T + offset * OFFSET_NT])
     return replace(first, array_mag_nT=both, gyro_rad_s=body_rate(first))
 
 
-def found(hidden: dict[str, Any], other: dict[str, Any]):  # type: ignore[no-untyped-def]
-    return diagnose(beside_reference(two(hidden, other), 1, 2, "test"), MODEL, field_enu_nT=FIELD_ENU_NT)
+def found(hidden: dict[str, Any], other: dict[str, Any], **more: Any):  # type: ignore[no-untyped-def]
+    return diagnose(beside_reference(two(hidden, other, **more), 1, 2, "test"), MODEL, field_enu_nT=FIELD_ENU_NT)
 
 
 def test_what_the_first_alone_feels_is_named_in_its_own_axes() -> None:
@@ -65,7 +65,7 @@ def test_what_both_feel_alike_is_not_seen() -> None:
 
 def test_the_currents_of_turning_are_told_though_the_reference_has_iron() -> None:
     matrix = [[3e-3, 6e-4, 0.0], [0.0, 2e-3, 3e-4], [4e-4, 0.0, 3e-3]]
-    (one,) = found({"eddy_current": {"matrix_s": matrix}}, {}).named
+    (one,) = found({"eddy_current": {"matrix_s": matrix}}, {}, offset=15.0).named
     assert one.name == "eddy_current"
     assert np.abs(np.array(one.effect.matrix_s) - matrix).max() < 2e-4
 
@@ -77,6 +77,13 @@ def test_attitude_and_position_are_not_used() -> None:
     assert not {"attitude", "position"} & posed_one.has
     assert not set(REFERENCE) & set(posed_one.state.channels)
     np.testing.assert_allclose(posed_one.turn, np.eye(3))
+
+
+def test_what_a_model_says_of_the_earths_frame_is_left_out() -> None:
+    gradient = {"field_gradient": {"gradient_nT_m": [[1.0, 2.0, 3.0], [2.0, 1.0, 4.0], [3.0, 4.0, -2.0]]}}
+    stated = ModelSpec.model_validate({"effects": gradient})
+    given = beside_reference(two({}, {}, 300), 1, 2, "test")
+    assert posed(given, stated, FIELD_ENU_NT, None).effects == ()
 
 
 def test_a_file_by_an_array_is_compared_with_one_of_its_sensors(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from tests.validation.diagnosis.together.test_workflow import motor
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.problem.sensors import model_of_sensor, of_sensor
 from validation.diagnosis.result import Reach
-from validation.diagnosis.together.array import diagnose_sensors
+from validation.diagnosis.together.array import diagnose_sensors, worst
 from validation.diagnosis.together.files import check_one, diagnose_files, of_one_array, sources
 from validation.diagnosis.together.reach import There
 from validation.diagnosis.together.result import Together
@@ -65,6 +66,25 @@ def test_what_one_sensor_shows_is_its_own_and_makes_the_headline() -> None:
     assert found.as_dict()["worst"] == "dive@2"
     assert found.sentence.startswith("dive@2, of 2 sensors (1 none, 1 named): Missing in the model: motor_current")
     assert "not in dive@1" in found.advice[0]
+
+
+def test_the_worst_is_what_leaves_most_without_a_cause_else_the_largest_gap() -> None:
+    def one(verdict: Verdict, before_sigma: float, after_sigma: float) -> Any:
+        return SimpleNamespace(verdict=verdict, gap=SimpleNamespace(before_sigma=before_sigma, after_sigma=after_sigma))
+
+    named, none = one(Verdict.NAMED, 9.0, 1.0), one(Verdict.NONE, 1.0, 1.0)
+    assert worst([named, one(Verdict.UNKNOWN, 4.0, 2.0), one(Verdict.PARTIAL, 8.0, 3.0)]) == 2
+    assert worst([none, one(Verdict.NAMED, 2.0, 1.0), named]) == 2
+    assert worst([none, none]) == 0
+
+
+def test_each_effect_is_compared_beside_all_others() -> None:
+    """One sensor feels the temperature five times as much as the current: its gain is known as well all the same."""
+    warm = {"temperature_offset": {"slope_nT_K": [30.0, -20.0, 25.0]}}
+    found = sensors(motor(1.0) | warm, motor(1.0))
+    (one,) = (one for one in found.common if one.name == "motor_current")
+    both, alone = (each.spread["gain_nT_A"] for each in one.each if each is not None)
+    assert both == pytest.approx(alone, rel=0.3)
 
 
 def test_an_array_without_a_disturbance_has_none() -> None:
