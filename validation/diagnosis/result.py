@@ -59,7 +59,7 @@ class Named:
     nats: evidence on held-out data, of which so many were `needed`; strength: rms after the base refit, in noise;
     spread: standard deviations of each parameter's components; also: what belongs to it and is no cause of its own,
     such as another motor, a harmonic, or the iron that goes with a reference. Of a curve, covariance (k, k): of its
-    linear coefficients; rivals: channels that do as well.
+    linear coefficients; rivals: channels that may drive it as well.
     """
 
     effect: Effect
@@ -78,6 +78,12 @@ class Named:
     def name(self) -> str:
         """The effect's name."""
         return self.effect.name
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """What it may be instead, in words: another effect, or what follows another channel; a curve says its own."""
+        channels = () if self.how is How.CURVE else self.rivals
+        return (*self.alternatives, *(f"what goes with {channel}" for channel in channels))
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -235,6 +241,7 @@ def _effect(one: Named) -> dict[str, Any]:
     return {
         "name": one.name,
         "alternatives": list(one.alternatives),
+        "rivals": list(one.rivals),
         "parameters": parameters(one),
         "also": [
             {"name": effect.name, "parameters": {p.name: getattr(effect, p.name) for p in in_use(effect)}}

@@ -15,6 +15,7 @@ from validation.diagnosis.decision.belief import Belief, believed
 from validation.diagnosis.decision.iron import absorbed_effects
 from validation.diagnosis.decision.jointly import select_jointly
 from validation.diagnosis.decision.judgement import Case, doubts_of, verdict_of
+from validation.diagnosis.decision.one_course import with_rivals
 from validation.diagnosis.decision.wording import advice_for, sentence_for
 from validation.diagnosis.evidence.direct import Direct, direct_evidence, held_rows
 from validation.diagnosis.evidence.judged import taken_back
@@ -90,7 +91,8 @@ def measured_rows(
 def told(seen: Examined) -> Diagnosis:
     """The diagnosis of what is believed, in words and with the new model."""
     problem, belief = seen.problem, seen.belief
-    named, left = names_of(problem, belief, seen.direct), Left.of(problem, belief)
+    named = tuple(with_rivals(problem, one) for one in names_of(problem, belief, seen.direct))
+    left = Left.of(problem, belief)
     where = localise(problem, left.before)
     case = Case(problem, named, belief.clean, left.gap, where, left.after)
     verdict = verdict_of(case)

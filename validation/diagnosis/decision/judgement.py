@@ -102,7 +102,7 @@ RULES: tuple[tuple[Verdict, Rule], ...] = (
     (Verdict.UNKNOWN, lambda case: not case.clean),
     (Verdict.NOT_OBSERVABLE, _only_iron_with_rivals),
     (Verdict.COMPOSITE, lambda case: len(case.named) > 1),
-    (Verdict.NAMED, lambda case: not case.named[0].alternatives),
+    (Verdict.NAMED, lambda case: not case.named[0].others),
     (Verdict.GENERIC, lambda case: case.noisy),
     (Verdict.CLASS, lambda case: True),
 )

@@ -100,9 +100,9 @@ def tell_look_alikes_apart(found: Diagnosis) -> Iterator[str]:
 def ways_to_tell(named: Sequence[Named]) -> Iterator[str]:
     """For each name with look-alikes what to do that tells them apart."""
     for one in named:
-        if one.alternatives:
+        if one.others:
             ways = dict.fromkeys(filter(None, (BY_NAME[name].clues.apart for name in (one.name, *one.alternatives))))
-            yield f"{one.name} may also be {', '.join(one.alternatives)}. To tell: {'; '.join(ways)}."
+            yield f"{one.name} may also be {', '.join(one.others)}. To tell: {'; '.join(ways)}."
 
 
 def suspect_navigation(found: Diagnosis) -> Iterator[str]:
@@ -165,7 +165,7 @@ def _channel(one: Named) -> str:
 def words_of(one: Named, stretch: Stretch | None = None) -> str:
     """A name with its look-alikes, when it acts, its main parameter and its size."""
     when = "" if stretch is None else f" {stretch.words}"
-    either = f" (or {', '.join(one.alternatives)})" if one.alternatives else ""
+    either = f" (or {', '.join(one.others)})" if one.others else ""
     size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
     parameter = next(p for p in one.effect.parameters() if p.name == main_parameter(one.effect))
     value = short(np.asarray(getattr(one.effect, parameter.name), dtype=float).tolist())

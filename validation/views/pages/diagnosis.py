@@ -72,7 +72,7 @@ def _page(found: Diagnosis, title: str) -> dict[str, Any]:
         "sentence": found.sentence,
         "tiles": _tiles(found),
         "effects": [_row(one) for one in found.named],
-        "classes": [(one.name, one.alternatives) for one in found.named if one.alternatives],
+        "classes": [(one.name, one.others) for one in found.named if one.others],
         "gaps": gap_rows(found),
         "candidate_heads": CANDIDATE_HEADS,
         "part_heads": PART_HEADS,
@@ -100,7 +100,7 @@ def _otherwise(found: Diagnosis) -> tuple[str, str]:
     """What else it could be, or where nothing is named what the gap goes with."""
     if not found.named:
         return (", ".join(name for name, _, _ in found.where[:3]) or "–", "the gap goes with")
-    others = [name for one in found.named for name in one.alternatives]
+    others = [name for one in found.named for name in one.others]
     if found.verdict is Verdict.NOT_OBSERVABLE:
         others += found.absorbed
     return (", ".join(dict.fromkeys(others)) or "no other that was tested", "could also be")
@@ -149,5 +149,5 @@ def _row(one: Named) -> dict[str, Any]:
         for name, value, low, high, unit in parameter_rows(one)
     ]
     strength = f"{one.strength:.2g} sigma, {one.nats:.3g} nats" if one.how in FITTED and one.nats else ""
-    return {"name": one.name, "alternatives": one.alternatives, "lines": lines, "how": one.how.words,
+    return {"name": one.name, "alternatives": one.others, "lines": lines, "how": one.how.words,
             "evidence": ", ".join(filter(None, (strength, one.evidence)))}  # fmt: skip

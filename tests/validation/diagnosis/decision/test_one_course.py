@@ -1,0 +1,67 @@
+"""What only rises goes with time and with every channel that only rises: no name alone, whatever its form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim.dataset import Recording
+from sim.effects import EFFECTS
+from sim.scenario import ModelSpec
+from sim.state import TEMPERATURE
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
+from validation.diagnosis.decision.one_course import with_rivals
+from validation.diagnosis.evidence.localise import TIME
+from validation.diagnosis.result import Diagnosis, How, Named
+from validation.diagnosis.verdict import Verdict
+from validation.diagnosis.workflow import diagnose
+
+WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
+DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
+JUMP = next(effect for effect in EFFECTS if effect.sought() == "moment")
+N = 4000
+AXES = np.array([3.0, -2.0, 4.0])
+UP = np.linspace(0.0, 1.0, N)
+
+
+def _told(given: Recording, without: frozenset[str] = frozenset()) -> Diagnosis:
+    model = ModelSpec.model_validate(
+        {"effects": {"white_noise": {"std_nT": 2.0}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
+    )
+    return diagnose(given, model, without=without)
+
+
+def _seen(temperature_degC: Any, course: Any) -> Recording:
+    given = recording()
+    return replace(given, temperature_degC=temperature_degC, mag_nT=given.mag_nT + np.outer(course, AXES))
+
+
+@pytest.mark.parametrize(("missing", "found", "rival"), [(DRIFT, WARM, TIME), (WARM, DRIFT, TEMPERATURE)])
+def test_without_the_cause_in_the_library_what_shares_its_course_is_no_name_alone(missing, found, rival) -> None:
+    told = _told(_seen(15 + 5 * UP, UP), frozenset({missing.name}))
+    assert told.verdict is Verdict.CLASS
+    assert (told.named[0].name, told.named[0].rivals) == (found.name, (rival,))
+    assert f"what goes with {rival}" in told.sentence
+    assert any(rival in line for line in told.advice)
+    assert told.as_dict()["effects"][0]["rivals"] == [rival]
+
+
+@pytest.mark.parametrize(
+    ("effect", "temperature_degC", "rivals"),
+    [
+        (WARM((3.0, -2.0, 4.0)), 15 + 5 * np.sqrt(UP), (TIME,)),
+        (WARM((3.0, -2.0, 4.0)), 15 + 5 * np.sin(7 * UP), ()),
+        (DRIFT((9.0, 2.0, 4.0)), 15 - 5 * UP**2, (TEMPERATURE,)),
+        (DRIFT((9.0, 2.0, 4.0)), 15 + 5 * np.sin(7 * UP), ()),
+        (JUMP(200.0, (3.0, -2.0, 4.0)), 15 + 5 * UP, ()),
+    ],
+)
+def test_only_what_rises_all_the_time_has_rivals(effect, temperature_degC, rivals) -> None:
+    posed = problem(replace(recording(), temperature_degC=temperature_degC))
+    named = Named(effect, (), How.HELD_OUT, 100.0, 1.0)
+    assert with_rivals(posed, named).rivals == rivals
+    assert with_rivals(posed, replace(named, alternatives=(WARM.name, DRIFT.name))).rivals == ()
+    assert with_rivals(posed, replace(named, how=How.SPECTRUM)).rivals == ()

@@ -1,0 +1,58 @@
+"""Courses that one recording cannot tell apart: what only rises or falls goes with time, and with all that does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from sim.effects import BY_NAME
+from sim.state import Array
+from validation.diagnosis.evidence.localise import TIME
+from validation.diagnosis.library.drivers import drivers
+from validation.diagnosis.problem.blocks import Cut
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.result import How, Named
+
+
+def with_rivals(problem: LinearProblem, one: Named) -> Named:
+    """A name with the channels that drive it as well, where what it adds only rises or falls: of any curve of these.
+
+    Those that it or its look-alikes need are no rivals. An effect that needs no channel is itself a course of time.
+    """
+    if one.how is not How.HELD_OUT:
+        return one
+    needs = (one.effect.needs, *(BY_NAME[name].needs for name in one.alternatives))
+    known = {need for each in needs for need in each or (TIME,)}
+    rivals = tuple(name for name in channels_alike(problem, one) if name not in known)
+    return replace(one, rivals=rivals)
+
+
+def channels_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:
+    """Time and the channels with the same course as what an effect adds; none where it rises and falls.
+
+    Courses are one where their rank correlation is above `one_course`: one is then a curve of the other.
+    """
+    cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
+    added_nT = one.effect.contribution(problem.state, problem.clean_nT, np.random.default_rng(0), {})
+    course, least = _main_course(cut.means(added_nT)), problem.policy.one_course
+    names = [name for name, x in _courses(problem) if _rank_correlation(course, cut.means(x)) > least]
+    return tuple(names) if TIME in names else ()
+
+
+def _courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
+    yield TIME, problem.state.time_s
+    yield from ((one.name, one.x) for one in drivers(problem))
+
+
+def _main_course(added_nT: Array) -> Array:
+    """The first principal component (m,) of a course (m, 3)."""
+    left, size, _ = np.linalg.svd(added_nT - added_nT.mean(axis=0), full_matrices=False)
+    return np.asarray(left[:, 0] * size[0])
+
+
+def _rank_correlation(one: Array, other: Array) -> float:
+    """``|rho|`` of Spearman; 0 for a course that stands."""
+    return abs(float(spearmanr(one, other).statistic)) if np.ptp(one) > 0 and np.ptp(other) > 0 else 0.0
