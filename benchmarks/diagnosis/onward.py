@@ -50,6 +50,25 @@ def _vector(rng: np.random.Generator, size: float) -> list[float]:
     return list(size * rng.normal(size=3))
 
 
+def _window(rng: np.random.Generator) -> list[float]:
+    """A minute and a half, somewhere in the first six minutes."""
+    begin = float(rng.uniform(60.0, 270.0))
+    return [begin, begin + 90.0]
+
+
+def _body(rng: np.random.Generator) -> dict[str, Any]:
+    """A body some way beside where the vehicle begins, and below."""
+    angle, way_m = rng.uniform(0.0, 2 * np.pi), rng.uniform(40.0, 70.0)
+    place = [way_m * np.cos(angle), way_m * np.sin(angle), -rng.uniform(20.0, 40.0)]
+    return {"position_enu_m": place, "moment_A_m2": _vector(rng, 5e3)}
+
+
+def _gradient(rng: np.random.Generator) -> dict[str, Any]:
+    g = rng.normal(size=(3, 3))
+    g = g + g.T
+    return {"gradient_nT_m": (0.1 * (g - np.eye(3) * np.trace(g) / 3)).tolist()}
+
+
 HIDDEN: dict[str, Draw] = {
     "eddy_current": lambda rng: {"matrix_s": (0.002 * (np.eye(3) + 0.2 * rng.normal(size=(3, 3)))).tolist()},
     "latency": lambda rng: {"delay_s": float(rng.uniform(0.005, 0.03))},
@@ -59,8 +78,16 @@ HIDDEN: dict[str, Draw] = {
     "motor_current": lambda rng: {"gain_nT_A": _vector(rng, 5.0)},
     "nonlinearity": lambda rng: {"second_order": _vector(rng, 3e-4)},
     "regional_field": lambda rng: {"error_enu_nT": _vector(rng, 100.0)},
+    "hard_iron": lambda rng: {"offset_nT": _vector(rng, 10.0)},
+    "soft_iron": lambda rng: {"matrix": (2e-4 * rng.normal(size=(3, 3))).tolist()},
+    "misalignment": lambda rng: {"angles_deg": _vector(rng, 0.03)},
+    "local_dipole": _body,
+    "field_gradient": _gradient,
+    "temperature_offset in a part": lambda rng: {"slope_nT_K": _vector(rng, 0.5), "active_s": _window(rng)},
+    "motor_current in a part": lambda rng: {"gain_nT_A": _vector(rng, 3.0), "active_s": _window(rng)},
+    "hard_iron in a part": lambda rng: {"offset_nT": _vector(rng, 5.0), "active_s": _window(rng)},
 }
-"""Physical sizes, whatever the motion shows of them."""
+"""Physical sizes, whatever the motion shows of them, by the effect's name and when it acts."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +103,11 @@ class Trial:
         """What tells it from every other."""
         return "/".join(map(str, asdict(self).values()))
 
+    @property
+    def effect(self) -> str:
+        """The name of what is hidden."""
+        return self.hidden.split()[0]
+
 
 def trials(first: int, seeds: int) -> Iterator[Trial]:
     """Every effect on every motion, a seed at a time."""
@@ -90,20 +122,22 @@ def run(trial: Trial) -> Row:
     model = load(trial.motion, list(QUIET)).model_copy(
         update={"vary": {}, "effect_order": None, "effects": Effects(BASE), "sensor": None}
     )
-    truth = {trial.hidden: HIDDEN[trial.hidden](np.random.default_rng([trial.seed, 5]))}
-    found = advised(diagnose(_flown(model, truth, trial.seed), model))
-    row = {"key": trial.key, "hidden": trial.hidden, "verdict": found.verdict, "names": _names(found)}
+    table = HIDDEN[trial.hidden](np.random.default_rng([trial.seed, 5]))
+    found = advised(diagnose(_flown(model, trial.effect, table, trial.seed), model))
+    row = {"key": trial.key, "hidden": trial.effect, "verdict": found.verdict, "names": _names(found)}
     if found.onward is None:
         return row
-    again = diagnose(_flown(found.onward.scenario, truth, trial.seed + 1), model)
+    at_work = {key: value for key, value in table.items() if key != "active_s"}
+    again = diagnose(_flown(found.onward.scenario, trial.effect, at_work, trial.seed + 1), model)
     both = {"name": found.onward.name, "other": found.onward.other, "nats": found.onward.nats, "leg": found.onward.leg}
     return row | both | {"after": again.verdict, "then": _names(again)}
 
 
-def _flown(scenario: Scenario, truth: dict[str, Any], seed: int) -> Recording:
+def _flown(scenario: Scenario, name: str, table: dict[str, Any], seed: int) -> Recording:
     """The recording of a flight of an instrument with the base's errors and a hidden one."""
     recording = measured_along(scenario)
     state = pose(recording, plan(scenario, 0, 0).field_enu_nT, 5e4, ()).state
+    truth = {name: [BASE[name], table] if name in BASE else table}
     effects = effect_table.build({**BASE, **truth}, None, "truth")
     return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])
 

@@ -29,17 +29,12 @@ def windowed(ground: Ground, ranking: Sequence[Evidence], members: dict[str, lis
     spans = {
         name: (one, timeline.best(rows.taken(one.columns(problem))))
         for name, one in (settings | iron).items()
-        if _may_be_switched(one)
+        if one.may_be_switched
     }
     worth = {name: pair for name, pair in spans.items() if _is_worth(pair[1], problem.policy)}
     best = sorted(worth, key=lambda name: -worth[name][1].gain)[: problem.policy.tried_coloured]
     found = [_judged(ground, timeline, members.get(name, []), *worth[name]) for name in best]
     return [one for one in found if one is not None]
-
-
-def _may_be_switched(one: Candidate) -> bool:
-    """Whether an effect can begin and end: none of nature's, no course of the whole run."""
-    return one.effect.stage != "field" and not one.effect.clues.lasting
 
 
 def _is_worth(span: Span, policy: Policy) -> bool:

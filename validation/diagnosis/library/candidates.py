@@ -11,7 +11,7 @@ import numpy as np
 
 from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
-from sim.effects.values import SWITCH, Parameter
+from sim.effects.values import SWITCH, Parameter, Window
 from sim.state import Array, State
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -39,7 +39,8 @@ class Candidate:
         """The effect with its coefficients left to fit again, all else as it is."""
         free = {*effect.linear, *effect.tangents, effect.with_role("phase")}
         rest = tuple((p.name, getattr(effect, p.name)) for p in effect.parameters() if p.name not in free)
-        return cls(type(effect), rest, forms=effect.forms_in_use[1:])
+        window = () if effect.active_s is None else ((SWITCH.name, effect.active_s),)
+        return cls(type(effect), (*rest, *window), forms=effect.forms_in_use[1:])
 
     @property
     def name(self) -> str:
@@ -54,7 +55,18 @@ class Candidate:
     @property
     def once(self) -> bool:
         """Whether it is an event of its own run, at a moment or in a window, that no other recording can show."""
-        return self.effect.clues.one_run or dict(self.nonlinear).get(SWITCH.name) is not None
+        return self.effect.clues.one_run or self.window is not None
+
+    @property
+    def window(self) -> Window:
+        """From when to when it acts, where that is a part of the run."""
+        window: Window = dict(self.nonlinear).get(SWITCH.name)
+        return window
+
+    @property
+    def may_be_switched(self) -> bool:
+        """Whether it can begin and end: none of nature's, no course of the whole run."""
+        return self.effect.stage != "field" and not self.effect.clues.lasting
 
     @property
     def settings(self) -> tuple[dict[str, Any], ...]:

@@ -1,0 +1,60 @@
+"""What a leg tells of two hypotheses, where searched effects and those with a window are among them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.effects.base import Effect
+from sim.effects.currents import CurrentRipple
+from sim.effects.earth import FieldGradient
+from sim.effects.iron import HardIron
+from sim.effects.sources import LocalDipole
+from tests.validation.diagnosis.synthetic import problem
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.onward.pairs import Pair, pairs_of
+from validation.diagnosis.onward.separation import Flown
+from validation.diagnosis.result import How, Named
+
+BODY = LocalDipole(position_enu_m=(45.0, 5.0, -20.0), moment_A_m2=(3000.0, 2000.0, -4000.0))
+
+
+@pytest.fixture(scope="module")
+def flown() -> Flown:
+    return Flown(problem(n=2000), (), iron=True)
+
+
+def named(effect: Effect, *alternatives: str) -> Named:
+    return Named(effect, alternatives, How.HELD_OUT, 100.0, 1.0)
+
+
+def test_a_body_is_moved_before_another_is_told_from_it(flown: Flown) -> None:
+    a_metre_off = Candidate.of(BODY).at({"position_enu_m": (46.0, 5.5, -20.5)})
+    assert flown.lacks(BODY, [a_metre_off]) < 1e-3 * flown.size(BODY)
+    assert flown.lacks(BODY, [Candidate(FieldGradient)]) > 0.1 * flown.size(BODY)
+
+
+def test_a_body_and_a_gradient_are_told_apart_nearer_to_the_body(flown: Flown) -> None:
+    (pair,) = pairs_of(flown, named(BODY, "field_gradient"))
+    here = flown.problem
+    state = replace(here.state, pos_enu_m=here.state.pos_enu_m + np.array([15.0, 0.0, -8.0]))
+    near = replace(flown, problem=replace(here, state=state))
+    assert pair.apart(near) > 0
+    assert near.lacks(pair.one, pair.others) > 5 * flown.lacks(pair.one, pair.others)
+
+
+def test_a_ripple_has_another_phase_in_another_run(flown: Flown) -> None:
+    ripple = CurrentRipple(amplitude_nT_A=(3.0, -2.0, 4.0), frequency_hz=1.3, phase_deg=20.0)
+    later = CurrentRipple(ripple.amplitude_nT_A, ripple.frequency_hz, phase_deg=75.0)
+    assert flown.lacks(later, [Candidate.of(ripple)]) < 1e-9 * flown.size(later)
+    assert [pair.second.name for pair in pairs_of(flown, named(ripple, "motor_current"))] == ["motor_current"]
+
+
+def test_what_acted_in_a_window_acts_all_along_on_the_leg(flown: Flown) -> None:
+    switched = HardIron(offset_nT=(5.0, -3.0, 4.0), active_s=(80.0, 95.0))
+    pair = Pair.of(flown, named(switched, "temperature_offset"), "temperature_offset", listed=True)
+    assert pair.one == HardIron(offset_nT=switched.offset_nT)
+    assert pair.second.active_s is None
+    assert pair.apart(replace(flown, iron=False)) > 0

@@ -1,0 +1,91 @@
+"""What a leg must tell a name from: its look-alikes, and what else the iron is taken for; and by how much it does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from sim.effects import BY_NAME
+from sim.effects.base import Effect
+from sim.effects.values import SWITCH, Window
+from validation.diagnosis.library.candidates import Candidate, changes_of_iron, missing_channels, proposed
+from validation.diagnosis.library.search import found_by_search
+from validation.diagnosis.onward.separation import Flown
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.result import How, Named
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two hypotheses for the recording in hand: effects as found, and the settings that each may take on.
+
+    On a leg both act all along. listed : whether the second is a look-alike; else it is a change of the iron that the
+    recording in hand tells from the first, as the leg must too.
+    """
+
+    one: Effect
+    second: Effect
+    mine: tuple[Candidate, ...]
+    others: tuple[Candidate, ...]
+    listed: bool
+
+    @classmethod
+    def of(cls, hand: Flown, one: Named, other: str, *, listed: bool) -> Pair:
+        """What was named, and another as it is fitted to what was named."""
+        window = one.effect.active_s
+        others = _settings(hand, other, one.effect, window)
+        second = hand.fitted(one.effect, others)
+        mine = (Candidate.of(one.effect), *_settings(hand, one.name, second, window))
+        lasting, fitted = ([each.at({SWITCH.name: None}) for each in some] for some in (mine, others))
+        return cls(_lasting(one.effect), _lasting(second), tuple(lasting), tuple(fitted), listed)
+
+    def apart(self, leg: Flown) -> float:
+        """Nats by which the leg by itself tells the two apart, whichever of them is true; zero where it shows one only.
+
+        None of those of one kin where that is no more than an error of their form would make. Of two of which one makes
+        the other too it is the simpler, unless the leg shows more.
+        """
+        if any(missing_channels(type(each), leg.problem) for each in (self.one, self.second)):
+            return 0.0
+        told = [leg.lacks(self.one, self.others)] if self.one.name not in self.second.clues.contains else []
+        if self.listed and self.second.name not in self.one.clues.contains:
+            told.append(leg.lacks(self.second, self.mine))
+        kin = bool(self.one.clues.kin) and self.one.clues.kin == self.second.clues.kin
+        form = leg.problem.policy.same_kin * leg.size(self.one) if kin else 0.0
+        return min(told, default=0.0) if min(told, default=0.0) > form else 0.0
+
+
+def pairs_of(hand: Flown, one: Named) -> Iterator[Pair]:
+    """A name beside each look-alike that another run can show, and for a change of the iron beside all others."""
+    for other in one.alternatives:
+        if _is_tried(one.name, other, hand.problem) and not are_twins(one.name, other):
+            yield Pair.of(hand, one, other, listed=True)
+    if one.how is How.IRON:
+        for other in changes_of_iron():
+            if other not in (one.name, *one.alternatives) and not are_twins(one.name, other):
+                yield Pair.of(hand, one, other, listed=False)
+
+
+def are_twins(one: str, other: str) -> bool:
+    """Whether one effect says of itself that it is the other on every motion."""
+    return BY_NAME[one].clues.same_as == other or BY_NAME[other].clues.same_as == one
+
+
+def _is_tried(one: str, other: str, problem: LinearProblem) -> bool:
+    """Whether two hypotheses have columns, and hold for another run."""
+    known = all(name in changes_of_iron() or name in proposed(problem) for name in (one, other))
+    return known and not any(BY_NAME[name].clues.one_run for name in (one, other))
+
+
+def _settings(hand: Flown, name: str, true: Effect, window: Window) -> list[Candidate]:
+    """The settings at which a candidate may look like a true effect, in the window of what was named."""
+    listed = (changes_of_iron() | proposed(hand.problem))[name]
+    members = [one.at({SWITCH.name: window}) if window and one.may_be_switched else one for one in listed]
+    return found_by_search(hand.problem, hand.without_base(hand.target(true)), members)
+
+
+def _lasting(effect: Effect) -> Effect:
+    """The effect without its window."""
+    values: dict[str, Any] = {p.name: getattr(effect, p.name) for p in effect.parameters()}
+    return type(effect)(**values)
