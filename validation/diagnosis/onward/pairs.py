@@ -9,10 +9,9 @@ from typing import Any
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
 from sim.effects.values import SWITCH, Window
-from validation.diagnosis.library.candidates import Candidate, changes_of_iron, missing_channels, proposed
+from validation.diagnosis.library.candidates import Candidate, changes_of_iron, missing_channels
 from validation.diagnosis.library.search import found_by_search
 from validation.diagnosis.onward.separation import Flown
-from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import How, Named
 
 
@@ -59,7 +58,7 @@ class Pair:
 def pairs_of(hand: Flown, one: Named) -> Iterator[Pair]:
     """A name beside each look-alike that another run can show, and for a change of the iron beside all others."""
     for other in one.alternatives:
-        if _is_tried(one.name, other, hand.problem) and not are_twins(one.name, other):
+        if _is_tried(hand, one.name, other) and not are_twins(one.name, other):
             yield Pair.of(hand, one, other, listed=True)
     if one.how is How.IRON:
         for other in changes_of_iron():
@@ -72,15 +71,14 @@ def are_twins(one: str, other: str) -> bool:
     return BY_NAME[one].clues.same_as == other or BY_NAME[other].clues.same_as == one
 
 
-def _is_tried(one: str, other: str, problem: LinearProblem) -> bool:
+def _is_tried(hand: Flown, one: str, other: str) -> bool:
     """Whether two hypotheses have columns, and hold for another run."""
-    known = all(name in changes_of_iron() or name in proposed(problem) for name in (one, other))
-    return known and not any(BY_NAME[name].clues.one_run for name in (one, other))
+    return all(name in hand.candidates and not BY_NAME[name].clues.one_run for name in (one, other))
 
 
 def _settings(hand: Flown, name: str, true: Effect, window: Window) -> list[Candidate]:
     """The settings at which a candidate may look like a true effect, in the window of what was named."""
-    listed = (changes_of_iron() | proposed(hand.problem))[name]
+    listed = hand.candidates[name]
     members = [one.at({SWITCH.name: window}) if window and one.may_be_switched else one for one in listed]
     return found_by_search(hand.problem, hand.without_base(hand.target(true)), members)
 

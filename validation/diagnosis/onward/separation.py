@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
 from sim.state import Array
-from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.library.candidates import Candidate, changes_of_iron, proposed
 from validation.diagnosis.library.places import ThinnedPath
 from validation.diagnosis.problem.blocks import Cut, Sums, fit, squares, sums
 from validation.diagnosis.problem.linear import LinearProblem
@@ -34,6 +35,11 @@ class Flown:
             apply_deterministic(some, self.problem.state)[0] for some in (joined(self.always, [true]), self.always)
         )
         return np.asarray((with_it - without) / self.problem.sigma_nT * self.problem.usable[:, None])
+
+    @cached_property
+    def candidates(self) -> dict[str, list[Candidate]]:
+        """What may be asked of it: changes of the iron, and every effect whose causes it holds."""
+        return changes_of_iron() | proposed(self.problem)
 
     @property
     def base(self) -> Array:
