@@ -96,6 +96,10 @@ class Policy:
         2.0, "shortest path on which a field may differ by place: a fixed sensor's navigation wanders by 1 m",
         run="catalogue scenarios: 3 m left out a quadrotor that calibrates on the spot",
     )  # fmt: skip
+    most_lobes: int = number(
+        12, "lobes of the heading beyond which a tone is none of these: a ripple would be one by chance",
+        run="tuning seeds 0 and 1, a quadrotor's even turns: three and four lobes gain 45 times what their tones do",
+    )  # fmt: skip
     slowest_tone_hz: float = number(
         0.1, "slowest ripple: with a steady current a slower one fits whatever comes round with the motion", run=TUNED
     )

@@ -13,6 +13,7 @@ from validation.diagnosis.decision.choice import Accepted, Round, are_kin, simpl
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
+from validation.diagnosis.evidence.lobes import goes_with_heading
 from validation.diagnosis.evidence.standing import Beside, Standing, gains_along_the_field, look_alikes
 from validation.diagnosis.evidence.within import gain_within
 from validation.diagnosis.policy import Policy
@@ -101,6 +102,8 @@ class Hearing:
             refusal = TOO_LITTLE
         elif one.gain <= by_chance.max():
             refusal = "no more than its columns moved in time"
+        elif goes_with_heading(self.ground, one.evidence):
+            refusal = "goes with the heading as well"
         else:
             refusal = self._refusal_in_colour(one, with_it) if coloured else ""
         return Trial(one, inflation, coloured, needed, refusal)

@@ -1,0 +1,59 @@
+"""Lobes of a heading that turns evenly are not told a tone, and a tone between them is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim.effects import EFFECTS
+from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.decision.selection import select
+from validation.diagnosis.evidence.compare import Evidence, judge
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.lobes import goes_with_heading
+from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.problem.linear import LinearProblem
+
+TONE = next(effect for effect in EFFECTS if effect.with_role("frequency") and effect.with_role("motor"))
+LOBES = 6
+ALONG = np.array([3.0, -2.0, 4.0])
+
+
+def _posed(course: Any) -> LinearProblem:
+    """A course of the heading and the time (rad, s), times the currents, of a vehicle that turns nearly evenly."""
+    given = recording()
+    heading = _heading(problem(given))
+    current = given.current_A.sum(axis=1)
+    return problem(replace(given, mag_nT=given.mag_nT + np.outer(current * course(heading, given.time_s), ALONG)))
+
+
+def _heading(posed: LinearProblem) -> Any:
+    return np.unwrap(np.arctan2(posed.state.R_wb[:, 1, 0], posed.state.R_wb[:, 0, 0]))
+
+
+def _tone(posed: LinearProblem) -> tuple[Ground, Evidence]:
+    ground = Ground.of(posed)
+    found = judge(ground, proposed(posed)[TONE.name])
+    assert found is not None
+    return ground, found
+
+
+def test_what_follows_the_heading_is_no_tone() -> None:
+    posed = _posed(lambda heading, time_s: np.sin(LOBES * heading + 0.4))
+    assert goes_with_heading(*_tone(posed))
+    assert not select(posed).found
+
+
+@pytest.mark.parametrize("hz", [0.108, 0.31, 1.7])
+def test_a_tone_that_does_not_keep_step_with_the_heading_is_one(hz: float) -> None:
+    posed = _posed(lambda heading, time_s: np.sin(2 * np.pi * hz * time_s))
+    assert not goes_with_heading(*_tone(posed))
+
+
+def test_without_attitude_nothing_is_known_of_the_heading() -> None:
+    posed = problem(without_attitude(recording()))
+    ground = Ground.of(posed)
+    assert not any(goes_with_heading(ground, one) for one in [judge(ground, proposed(posed)[TONE.name])] if one)
