@@ -29,10 +29,30 @@ def earth_field_enu_nT(field: FieldSpec) -> Array:
         return np.array(field.enu_nT)
     assert field.date is not None
     assert field.latitude_deg is not None  # FieldSpec: place and date go together
-    if not FIRST_DATE <= field.date <= LAST_DATE:
-        covered = f"{FIRST_DATE} to {LAST_DATE}"
-        raise InputError(f"IGRF-14 covers {covered}, found {field.date}", where="field.date", do="or give field.enu_nT")
+    _check_date(field.date)
     return np.array(_modelled(field.latitude_deg, field.longitude_deg, field.altitude_m, field.date))
+
+
+def earth_field_along(places: Array, date: datetime.date) -> Array:
+    """IGRF-14's field vectors (n, 3) in nT, east, north, up, at places (n, 3): latitude, longitude in degrees, metres.
+
+    The altitude counts from the WGS-84 ellipsoid. Raises InputError for a date that the model does not cover.
+    Source: as of `earth_field_enu_nT`.
+    """
+    _check_date(date)
+    import ppigrf
+
+    latitude = np.clip(places[:, 0], -MOST_LATITUDE_DEG, MOST_LATITUDE_DEG)
+    midnight = datetime.datetime.combine(date, datetime.time())
+    return np.column_stack(
+        [part.ravel() for part in ppigrf.igrf(places[:, 1], latitude, places[:, 2] / 1000.0, midnight)]
+    )
+
+
+def _check_date(date: datetime.date) -> None:
+    if not FIRST_DATE <= date <= LAST_DATE:
+        covered = f"{FIRST_DATE} to {LAST_DATE}"
+        raise InputError(f"IGRF-14 covers {covered}, found {date}", where="field.date", do="or give field.enu_nT")
 
 
 @lru_cache(maxsize=64)

@@ -56,6 +56,10 @@ class Policy:
     compass_condition: float = number(
         5.0, "ratio of its axes to the calibration's above which a motion does not determine how a heading was made"
     )
+    earth_gradient_nT_m: float = number(
+        0.005, "change of the Earth's own field along a level path",
+        run="IGRF at 40 places: 1.6 to 13 nT/km, 5.3 in the median",
+    )  # fmt: skip
 
     # blocks and splits
     block_s: float = number(5.0, "length of the blocks that sums are kept of")
@@ -108,6 +112,13 @@ class Policy:
     place_margin_m: float = number(15.0, "how far beyond the path's box a dipole's place is looked for")
     nearest_place_m: float = number(0.5, "distance to the path below which a dipole would be on the sensor")
     farthest_place_m: float = number(60.0, "distance from which on a dipole's field is a gradient")
+    other_place: float = number(
+        0.25, "share of the path's extent by which a second grid of places goes beyond its box, where its size differs",
+        run="a survey of 600 m over bodies at 86 m, and a sensor led past a magnet on a table within 2.5 m",
+    )  # fmt: skip
+    other_scale: float = number(3.0, "ratio between this and the first grid's margin from which on sizes differ")
+    nearest_share: float = number(0.05, "the same as nearest_place_m, as a share of the extent of a short path")
+    farthest_share: float = number(0.5, "the same as farthest_place_m, as a share of the extent of a long path")
     place_cells: int = number(7, "cells of the grid of places along an axis at least; twice as many at most")
     place_cell_m: float = number(10.0, "size of such a cell, between these limits")
     place_starts: int = number(4, "best places of the grid that are refined")

@@ -22,6 +22,7 @@ DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not 
 GUARDS = {
     "pose.py": {"NOMINAL_NT"},
     "reference.py": {"MISREAD"},
+    "track.py": {"NODES", "ANY_DATE"},
     "vector.py": {"FIELD_ERROR", "STEPS"},
     "hypothesis.py": {"GONE"},
     "windows.py": {"NOTHING"},
@@ -29,7 +30,7 @@ GUARDS = {
     "linear.py": {"LEAST_NOISE"},
     "coefficients.py": {"OPEN"},
     "values.py": {"STEP"},
-    "places.py": {"MEAN_S", "MOST_MEANS", "SAME_M"},
+    "places.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "battery.py": {"MOST_TONES"},
     "spectrum.py": {"WINDOW_LINES"},
     "steps.py": {"LOG_SIZES"},

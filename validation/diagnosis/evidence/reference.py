@@ -39,7 +39,7 @@ def settled(problem: LinearProblem) -> LinearProblem:
 def _anew(problem: LinearProblem, recording: Recording, field_enu_nT: Array | None, done: Instead) -> LinearProblem:
     """The problem of a recording and a field, None for its strength alone, with all else as it was."""
     strength_nT = float(np.linalg.norm(done.field_enu_nT))
-    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy)
+    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track)
     std_rad, known = problem.attitude_std_rad, problem.iron_known
     kept = replace(anew, attitude_std_rad=std_rad, iron_known=known, instead=(*problem.instead, done))
     return kept.without(problem.usable == 0)

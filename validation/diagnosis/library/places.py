@@ -18,6 +18,10 @@ MEAN_S, MOST_MEANS = 0.5, 3000
 """Means that the search sees, and most of them: an effort, not a decision."""
 SAME_M = 0.1
 """Distance within which two starts have come to one place."""
+LEAST_M = 0.02
+"""Distance below which a dipole's field no longer grows, so that no start is infinite."""
+STEP_M = 5.0
+"""First step of a place's refinement, at most a fifth of the path's extent."""
 
 
 def places(problem: LinearProblem, residual: Array, member: Candidate) -> list[Candidate]:
@@ -36,20 +40,32 @@ def places(problem: LinearProblem, residual: Array, member: Candidate) -> list[C
 
 
 def _grid(thin: ThinnedPath, policy: Policy) -> Array:
-    """Places (m, 3) about the path, neither on it nor so far that a dipole's field is a gradient."""
-    low, high = thin.path.min(axis=0) - policy.place_margin_m, thin.path.max(axis=0) + policy.place_margin_m
-    least = policy.place_cells
-    axes = [
-        np.linspace(a, b, max(least, min(2 * least, round((b - a) / policy.place_cell_m))))
-        for a, b in zip(low, high, strict=True)
-    ]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    """Places (m, 3) about the path, neither on it nor so far that a dipole's field is a gradient.
+
+    A second grid as wide as the path asks for joins the first where that is of quite another size: a survey from the
+    air, a sensor in a hand.
+    """
+    margins = [policy.place_margin_m]
+    own, ratio = policy.other_place * thin.extent_m, policy.other_scale
+    if not 1 / ratio < own / policy.place_margin_m < ratio:
+        margins.append(own)
+    grid = np.concatenate([_box(thin, margin, policy) for margin in margins])
     return grid[[_beside(thin, place, policy) for place in grid]]
 
 
+def _box(thin: ThinnedPath, margin_m: float, policy: Policy) -> Array:
+    """Places (m, 3) of an even grid on the path's box with a margin."""
+    low, high, least = thin.path.min(axis=0) - margin_m, thin.path.max(axis=0) + margin_m, policy.place_cells
+    cells = [max(least, min(2 * least, round((b - a) / policy.place_cell_m))) for a, b in zip(low, high, strict=True)]
+    axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, cells, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
 def _beside(thin: ThinnedPath, place: Array, policy: Policy) -> bool:
+    """Whether a place is neither on the path nor far from it, by its extent where that is small or large."""
     distance_m = np.sqrt(((thin.path - place) ** 2).sum(axis=1).min())
-    return bool(policy.nearest_place_m < distance_m < policy.farthest_place_m)
+    nearest_m = min(policy.nearest_place_m, policy.nearest_share * thin.extent_m)
+    return bool(nearest_m < distance_m < max(policy.farthest_place_m, policy.farthest_share * thin.extent_m))
 
 
 @dataclass(frozen=True)
@@ -78,6 +94,11 @@ class ThinnedPath:
         y = cut.means(residual)
         return cls(problem.state.pos_enu_m[middle], to_sensor, (y - Q @ (Q.T @ y)).ravel(), Q)
 
+    @property
+    def extent_m(self) -> float:
+        """The longest side of the path's box."""
+        return float(np.ptp(self.path, axis=0).max())
+
     def left(self, place: Array) -> Array:
         """What the residual keeps (3 n,) after the best moment at a place."""
         E = _unit_dipoles(self.path, place, self.to_sensor).reshape(len(self.path), 9)
@@ -92,7 +113,9 @@ class ThinnedPath:
 
     def best_near(self, start: Array) -> Array:
         """The place of least squares near a start (variable projection)."""
-        return np.asarray(least_squares(self.left, start, x_scale=5.0, max_nfev=25, diff_step=1e-4).x)
+        return np.asarray(
+            least_squares(self.left, start, x_scale=min(STEP_M, self.extent_m / 5), max_nfev=25, diff_step=1e-4).x
+        )
 
 
 @kernel
@@ -101,7 +124,7 @@ def _unit_dipoles(path: Array, place: Array, to_sensor: Array) -> Array:
     out = np.empty((len(path), 3, 3))
     for i in range(len(path)):
         x, y, z = path[i, 0] - place[0], path[i, 1] - place[1], path[i, 2] - place[2]
-        r = max(np.sqrt(x * x + y * y + z * z), 0.3)
+        r = max(np.sqrt(x * x + y * y + z * z), LEAST_M)
         far, near = 300.0 / r**5, 100.0 / r**3
         for a in range(3):
             T = to_sensor[i, a]

@@ -16,6 +16,7 @@ from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.state import Array, State
 from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.track import Track
 
 Mode = Literal["vector", "strength"]
 LEAST_NOISE = 1e-6
@@ -48,7 +49,8 @@ class LinearProblem:
     `attitude_std_rad`: the error of navigation's attitude that the model states, 0 if none. `iron_known`: whether the
     model's iron is the instrument's, so that a difference from it is a finding. `policy`: what is held for evidence.
     `still`: the sensor is at rest, and y is the measured axes about a constant. `relative`: the field is another
-    magnetometer's reading. `instead`: what was done about a reference that was wrong.
+    magnetometer's reading. `instead`: what was done about a reference that was wrong. `track`:
+    along which the field changes with the place.
     """
 
     recording: Recording
@@ -69,6 +71,7 @@ class LinearProblem:
     still: bool = False
     relative: bool = False
     instead: tuple[Instead, ...] = ()
+    track: Track | None = None
 
     @cached_property
     def course_nT(self) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from scenarios.errors import InputError
+from scenarios.spec import FieldSpec
 from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.field import earth_field_enu_nT
@@ -18,6 +19,7 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.relative import recorded_reference, relative_problem
 from validation.diagnosis.problem.still import at_rest, still_problem
 from validation.diagnosis.problem.strength import strength_problem
+from validation.diagnosis.problem.track import Track
 from validation.diagnosis.problem.vector import vector_problem
 
 NOMINAL_NT = 5e4
@@ -30,11 +32,12 @@ def pose(
     strength_nT: float,
     effects: tuple[Effect, ...],
     policy: Policy = STANDARD,
+    track: Track | None = None,
 ) -> LinearProblem:
     """The problem of a recording; with attitude and the field's vector in vector mode, else with its strength only.
 
     Another magnetometer is the reference where there is one. At rest without attitude every axis is compared with a
-    constant.
+    constant. With a track the field and its strength are those of its middle place, and change along it.
 
     Raises InputError for a recording too short to cut into training and held-out segments, and in strength mode for
     one whose motion does not determine an ellipsoid.
@@ -45,11 +48,11 @@ def pose(
     if (reference_nT := recorded_reference(recording)) is not None:
         return relative_problem(recording, reference_nT, effects, policy)
     if recording.att_q is not None and field_enu_nT is not None:
-        problem = vector_problem(recording, field_enu_nT, effects, policy)
+        problem = vector_problem(recording, field_enu_nT, effects, policy, track)
     elif at_rest(recording, policy):
         problem = still_problem(recording, effects, policy)
     else:
-        problem = strength_problem(recording, strength_nT, effects, policy)
+        problem = strength_problem(recording, strength_nT, effects, policy, track=track)
     return without_their_noise(problem)
 
 
@@ -67,12 +70,18 @@ def posed(
     Raises InputError as `pose` does, and for a bad effect table of the model.
     """
     effects = model.chain()
+    track = Track.of(recording, None if model.field is None else model.field.date)
     if field_enu_nT is None and model.field is not None:
-        field_enu_nT = earth_field_enu_nT(model.field)
+        field_enu_nT = _field_enu_nT(model.field, track)
     strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or NOMINAL_NT
-    problem = pose(recording, field_enu_nT, strength, effects, policy)
+    problem = pose(recording, field_enu_nT, strength, effects, policy, track)
     stated_deg = 0.0
     if isinstance(model, Scenario) and not problem.relative:
         stated_deg = model.navigation.attitude_noise_std_deg
     known = iron_known and not (problem.still or problem.relative)
     return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=known)
+
+
+def _field_enu_nT(given: FieldSpec, track: Track | None) -> Array:
+    """The stated field (3,), that of a date at the middle of a track where there is one."""
+    return earth_field_enu_nT(given) if track is None or given.enu_nT is not None else track.field_enu_nT(given)

@@ -17,6 +17,7 @@ from validation.diagnosis.problem.held import noise_of_neighbours
 from validation.diagnosis.problem.iron_by_strength import Iron, fitted_iron
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
+from validation.diagnosis.problem.track import Track
 
 
 def strength_problem(
@@ -25,6 +26,7 @@ def strength_problem(
     effects: tuple[Effect, ...],
     policy: Policy,
     disturbance_nT: Array | None = None,
+    track: Track | None = None,
 ) -> LinearProblem:
     """The problem of the strength, see `LinearProblem`, about iron fitted beside a known part of the disturbance.
 
@@ -32,7 +34,7 @@ def strength_problem(
     ``|h| - F + u M d``: the same to first order wherever d is, so that effects and iron are found jointly in steps. A
     scalar magnetometer beside it is the strength F sample by sample, whatever was given: it must be compensated.
     """
-    F = _strength(recording, strength_nT)
+    F = _strength(recording, strength_nT, track)
     known = np.zeros((len(recording), 3)) if disturbance_nT is None else disturbance_nT
     iron = _iron(recording, known, F[:, 0], policy)
     h = iron.field_nT(recording.mag_nT - known)
@@ -41,7 +43,7 @@ def strength_problem(
     sigma = noise_of_neighbours(size - F, recording.mag_nT, recording.time_s, policy)
     residual = size - F + np.einsum("ni,ni->n", direction, known @ iron.matrix)[:, None]
     turn: Array = np.asarray(np.linalg.inv(iron.matrix), dtype=np.float64)
-    state = _state(recording, direction * F, float(np.median(F)))
+    state = _state(recording, direction * F, float(np.median(F)) if track is None else strength_nT)
     clean = state.field_nT @ turn.T + iron.offset_nT
     return LinearProblem(
         recording=recording,
@@ -57,13 +59,16 @@ def strength_problem(
         predicted_nT=clean,
         has=measured(recording) | {"rate"},  # of the field that is measured
         policy=policy,
+        track=track,
     )
 
 
-def _strength(recording: Recording, given_nT: float) -> Array:
-    """The field's strength (n, 1) in nT: measured, or as given."""
+def _strength(recording: Recording, given_nT: float, track: Track | None) -> Array:
+    """The field's strength (n, 1) in nT: measured, or as given, with its change along a track."""
     measured_nT = measured_strength(recording)
-    return np.full((len(recording), 1), given_nT) if measured_nT is None else measured_nT
+    if measured_nT is not None:
+        return measured_nT
+    return np.full((len(recording), 1), given_nT) + (0.0 if track is None else track.change_nT[:, None])
 
 
 def measured_strength(recording: Recording) -> Array | None:
@@ -83,7 +88,9 @@ def measured_strength(recording: Recording) -> Array | None:
 def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     """A strength problem about iron that was fitted with a disturbance (n, 3) of the measurement out."""
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
-    anew = strength_problem(problem.recording, strength_nT, problem.effects, problem.policy, disturbance_nT)
+    anew = strength_problem(
+        problem.recording, strength_nT, problem.effects, problem.policy, disturbance_nT, problem.track
+    )
     state = replace(anew.state, channels=problem.state.channels)
     std_rad, known = problem.attitude_std_rad, problem.iron_known
     kept = replace(anew, state=state, attitude_std_rad=std_rad, iron_known=known, instead=problem.instead)

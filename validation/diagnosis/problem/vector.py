@@ -13,6 +13,7 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.held import held, noise_of_neighbours
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured, quieter_rate
+from validation.diagnosis.problem.track import Track
 
 FIELD_ERROR = 0.02
 """Error of a given field over its strength, one standard deviation: a prior, where the motion does not show it."""
@@ -21,10 +22,14 @@ STEPS = 3
 
 
 def vector_problem(
-    recording: Recording, field_enu_nT: Array, effects: tuple[Effect, ...], policy: Policy
+    recording: Recording,
+    field_enu_nT: Array,
+    effects: tuple[Effect, ...],
+    policy: Policy,
+    track: Track | None = None,
 ) -> LinearProblem:
     """The problem of the three axes, see `LinearProblem`, for a recording with attitude."""
-    state = _state(recording, field_enu_nT, policy)
+    state = _state(recording, field_enu_nT, policy, track)
     predicted, _ = apply_deterministic(effects, state)
     scale = float(np.linalg.norm(field_enu_nT))
     base = np.column_stack([predicted / scale, np.ones(len(recording))])
@@ -48,14 +53,15 @@ def vector_problem(
         predicted_nT=predicted,
         has=measured(recording),
         policy=policy,
+        track=track,
     )
 
 
-def _state(recording: Recording, field_enu_nT: Array, policy: Policy) -> State:
+def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: Track | None) -> State:
     assert recording.att_q is not None
     rate = quieter_rate(recording, policy)
     R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
-    field = to_body(R_wb, field_enu_nT[None])
+    field = to_body(R_wb, field_enu_nT + (np.zeros((1, 3)) if track is None else track.change_enu_nT))
     return State(
         R_wb=R_wb,
         rate_rad_s=rate,

@@ -80,11 +80,12 @@ def outside_windows(problem: LinearProblem, effects: Sequence[Effect]) -> Linear
     acting = [one.acts(problem.state.time_s) for one in effects if one.active_s is not None]
     if not acting:
         return problem
-    clean = problem.recording.taken(~np.logical_or.reduce(acting) & (problem.usable > 0))
+    keep = ~np.logical_or.reduce(acting) & (problem.usable > 0)
+    clean, track = problem.recording.taken(keep), None if problem.track is None else problem.track.at(keep)
     enu_nT = problem.state.field_enu_nT
     given = enu_nT if problem.mode == "vector" and not problem.still else None
     try:
-        return pose(clean, given, float(np.linalg.norm(enu_nT)), problem.effects, problem.policy)
+        return pose(clean, given, float(np.linalg.norm(enu_nT)), problem.effects, problem.policy, track)
     except InputError:
         return problem
 

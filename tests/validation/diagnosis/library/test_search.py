@@ -127,6 +127,23 @@ def test_a_dipole_is_found_at_its_place() -> None:
     assert min(np.linalg.norm(_value(one, "place") - place) for one in found) < 0.5
 
 
+@pytest.mark.parametrize("scale", [0.04, 30.0], ids=["in a hand", "from the air"])
+def test_a_dipole_is_found_at_the_scale_of_its_path(scale: float) -> None:
+    """The same turns along a path of 1.6 m or 1200 m past a body as much nearer or farther, its field the same."""
+    effect, given = _sought("place"), recording()
+    assert given.pos_enu_m is not None
+    near = effect.with_role("place")
+    assert near is not None
+    place, moment = np.array([8.0, 14.0, -8.0]) * scale, np.array([60.0, -40.0, 80.0]) * scale**3
+    moved = replace(given, pos_enu_m=given.pos_enu_m * scale)
+    body = effect(**{near: place.tolist(), effect.linear[0]: moment.tolist()})
+    state = problem(moved).state
+    added = body.contribution(state, state.field_nT, np.random.default_rng(0), {})
+    posed = problem(replace(moved, mag_nT=moved.mag_nT + added))
+    found = places(posed, _left(posed), Candidate(effect))
+    assert min(np.linalg.norm(_value(one, "place") - place) for one in found) < 0.5 * scale
+
+
 @pytest.mark.parametrize("origin", [(5.0, -8.0, 2.0), (200.0, 150.0, -120.0)])
 def test_an_origin_is_found_but_for_what_a_scale_takes_up(origin: tuple[float, float, float]) -> None:
     """The found and the true origin give the same field across the earth's; no place is nearer to the path."""

@@ -1,0 +1,83 @@
+"""A log flown over hundreds of kilometres: the field changes along its latitude and longitude."""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from scenarios.errors import InputError
+from scenarios.spec import FieldSpec
+from sim.dataset import Recording
+from sim.field import earth_field_along, earth_field_enu_nT
+from sim.scenario import ModelSpec
+from tests.validation.diagnosis.synthetic import NOISE_NT, recording, without_attitude
+from validation.diagnosis.problem.pose import posed
+from validation.diagnosis.problem.track import ANY_DATE, Track
+from validation.diagnosis.workflow import diagnose
+
+DATE = datetime.date(2024, 5, 27)
+PLACE = {"latitude_deg": 12.0, "longitude_deg": 85.0, "date": DATE.isoformat()}
+
+
+def _flown(*, hidden_nT_A: float = 0.0) -> Recording:
+    """The synthetic turns, from 12 to 16 degrees north in the field of one date, with a current's field."""
+    given = recording(1500, noise_nT=0.0)
+    part = given.time_s / given.time_s[-1]
+    places = np.column_stack([12 + 4 * part, 85 + 2 * part, np.zeros(len(part))])
+    along = earth_field_along(places, DATE)
+    assert given.att_q is not None
+    assert given.current_A is not None
+    noise = NOISE_NT * np.random.default_rng(1).normal(size=(len(given), 3))
+    mag_nT = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]).inv().apply(along) + noise
+    mag_nT += hidden_nT_A * given.current_A[:, :1] * [1.0, -0.5, 0.7]
+    channels = {"latitude_deg": places[:, 0], "longitude_deg": places[:, 1]}
+    return replace(given, mag_nT=mag_nT, channels=channels, temperature_degC=None)
+
+
+def _model() -> ModelSpec:
+    return ModelSpec.model_validate({"field": PLACE})
+
+
+def test_many_places_at_once_are_the_model_at_each() -> None:
+    places = np.array([[54.0, 10.0, 0.0], [-33.0, 151.0, 5000.0]])
+    singly = [
+        earth_field_enu_nT(FieldSpec(latitude_deg=a, longitude_deg=b, altitude_m=c, date=DATE)) for a, b, c in places
+    ]
+    assert earth_field_along(places, DATE) == pytest.approx(np.array(singly))
+
+
+@pytest.mark.parametrize("attitude", [True, False])
+def test_the_field_changes_along_the_track(attitude: bool) -> None:
+    given = _flown() if attitude else without_attitude(_flown())
+    problem = posed(given, _model(), None, None)
+    assert np.sqrt((problem.target**2).mean()) < 1.1
+    assert problem.sigma_nT == pytest.approx(NOISE_NT, rel=0.1)
+    bare = replace(given, channels={})
+    assert np.sqrt((posed(bare, _model(), None, None).target ** 2).mean()) > 20
+
+
+def test_an_effect_is_named_beside_the_track() -> None:
+    found = diagnose(_flown(hidden_nT_A=4.0), _model(), fitted_base=True)
+    assert [one.name for one in found.named] == ["motor_current"]
+
+
+@pytest.mark.slow
+def test_a_long_path_without_its_place_is_told_first() -> None:
+    given = _flown()
+    north_m = 111e3 * (given.channels["latitude_deg"] - 12)
+    far = replace(given, channels={}, current_A=None, pos_enu_m=np.column_stack([0 * north_m, north_m, 0 * north_m]))
+    found = diagnose(far, _model(), fitted_base=True)
+    assert "the Earth's own field changes" in found.sentence
+    assert any("latitude_deg" in line for line in found.advice)
+
+
+def test_what_is_no_place_is_refused() -> None:
+    given = _flown()
+    wrong = replace(given, channels=given.channels | {"latitude_deg": given.channels["latitude_deg"] + 90})
+    with pytest.raises(InputError, match="latitude_deg"):
+        Track.of(wrong, None)
+    assert Track.of(recording(), ANY_DATE) is None

@@ -1,0 +1,74 @@
+"""How the Earth's field changes along a track whose latitude and longitude the recording holds."""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.errors import InputError
+from scenarios.spec import FieldSpec
+from sim.dataset import Recording
+from sim.field import earth_field_along
+from sim.state import Array
+
+LATITUDE, LONGITUDE, ALTITUDE = "latitude_deg", "longitude_deg", "altitude_m"
+"""The channels of a place: geodetic, altitude above the ellipsoid in metres (0 where it was not logged)."""
+NODES = 200
+"""Places at most at which the field model is asked; between them the field is interpolated."""
+ANY_DATE = datetime.date(2025, 1, 1)
+"""Date where none is known: differences between places 500 km apart change by up to some 5 nT a year."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """The middle place (latitude, longitude in degrees, altitude in m), and the field along the track less that there.
+
+    change_enu_nT (n, 3): of the vector; change_nT (n,): of its strength.
+    """
+
+    middle: tuple[float, float, float]
+    change_enu_nT: Array
+    change_nT: Array
+
+    @classmethod
+    def of(cls, recording: Recording, date: datetime.date | None) -> Track | None:
+        """The track of a recording, None without latitude and longitude.
+
+        Raises InputError for values that are no place.
+        """
+        there = recording.channels
+        if LATITUDE not in there or LONGITUDE not in there:
+            return None
+        places = np.column_stack([there[LATITUDE], there[LONGITUDE], there.get(ALTITUDE, np.zeros(len(recording)))])
+        _check(places)
+        nodes = np.unique(np.linspace(0, len(places) - 1, NODES).astype(int))
+        middle = places[nodes[len(nodes) // 2]]
+        here, *at = earth_field_along(np.vstack([middle, places[nodes]]), date or ANY_DATE)
+        t = recording.time_s
+        strength = np.linalg.norm(at, axis=1) - np.linalg.norm(here)
+        vector = [np.interp(t, t[nodes], part) for part in (np.array(at) - here).T]
+        latitude, longitude, altitude = (float(one) for one in middle)
+        return cls((latitude, longitude, altitude), np.column_stack(vector), np.interp(t, t[nodes], strength))
+
+    def at(self, samples: NDArray[np.bool_]) -> Track:
+        """The same at some of the samples."""
+        return Track(self.middle, self.change_enu_nT[samples], self.change_nT[samples])
+
+    def field_enu_nT(self, given: FieldSpec) -> Array:
+        """The field model's vector (3,) at the middle place on a given date."""
+        return np.asarray(earth_field_along(np.array([self.middle]), given.date or ANY_DATE)[0])
+
+
+def _check(places: Array) -> None:
+    """InputError for values that are no latitude, longitude and altitude."""
+    low, high = np.array([-90.0, -180.0, -12e3]), np.array([90.0, 360.0, 6e5])
+    for name, values, a, b in zip((LATITUDE, LONGITUDE, ALTITUDE), places.T, low, high, strict=True):
+        wrong = ~(np.isfinite(values) & (values >= a) & (values <= b))
+        if wrong.any():
+            what = f"{name} {values[wrong][0]:g} in row {int(np.argmax(wrong))} is not between {a:g} and {b:g}"
+            raise InputError(
+                what, where="recording", do="cut the log to where its place is known, or rename the column"
+            )
