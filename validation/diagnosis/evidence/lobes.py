@@ -17,10 +17,10 @@ def goes_with_heading(ground: Ground, one: Evidence) -> bool:
     the turn. None is asked of an effect that is no tone, without attitude, or beyond `most_lobes`.
     """
     problem = ground.problem
-    if one.candidate.phase is None or problem.mode != "vector":
-        return False
     name = one.candidate.effect.with_role("frequency")
-    angle = 2 * np.pi * float(dict(one.candidate.nonlinear)[name or ""]) * problem.state.time_s
+    if name is None or one.candidate.phase is None or problem.mode != "vector":
+        return False
+    angle = 2 * np.pi * float(dict(one.candidate.nonlinear)[name]) * problem.state.time_s
     heading = _heading_rad(problem)
     lobes = _times(np.diff(angle), np.diff(heading))
     if not 1 <= lobes <= problem.policy.most_lobes:

@@ -53,7 +53,11 @@ def test_a_tone_that_does_not_keep_step_with_the_heading_is_one(hz: float) -> No
     assert not goes_with_heading(*_tone(posed))
 
 
-def test_without_attitude_nothing_is_known_of_the_heading() -> None:
-    posed = problem(without_attitude(recording()))
-    ground = Ground.of(posed)
-    assert not any(goes_with_heading(ground, one) for one in [judge(ground, proposed(posed)[TONE.name])] if one)
+def test_only_a_tone_is_asked_and_only_with_attitude() -> None:
+    ground = Ground.of(problem())
+    for members in proposed(ground.problem).values():
+        found = judge(ground, members)
+        assert found is None or not goes_with_heading(ground, found)
+    strength = Ground.of(problem(without_attitude(recording())))
+    tone = judge(strength, proposed(strength.problem)[TONE.name])
+    assert tone is None or not goes_with_heading(strength, tone)
