@@ -57,6 +57,8 @@ STRENGTHS = {"same": (0.1, 0.3, 1.0), "differs": (1.0,), "alone": (1.0,), "left-
 """By kind of trial, rms in the first recording over the noise."""
 NULLS, COLOURS = 5, ("attitude", "flicker", "jitter", "all")
 """Nulls of each vehicle for one seed of the others, and the colours that come round in further ones."""
+WANDERS = ("attitude", "all")
+"""Colours with an attitude that wanders."""
 TRANSFERS = tuple(name for name in HIDDEN if not BY_NAME[name].clues.one_run)
 """Effects that another recording can show."""
 SHORT_S, SHORT_HZ = (90.0, 200.0), 10.0
@@ -170,7 +172,7 @@ def flight(trial: Three, i: int) -> tuple[Recording, Array]:
         recording = disturbed(trial.hidden, trial.strength, trial.seed, recording, state, mag_nT)
     if trial.hidden in ("jitter", "all"):
         recording = replace(recording, mag_nT=jittered(recording, recording.mag_nT, seed))
-    return (turned(recording, seed) if trial.hidden in ("attitude", "all") else recording), field
+    return (turned(recording, seed) if trial.hidden in WANDERS else recording), field
 
 
 def _beside_base(name: str, table: Any) -> Any:
@@ -206,15 +208,24 @@ def figures_of_three(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def is_wrong(row: Row) -> bool:
-    """Whether a name is neither what is hidden nor a declared equivalent of it; noise in a coloured null is right."""
-    right = (
-        {row["hidden"]} | EQUIVALENT.get(row["hidden"], set()) if row["kind"] not in ("alone", "left-out") else set()
-    )
-    if row["kind"] == "left-out":
-        right = EQUIVALENT.get(row["hidden"], set())
-    if row["kind"] == "coloured":
-        right = {effect.name for effect in BY_NAME.values() if effect.clues.spectrum is not None}
+    """Whether a name stands without what is hidden or a declared equivalent of it among its class."""
+    right = _right(row["kind"], row["hidden"])
     return any(not right & {name, *others} for name, others, *_ in row["names"])
+
+
+def _right(kind: str, hidden: str) -> set[str]:
+    """Names that are right: none of what one alone shows; of what is left out of the library what equals it.
+
+    Noise in a coloured null, and an error of an attitude that wanders; the iron that the mean of a disturbance from
+    outside the library is.
+    """
+    equal = EQUIVALENT.get(hidden, set())
+    if kind == "coloured":
+        noise = {effect.name for effect in BY_NAME.values() if effect.stochastic}
+        return noise | ({"attitude_misalignment"} if hidden in WANDERS else set())
+    if kind == "outside":
+        return {"hard_iron"}
+    return {"null": set(), "alone": set(), "left-out": equal}.get(kind, {hidden} | equal)
 
 
 def _reaches(row: Row, reach: Reach) -> bool:
