@@ -29,6 +29,7 @@ from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.scenario import ModelSpec, load
 from sim.state import Array, State
+from validation.diagnosis.evidence.localise import TIME
 from validation.diagnosis.library.candidates import part
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.pose import posed
@@ -135,7 +136,7 @@ def run_three(trial: Three, policy: Policy = STANDARD) -> dict[str, Any]:
 
 def _names(found: Together) -> list[Any]:
     return [
-        (one.name, list(one.named.alternatives), one.named.how, one.reach, one.p, one.named.nats)
+        (one.name, list(one.named.alternatives), one.named.how, one.reach, one.p, one.named.nats, one.named.rivals)
         for one in found.common
     ]
 
@@ -210,11 +211,13 @@ def figures_of_three(rows: Sequence[Row]) -> dict[str, Any]:
 def is_wrong(row: Row) -> bool:
     """Whether a name stands without what is hidden or a declared equivalent of it among its class."""
     right = _right(row["kind"], row["hidden"])
-    return any(not right & {name, *others} for name, others, *_ in row["names"])
+    return any(not right & {name, *others, *drives} for name, others, *_, drives in row["names"])
 
 
 def _right(kind: str, hidden: str) -> set[str]:
     """Names that are right: none of what one alone shows; of what is left out of the library what equals it.
+
+    Beside a course that only rises, what drives it is as right as its name.
 
     Noise in a coloured null, and an error of an attitude that wanders; the iron that the mean of a disturbance from
     outside the library is.
@@ -223,9 +226,8 @@ def _right(kind: str, hidden: str) -> set[str]:
     if kind == "coloured":
         noise = {effect.name for effect in BY_NAME.values() if effect.stochastic}
         return noise | ({"attitude_misalignment"} if hidden in WANDERS else set())
-    if kind == "outside":
-        return {"hard_iron"}
-    return {"null": set(), "alone": set(), "left-out": equal}.get(kind, {hidden} | equal)
+    drives = set(BY_NAME[hidden].needs or (TIME,)) if hidden in BY_NAME else set()
+    return {"null": set(), "alone": set(), "left-out": equal | drives}.get(kind, {hidden, "hard_iron"} | equal | drives)
 
 
 def _reaches(row: Row, reach: Reach) -> bool:

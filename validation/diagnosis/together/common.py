@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.effects.base import Effect
 from validation.diagnosis.decision.choice import Accepted
+from validation.diagnosis.decision.one_course import with_rivals
 from validation.diagnosis.decision.wording import main_parameter
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.policy import Policy
@@ -55,7 +56,15 @@ class Common:
 
 def fitted_effect(one: Chosen, problems: Sequence[LinearProblem]) -> Common:
     """An effect of the library that the lot believes."""
-    return common_of(one.finding, one.alternatives, problems, one.strength)
+    found = common_of(one.finding, one.alternatives, problems, one.strength)
+    return replace(found, named=of_one_course(found, problems))
+
+
+def of_one_course(one: Common, problems: Sequence[LinearProblem]) -> Named:
+    """The name of an effect with the channels that go the same way as it does in every recording that has it."""
+    there = [problem for problem, says in zip(problems, one.there, strict=True) if says is There.PRESENT]
+    several = [with_rivals(problem, one.named).rivals for problem in there]
+    return replace(one.named, rivals=_in_all(several)) if several else one.named
 
 
 def not_borne_out(one: Finding, problems: Sequence[LinearProblem]) -> Common:

@@ -73,6 +73,7 @@ class Together:
         return {
             "name": one.name,
             "alternatives": list(one.named.alternatives),
+            "rivals": list(one.named.rivals),
             "parameters": parameters(one.named),
             **self._evidence(one),
             "how": one.named.how,

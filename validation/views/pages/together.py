@@ -52,7 +52,7 @@ def _section(found: Together, one: Common) -> dict[str, Any]:
         "reach": found.among.reach[one.reach],
         "bad": one.reach is not Reach.TRANSFERRED,
         "words": reach_of(one, found.among),
-        "alternatives": one.named.alternatives,
+        "alternatives": one.named.others,
         "test": agreement_line(one),
         "how": one.named.how.words,
         "nats": "" if one.named.nats is None else f"{digits(one.named.nats)} nats",
