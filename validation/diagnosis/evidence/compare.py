@@ -85,8 +85,10 @@ def ranked(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidenc
 def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
     """The evidence of a candidate: its listed or searched settings, and the best of them refined."""
     found = judged_at(ground, found_by_search(ground.problem, ground.residual(), list(members)))
-    if found is None or found.nats <= ground.problem.policy.apart:
-        return found
+    if found is None:
+        return None
+    if found.nats <= ground.problem.policy.apart:  # also beside a colour of its own, which may find it in a wander
+        return _at_full_size(ground, found)
     finer = between_neighbours(found.candidate, lambda candidate: misfit(ground, candidate))
     better = judged_at(ground, [finer]) if finer else None
     return _at_full_size(ground, better if better is not None and better.gain > found.gain else found)

@@ -128,3 +128,18 @@ def test_an_effect_without_coefficients_is_moved_to_its_own_size(effect: type[Ef
     found = judge(Ground.of(replace(posed, target=part * one.columns(posed)[:, :, 0])), [one])
     assert found is not None
     assert found.coefficients[0] == pytest.approx(1.0, rel=0.1)
+
+
+@pytest.mark.parametrize("effect", LATE)
+@pytest.mark.parametrize("drift_sigma", [30.0, 90.0])
+def test_it_has_its_own_size_beside_a_drift_that_takes_its_evidence(effect: type[Effect], drift_sigma: float) -> None:
+    ((name, listed),) = effect.search.items()
+    posed = problem(noise_nT=1e-3)
+    members = [Candidate(effect, ((name, value),)) for value in listed]
+    least = min((one.columns(posed)[:, :, 0] for one in members), key=lambda late: float((late**2).sum()))
+    late = 3 * least / np.sqrt((least**2).mean()) + np.random.default_rng(0).normal(size=least.shape)
+    drift = drift_sigma * np.linspace(-1.0, 1.0, len(late))[:, None]
+    found = judge(Ground.of(replace(posed, target=late + drift)), members)
+    assert found is not None
+    assert found.nats < STANDARD.apart
+    assert found.coefficients[0] == pytest.approx(1.0, rel=0.1)
