@@ -60,6 +60,11 @@ class Policy:
         0.005, "change of the Earth's own field along a level path",
         run="IGRF at 40 places: 1.6 to 13 nT/km, 5.3 in the median",
     )  # fmt: skip
+    other_iron: float = number(
+        1.1,
+        "ratio of what the model's iron leaves of the strength to what fitted iron leaves from which on they differ",
+    )
+    scale_share: float = number(0.9, "share of that difference that a factor alone explains if the strength is wrong")
 
     # blocks and splits
     block_s: float = number(5.0, "length of the blocks that sums are kept of")

@@ -8,6 +8,7 @@ import numpy as np
 
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
+from validation.diagnosis.decision.remarks import long_track, remarks
 from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.evidence.when import Stretch, largest
@@ -30,7 +31,7 @@ def sentence_for(found: Diagnosis) -> str:
         nearest=_nearest(found),
         goes_with=(_curves(found) or (f"; it goes with {channels}" if channels else "")) + _largest(found),
     )
-    return " ".join([*(one.words for one in found.problem.instead), *_long_track(found), said])
+    return " ".join([*remarks(found), said])
 
 
 def _share(found: Diagnosis) -> str:
@@ -68,23 +69,9 @@ def mend_the_reference(found: Diagnosis) -> Iterator[str]:
     yield from (one.figures for one in found.problem.instead)
 
 
-def _long_track(found: Diagnosis) -> Iterator[str]:
-    """A track along which the Earth's own field changes as much as a fair share of the gap, beside one given vector."""
-    problem, policy, gap = found.problem, found.problem.policy, found.gap
-    if problem.track is not None or "position" not in problem.has or found.verdict is Verdict.NONE:
-        return
-    length_m = float(np.hypot(*np.ptp(problem.state.pos_enu_m, axis=0)[:2]))
-    change_nT = policy.earth_gradient_nT_m * length_m
-    if change_nT > max(policy.least_share * gap.structure_nT[0], gap.noise_nT):
-        yield (
-            f"The path is {digits(length_m / 1e3)} km long: over it the Earth's own field changes by some "
-            f"{digits(change_nT, 1)} nT, and one vector was given for all of it."
-        )
-
-
 def follow_the_track(found: Diagnosis) -> Iterator[str]:
     """A field that changes along a long track is no effect: latitude and longitude tell it."""
-    if any(_long_track(found)):
+    if any(long_track(found)):
         yield (
             f"Give the log's place, --map {LATITUDE}=COLUMN --map {LONGITUDE}=COLUMN: the field then changes along "
             "the track as IGRF says. A gradient that is named without it may be no more than that."

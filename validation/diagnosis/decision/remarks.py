@@ -1,0 +1,93 @@
+"""What is said before a verdict: a reference that was mended, a long track, iron that the strength contradicts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.chain import apply_deterministic
+from sim.state import Array
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.verdict import Verdict
+from validation.text import digits
+
+
+def remarks(found: Diagnosis) -> tuple[str, ...]:
+    """Sentences that go before the verdict's own: every line of `REMARKS` that applies."""
+    return tuple(line for remark in REMARKS for line in remark(found))
+
+
+def mended(found: Diagnosis) -> Iterator[str]:
+    """What was done about a reference that was wrong."""
+    yield from (one.words for one in found.problem.instead)
+
+
+def long_track(found: Diagnosis) -> Iterator[str]:
+    """A track along which the Earth's own field changes as much as a fair share of the gap, beside one given vector."""
+    problem, policy, gap = found.problem, found.problem.policy, found.gap
+    if problem.track is not None or "position" not in problem.has or found.verdict is Verdict.NONE:
+        return
+    length_m = float(np.hypot(*np.ptp(problem.state.pos_enu_m, axis=0)[:2]))
+    change_nT = policy.earth_gradient_nT_m * length_m
+    if change_nT > max(policy.least_share * gap.structure_nT[0], gap.noise_nT):
+        yield (
+            f"The path is {digits(length_m / 1e3)} km long: over it the Earth's own field changes by some "
+            f"{digits(change_nT)} nT, and one vector was given for all of it."
+        )
+
+
+def another_scale(found: Diagnosis) -> Iterator[str]:
+    """Iron of the model that gives another strength than the stated one, where the strength alone is compared."""
+    if (other := other_strength(found.problem)) is not None:
+        yield (
+            f"By the model's own iron the field is {digits(other.scale, 4)} times the stated strength, which leaves "
+            f"{digits(other.given_nT)} nT, as iron fitted anew does not: the strength is wrong, or the sensor's scale. "
+            "Beside iron fitted anew:"
+        )
+
+
+@dataclass(frozen=True)
+class OtherStrength:
+    """By what factor the strength differs from the stated one with the model's iron, and what that leaves in nT."""
+
+    scale: float
+    given_nT: float
+
+
+def other_strength(problem: LinearProblem) -> OtherStrength | None:
+    """Where the strength alone is compared and the model's iron is known: whether a factor is what that differs by.
+
+    Of the strength the model's iron leaves more than iron fitted anew, and a factor alone takes nearly all of that up.
+    The model's iron is matrix A and offset b of what it predicts along the measured motion, ``A f + b``.
+    """
+    if problem.mode != "strength" or not problem.iron_known:
+        return None
+    policy, used = problem.policy, problem.usable > 0
+    F = np.linalg.norm(problem.state.field_nT, axis=1)[used]
+    by_model, anew = (one[used] for one in (_by_model_nT(problem), _anew_nT(problem)))
+    scale = float(by_model @ F / (F @ F))
+    given, scaled, best = (
+        float(((one - F * k) ** 2).mean()) for one, k in ((by_model, 1), (by_model, scale), (anew, 1))
+    )
+    differs = given > policy.other_iron**2 * best and given - scaled > policy.scale_share * (given - best)
+    return OtherStrength(scale, given**0.5) if differs else None
+
+
+def _by_model_nT(problem: LinearProblem) -> Array:
+    """``|A^-1 (m - b)|`` (n,) by the model's own iron."""
+    predicted_nT = apply_deterministic(problem.effects, problem.state)[0]
+    design = np.column_stack([problem.state.field_nT, np.ones(len(predicted_nT))])
+    both = np.linalg.lstsq(design, predicted_nT, rcond=1e-9)[0]
+    return np.asarray(np.linalg.norm((problem.recording.mag_nT - both[3]) @ np.linalg.pinv(both[:3]), axis=1))
+
+
+def _anew_nT(problem: LinearProblem) -> Array:
+    """The same by the iron that was fitted."""
+    offset_nT = problem.clean_nT[0] - problem.turn @ problem.state.field_nT[0]
+    return np.asarray(np.linalg.norm((problem.recording.mag_nT - offset_nT) @ np.linalg.pinv(problem.turn).T, axis=1))
+
+
+REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (mended, long_track, another_scale)
