@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
@@ -16,8 +17,10 @@ from sim.state import Array
 
 LATITUDE, LONGITUDE, ALTITUDE = "latitude_deg", "longitude_deg", "altitude_m"
 """The channels of a place: geodetic, altitude above the ellipsoid in metres (0 where it was not logged)."""
-NODES = 200
-"""Places at most at which the field model is asked; between them the field is interpolated."""
+NODES = 2000
+"""Known places at most at which the field model is asked; between them the field is interpolated."""
+HIGHEST_M = 4e7
+"""Altitude beyond any satellite that steers by the field."""
 ANY_DATE = datetime.date(2025, 1, 1)
 """Date where none is known: differences between places 500 km apart change by up to some 5 nT a year."""
 
@@ -35,7 +38,7 @@ class Track:
 
     @classmethod
     def of(cls, recording: Recording, date: datetime.date | None) -> Track | None:
-        """The track of a recording, None without latitude and longitude.
+        """The track of a recording, None without latitude and longitude; across rows without a place it is a line.
 
         Raises InputError for values that are no place.
         """
@@ -43,15 +46,17 @@ class Track:
         if LATITUDE not in there or LONGITUDE not in there:
             return None
         places = np.column_stack([there[LATITUDE], there[LONGITUDE], there.get(ALTITUDE, np.zeros(len(recording)))])
-        _check(places)
-        nodes = np.unique(np.linspace(0, len(places) - 1, NODES).astype(int))
+        known = np.flatnonzero(np.isfinite(places).all(axis=1))
+        if not len(known):
+            return None
+        _check(places, known)
+        nodes = known[np.unique(np.linspace(0, len(known) - 1, NODES).astype(int))]
         middle = places[nodes[len(nodes) // 2]]
         here, *at = earth_field_along(np.vstack([middle, places[nodes]]), date or ANY_DATE)
-        t = recording.time_s
         strength = np.linalg.norm(at, axis=1) - np.linalg.norm(here)
-        vector = [np.interp(t, t[nodes], part) for part in (np.array(at) - here).T]
+        change = _between(recording.time_s, nodes, np.column_stack([np.array(at) - here, strength]))
         latitude, longitude, altitude = (float(one) for one in middle)
-        return cls((latitude, longitude, altitude), np.column_stack(vector), np.interp(t, t[nodes], strength))
+        return cls((latitude, longitude, altitude), change[:, :3], change[:, 3])
 
     def at(self, samples: NDArray[np.bool_]) -> Track:
         """The same at some of the samples."""
@@ -62,13 +67,19 @@ class Track:
         return np.asarray(earth_field_along(np.array([self.middle]), given.date or ANY_DATE)[0])
 
 
-def _check(places: Array) -> None:
-    """InputError for values that are no latitude, longitude and altitude."""
-    low, high = np.array([-90.0, -180.0, -12e3]), np.array([90.0, 360.0, 6e5])
-    for name, values, a, b in zip((LATITUDE, LONGITUDE, ALTITUDE), places.T, low, high, strict=True):
-        wrong = ~(np.isfinite(values) & (values >= a) & (values <= b))
+def _between(time_s: Array, nodes: NDArray[np.intp], values: Array) -> Array:
+    """Values (m, k) at nodes (m,) for all times (n,): a cubic that does not overshoot, constant before and after."""
+    at = time_s[nodes]
+    if len(nodes) == 1:
+        return np.repeat(values, len(time_s), axis=0)
+    return np.asarray(PchipInterpolator(at, values)(np.clip(time_s, at[0], at[-1])))
+
+
+def _check(places: Array, known: NDArray[np.intp]) -> None:
+    """InputError for values of known rows that are no latitude, longitude and altitude."""
+    low, high = np.array([-90.0, -180.0, -12e3]), np.array([90.0, 360.0, HIGHEST_M])
+    for name, values, a, b in zip((LATITUDE, LONGITUDE, ALTITUDE), places[known].T, low, high, strict=True):
+        wrong = (values < a) | (values > b)
         if wrong.any():
-            what = f"{name} {values[wrong][0]:g} in row {int(np.argmax(wrong))} is not between {a:g} and {b:g}"
-            raise InputError(
-                what, where="recording", do="cut the log to where its place is known, or rename the column"
-            )
+            what = f"{name} {values[wrong][0]:g} in row {known[np.argmax(wrong)]} is not between {a:g} and {b:g}"
+            raise InputError(what, where="recording", do="leave rows without a place empty, or rename the column")

@@ -75,6 +75,35 @@ def test_a_long_path_without_its_place_is_told_first() -> None:
     assert any("latitude_deg" in line for line in found.advice)
 
 
+def test_rows_without_a_place_are_bridged() -> None:
+    given = _flown()
+    gaps = given.channels["latitude_deg"].copy()
+    gaps[:200] = gaps[700:720] = np.nan
+    whole, bridged = (
+        Track.of(given, DATE),
+        Track.of(replace(given, channels=given.channels | {"latitude_deg": gaps}), DATE),
+    )
+    assert whole is not None
+    assert bridged is not None
+    shift = whole.change_enu_nT - bridged.change_enu_nT
+    assert np.ptp(shift[200:], axis=0).max() < 1.0
+    none = replace(given, channels=given.channels | {"latitude_deg": np.full(len(given), np.nan)})
+    assert Track.of(none, DATE) is None
+
+
+def test_an_orbit_is_followed() -> None:
+    """Three turns in three hours at 700 km, every second: what lies between the places that are asked is 1 nT off."""
+    turn = np.linspace(0, 6 * np.pi, 10_800)
+    places = np.column_stack([80 * np.sin(turn), (np.degrees(turn) / 2) % 360, np.full(len(turn), 7e5)])
+    channels = dict(zip(("latitude_deg", "longitude_deg", "altitude_m"), places.T, strict=True))
+    mag_nT = np.ones((len(turn), 3))
+    track = Track.of(Recording(np.arange(len(turn), dtype=float), mag_nT, channels=channels), DATE)
+    assert track is not None
+    here = earth_field_along(np.array([track.middle]), DATE)
+    at = slice(37, None, 500)
+    assert track.change_enu_nT[at] == pytest.approx(earth_field_along(places[at], DATE) - here, abs=1.0)
+
+
 def test_what_is_no_place_is_refused() -> None:
     given = _flown()
     wrong = replace(given, channels=given.channels | {"latitude_deg": given.channels["latitude_deg"] + 90})
