@@ -37,9 +37,7 @@ def strength_problem(
     F = _strength(recording, strength_nT, track)
     known = np.zeros((len(recording), 3)) if disturbance_nT is None else disturbance_nT
     iron = _iron(recording, known, F[:, 0], policy)
-    h = iron.field_nT(recording.mag_nT - known)
-    size = np.linalg.norm(h, axis=1, keepdims=True)
-    direction = h / size
+    direction, size = _direction_and_size(iron.field_nT(recording.mag_nT - known))
     sigma = noise_of_neighbours(size - F, recording.mag_nT, recording.time_s, policy)
     residual = size - F + np.einsum("ni,ni->n", direction, known @ iron.matrix)[:, None]
     turn: Array = np.asarray(np.linalg.inv(iron.matrix), dtype=np.float64)
@@ -61,6 +59,12 @@ def strength_problem(
         policy=policy,
         track=track,
     )
+
+
+def _direction_and_size(field_nT: Array) -> tuple[Array, Array]:
+    """Unit vectors (n, 3) and sizes (n, 1)."""
+    size = np.linalg.norm(field_nT, axis=1, keepdims=True)
+    return field_nT / size, np.asarray(size)
 
 
 def _strength(recording: Recording, given_nT: float, track: Track | None) -> Array:
