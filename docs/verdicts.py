@@ -20,9 +20,9 @@ import shown
 from matplotlib.figure import Figure
 
 from magbench.cli import main
-from validation.diagnosis.files import diagnose_file
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis
+from validation.together.single import diagnose_file
 from validation.views.plots.diagnosis import draw_channel, draw_gap, draw_ranking, draw_spectrum
 from validation.views.words.diagnosis import headline
 

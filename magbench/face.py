@@ -200,10 +200,10 @@ def diagnose(
     from pathlib import Path
 
     from magbench.results import DiagnosisResult
-    from validation.diagnosis.files import diagnose_against
     from validation.diagnosis.policy import STANDARD
     from validation.diagnosis.problem.actuators import with_actuators
     from validation.diagnosis.problem.sensors import one_sensor
+    from validation.together.single import diagnose_against
 
     def read(one: Data, times: ArrayLike | None) -> Recording:
         recording, place = recording_from(one, time_s=times, maps=maps, run=run), Path("recording")

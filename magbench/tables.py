@@ -9,10 +9,10 @@ from magbench.console import show_table, show_text
 from validation.comparison.answer import without_correction
 from validation.diagnosis.repair.changes import lines_of_diff, model_diff
 from validation.diagnosis.result import Diagnosis
-from validation.diagnosis.together.result import Together
 from validation.scoring.meaning import MEANINGS
 from validation.scoring.outcome import Outcome
 from validation.text import short, symbol
+from validation.together.result import Together
 from validation.views.pages.comparison import Comparison, title_of
 from validation.views.words.diagnosis import PART_HEADS, gap_rows, parameter_rows, part_rows
 from validation.views.words.diagnosis import headline as diagnosis_headline

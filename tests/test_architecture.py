@@ -18,7 +18,7 @@ from tests.measure import functions
 FLOORS = (
     {"signals", "scoring", "calibrating"},
     {"inspection", "diagnosis", "bound", "comparison", "worth"},
-    {"gates", "planning"},
+    {"gates", "planning", "together"},
     {"views"},
     {"outputs", "reproduce"},
 )

@@ -34,8 +34,8 @@ from validation.diagnosis.library.candidates import part
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.result import Reach
-from validation.diagnosis.together.result import Together
-from validation.diagnosis.together.workflow import diagnose_together
+from validation.together.result import Together
+from validation.together.workflow import diagnose_together
 
 Flown = tuple[Recording, State, Array]
 """A motion without errors as it is recorded, the true state along it, and the field (east, north, up)."""

@@ -11,8 +11,8 @@ from magbench.arguments import all_present, complete_scenario, field_vector, kno
 from magbench.options import FieldStrength, FieldVector, Json, Maps
 
 if TYPE_CHECKING:
-    from validation.diagnosis.together.files import Source
     from validation.diagnosis.verdict import Verdict
+    from validation.together.files import Source
 
 Model = Annotated[
     str | None,
@@ -75,8 +75,8 @@ def diagnose(
     """
     from magbench.console import say
     from sim.dataset.files import locked_directory, remove_leftovers
-    from validation.diagnosis.together.files import check_one, sources
     from validation.outputs.diagnosis import FILES
+    from validation.together.files import check_one, sources
 
     place, recordings = out or Path("out") / "diagnosis", sources(measured, run, sensor, map_ or (), reference_sensor)
     if confirm:
@@ -111,8 +111,8 @@ def _one(
 ) -> Verdict:
     from magbench.console import emit
     from magbench.tables import show_diagnosis
-    from validation.diagnosis.files import diagnose_file
     from validation.outputs.diagnosis import write_diagnosis
+    from validation.together.single import diagnose_file
 
     which: dict[str, Any] = {"run": one.run, "sensor": one.sensor, "reference_sensor": one.reference}
     found = diagnose_file(measured, model, confirm=confirm, **which, **given)
@@ -130,8 +130,8 @@ def _several(
 ) -> Verdict:
     from magbench.console import emit
     from magbench.tables import show_together
-    from validation.diagnosis.together.files import diagnose_files
     from validation.outputs.diagnosis import write_together
+    from validation.together.files import diagnose_files
 
     found = diagnose_files(recordings, model, **given)
     given["say"]("reports and recordings")

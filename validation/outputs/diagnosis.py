@@ -12,7 +12,7 @@ from scenarios.plain import json_ready
 from scenarios.toml import to_toml
 from sim.dataset.files import beside, system_errors_about
 from validation.diagnosis.result import Diagnosis
-from validation.diagnosis.together.result import Together
+from validation.together.result import Together
 from validation.views.pages.diagnosis import page_html
 from validation.views.pages.together import together_html
 from validation.views.recording.diagnosis import diagnosis_recording

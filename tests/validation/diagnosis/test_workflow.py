@@ -15,8 +15,8 @@ from sim.effects import Effects
 from sim.scenario import ModelSpec, load_model
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
+from validation.together.confirm import confirmed
 
 HIDDEN: dict[str, Any] = {
     "eddy_current": {"matrix_s": [[1e-4, 2e-5, 0], [0, 8e-5, 1e-5], [2e-5, 0, 1e-4]]},

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from sim.scenario import load_model
-from tests.validation.diagnosis.together.test_workflow import NAMES, motor, together
+from tests.validation.together.test_workflow import NAMES, motor, together
 from validation.outputs.diagnosis import FILES, write_together
 
 

@@ -8,10 +8,10 @@ from typing import Any
 from scenarios.toml import to_toml
 from validation.diagnosis.repair.changes import lines_of_diff
 from validation.diagnosis.result import Reach
-from validation.diagnosis.together.common import Common
-from validation.diagnosis.together.result import Together
-from validation.diagnosis.together.wording import reach_of
 from validation.text import digits
+from validation.together.common import Common
+from validation.together.result import Together
+from validation.together.wording import reach_of
 from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
 from validation.views.plots.together import draw_coefficients, draw_gaps

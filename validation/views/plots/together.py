@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from validation.diagnosis.result import Named, parameters
-from validation.diagnosis.together.common import Common
-from validation.diagnosis.together.reach import There
-from validation.diagnosis.together.result import Together
 from validation.scoring.outcome import Array
 from validation.text import symbol
+from validation.together.common import Common
+from validation.together.reach import There
+from validation.together.result import Together
 from validation.views.palette import LINES, RAW, SOFT
 from validation.views.plots.diagnosis import AFTER, BEFORE
 from validation.views.plots.style import WIDTH_IN

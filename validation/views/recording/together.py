@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from validation.diagnosis.together.result import Together
+from validation.together.result import Together
 from validation.views.palette import XYZ
 from validation.views.plots.diagnosis import AFTER, BEFORE
 from validation.views.recording.stream import framed, name_part, recorded, scalars, static, time_view

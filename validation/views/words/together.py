@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from validation.diagnosis.result import GapSize
-from validation.diagnosis.together.common import Common
-from validation.diagnosis.together.result import Together
-from validation.diagnosis.together.wording import reach_of
 from validation.text import digits
+from validation.together.common import Common
+from validation.together.result import Together
+from validation.together.wording import reach_of
 from validation.views.words.diagnosis import parameter_rows
 
 POOLED = "together"

@@ -20,8 +20,8 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.pose import pose, posed
 from validation.diagnosis.repair.chain import left_with_iron_refitted
 from validation.diagnosis.result import How
-from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
+from validation.together.confirm import confirmed
 
 WAY = np.array([0.6, -1.0, 0.4]) * NOISE_NT
 MODEL = ModelSpec.model_validate(

@@ -20,8 +20,8 @@ from tests.validation.diagnosis.synthetic import (
 from validation.diagnosis.evidence.rows import Rows
 from validation.diagnosis.evidence.windows import Timeline, _gains
 from validation.diagnosis.library.candidates import proposed
-from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
+from validation.together.confirm import confirmed
 
 WINDOW = (150.0, 230.0)
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())

@@ -16,12 +16,12 @@ from sim.dataset import Recording, write_recording
 from sim.scenario import ModelSpec
 from sim.state import REFERENCE
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
-from validation.diagnosis.files import diagnose_file
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.problem.relative import needs_field, recorded_reference
 from validation.diagnosis.problem.sensors import beside_reference
-from validation.diagnosis.together.files import sources
 from validation.diagnosis.workflow import diagnose
+from validation.together.files import sources
+from validation.together.single import diagnose_file
 
 MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})
 MOUNT = Rotation.from_euler("xyz", [20, -35, 100], degrees=True).as_matrix() @ np.diag([1.02, 0.97, 1.05])

@@ -12,10 +12,10 @@ from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, recording
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.result import Reach
-from validation.diagnosis.together.reach import There
-from validation.diagnosis.together.result import Together
-from validation.diagnosis.together.workflow import diagnose_together
 from validation.diagnosis.verdict import Verdict
+from validation.together.reach import There
+from validation.together.result import Together
+from validation.together.workflow import diagnose_together
 
 GAIN = np.array([3.0, -2.0, 4.0])
 NAMES = ("first", "second", "third")

@@ -10,10 +10,10 @@ import pytest
 from sim.dataset import Recording
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
-from tests.validation.diagnosis.together.test_workflow import motor
+from tests.validation.together.test_workflow import motor
 from validation.diagnosis.result import Diagnosis
-from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
+from validation.together.confirm import confirmed
 
 MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})
 

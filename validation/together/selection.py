@@ -19,10 +19,10 @@ from validation.diagnosis.evidence.standing import Beside, gains_along_the_field
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.together.asked import Joint, columns_in, estimate
-from validation.diagnosis.together.coefficients import Estimate, left_out_gains
-from validation.diagnosis.together.reach import Finding, There, finding
 from validation.diagnosis.workflow import Examined
+from validation.together.asked import Joint, columns_in, estimate
+from validation.together.coefficients import Estimate, left_out_gains
+from validation.together.reach import Finding, There, finding
 
 Progress = Callable[[str], object]
 Settings = dict[str, list[Candidate]]

@@ -12,8 +12,8 @@ from sim.state import TEMPERATURE
 from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import How, Named
-from validation.diagnosis.together.common import Common, of_one_course
-from validation.diagnosis.together.reach import There
+from validation.together.common import Common, of_one_course
+from validation.together.reach import There
 
 N = 2000
 DRIFT = Named(HardIronDrift(rate_nT_h=(900.0, 200.0, 400.0)), (), How.HELD_OUT, 100.0, 1.0)

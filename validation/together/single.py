@@ -19,8 +19,8 @@ from validation.diagnosis.problem.actuators import with_actuators
 from validation.diagnosis.problem.relative import needs_field
 from validation.diagnosis.problem.sensors import model_of_sensor, one_sensor
 from validation.diagnosis.result import Diagnosis
-from validation.diagnosis.together.confirm import confirmed
 from validation.diagnosis.workflow import diagnose
+from validation.together.confirm import confirmed
 
 
 def diagnose_file(

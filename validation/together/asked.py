@@ -14,7 +14,7 @@ from validation.diagnosis.evidence.hypothesis import Hypothesis, information_by_
 from validation.diagnosis.evidence.standing import Beside, moved_in_time
 from validation.diagnosis.library.candidates import Candidate, missing_channels
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.together.coefficients import Estimate, left_out_gains, with_scatter
+from validation.together.coefficients import Estimate, left_out_gains, with_scatter
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,12 +11,12 @@ from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.model import patched
-from validation.diagnosis.together.common import Common, not_borne_out
-from validation.diagnosis.together.judgement import Judged, Lot
-from validation.diagnosis.together.result import Together
-from validation.diagnosis.together.selection import Member, select_together
-from validation.diagnosis.together.wording import advice_together, sentence_together
 from validation.diagnosis.workflow import examined, told
+from validation.together.common import Common, not_borne_out
+from validation.together.judgement import Judged, Lot
+from validation.together.result import Together
+from validation.together.selection import Member, select_together
+from validation.together.wording import advice_together, sentence_together
 
 Progress = Callable[[str], object]
 

@@ -14,15 +14,15 @@ from scenarios.errors import InputError
 from sim.dataset import Recording, write_recording
 from sim.scenario import ModelSpec, Scenario, load
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, recording
-from tests.validation.diagnosis.together.test_workflow import motor
+from tests.validation.together.test_workflow import motor
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.problem.sensors import model_of_sensor, of_sensor
 from validation.diagnosis.result import Reach
-from validation.diagnosis.together.array import diagnose_sensors, worst
-from validation.diagnosis.together.files import check_one, diagnose_files, of_one_array, sources
-from validation.diagnosis.together.reach import There
-from validation.diagnosis.together.result import Together
 from validation.diagnosis.verdict import Verdict
+from validation.together.array import diagnose_sensors, worst
+from validation.together.files import check_one, diagnose_files, of_one_array, sources
+from validation.together.reach import There
+from validation.together.result import Together
 
 MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})
 

@@ -18,12 +18,12 @@ from validation.diagnosis.evidence.localise import localise
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.naming import noise_of
 from validation.diagnosis.result import GapSize, How, Named, Reach
-from validation.diagnosis.together.coefficients import foretold
-from validation.diagnosis.together.common import Common, changes_of_iron, fitted_effect, seen_by_values
-from validation.diagnosis.together.reach import Finding, There
-from validation.diagnosis.together.selection import Chosen, Member
 from validation.diagnosis.verdict import Verdict
 from validation.signals.size import rms
+from validation.together.coefficients import foretold
+from validation.together.common import Common, changes_of_iron, fitted_effect, seen_by_values
+from validation.together.reach import Finding, There
+from validation.together.selection import Chosen, Member
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 from validation.diagnosis.decision.wording import LISTED_CHANNELS, ways_to_tell, words_of
 from validation.diagnosis.result import NORMAL_95, Diagnosis, How, Reach
-from validation.diagnosis.together.among import RECORDINGS, Among
-from validation.diagnosis.together.common import Common, main_size
-from validation.diagnosis.together.reach import There
-from validation.diagnosis.together.result import Together
 from validation.diagnosis.verdict import Verdict
 from validation.text import figure
+from validation.together.among import RECORDINGS, Among
+from validation.together.common import Common, main_size
+from validation.together.reach import There
+from validation.together.result import Together
 
 
 def sentence_together(found: Together) -> str:

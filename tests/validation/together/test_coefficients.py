@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.diagnosis.together.coefficients import (
+from validation.together.coefficients import (
     Estimate,
     agreement,
     foretold,

@@ -15,11 +15,11 @@ from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import How, Named, Reach
-from validation.diagnosis.together.coefficients import Estimate, agreement, foretold, inverse, size_over
-from validation.diagnosis.together.reach import Finding, There
-from validation.diagnosis.together.selection import Chosen
-from validation.diagnosis.together.values import parameters_of
 from validation.signals.size import rms
+from validation.together.coefficients import Estimate, agreement, foretold, inverse, size_over
+from validation.together.reach import Finding, There
+from validation.together.selection import Chosen
+from validation.together.values import parameters_of
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from enum import StrEnum
 
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.result import Reach
-from validation.diagnosis.together.asked import Joint
-from validation.diagnosis.together.coefficients import Agreement, agreement, foretold
+from validation.together.asked import Joint
+from validation.together.coefficients import Agreement, agreement, foretold
 
 
 class There(StrEnum):

@@ -9,8 +9,8 @@ import pytest
 
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.result import Reach
-from validation.diagnosis.together import reach
-from validation.diagnosis.together.reach import There, finding
+from validation.together import reach
+from validation.together.reach import There, finding
 
 
 @pytest.mark.parametrize(

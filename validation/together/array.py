@@ -12,17 +12,17 @@ from validation.diagnosis.decision.choice import Accepted
 from validation.diagnosis.evidence.standing import Beside
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import Diagnosis, How
-from validation.diagnosis.together.among import SENSORS
-from validation.diagnosis.together.asked import columns_in
-from validation.diagnosis.together.common import Common, common_of
-from validation.diagnosis.together.judgement import joined
-from validation.diagnosis.together.reach import compared
-from validation.diagnosis.together.result import Together
-from validation.diagnosis.together.selection import joint_of
-from validation.diagnosis.together.wording import advice_of_array, sentence_of_array
-from validation.diagnosis.together.workflow import mean_shares
 from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import Examined, examined, told
+from validation.together.among import SENSORS
+from validation.together.asked import columns_in
+from validation.together.common import Common, common_of
+from validation.together.judgement import joined
+from validation.together.reach import compared
+from validation.together.result import Together
+from validation.together.selection import joint_of
+from validation.together.wording import advice_of_array, sentence_of_array
+from validation.together.workflow import mean_shares
 
 Progress = Callable[[str], object]
 

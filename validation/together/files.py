@@ -21,9 +21,9 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.problem.relative import needs_field
 from validation.diagnosis.problem.sensors import model_of_sensor, one_sensor
-from validation.diagnosis.together.array import diagnose_sensors
-from validation.diagnosis.together.result import Together
-from validation.diagnosis.together.workflow import diagnose_together
+from validation.together.array import diagnose_sensors
+from validation.together.result import Together
+from validation.together.workflow import diagnose_together
 
 
 @dataclass(frozen=True)

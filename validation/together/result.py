@@ -9,9 +9,9 @@ from sim.scenario import Scenario
 from sim.state import Array
 from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.result import Diagnosis, GapSize, Reach, parameters
-from validation.diagnosis.together.among import RECORDINGS, Among
-from validation.diagnosis.together.common import Common
 from validation.diagnosis.verdict import Verdict
+from validation.together.among import RECORDINGS, Among
+from validation.together.common import Common
 
 
 @dataclass(frozen=True, repr=False)

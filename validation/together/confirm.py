@@ -19,9 +19,9 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.problem.strength import about
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
-from validation.diagnosis.together.asked import Joint, columns_in
-from validation.diagnosis.together.reach import foretells
 from validation.diagnosis.workflow import measured_rows
+from validation.together.asked import Joint, columns_in
+from validation.together.reach import foretells
 
 FITTED = (How.HELD_OUT, How.CURVE)
 """Names whose coefficients another recording can bear out."""

@@ -10,7 +10,7 @@ import pytest
 from sim.dataset import write_recording
 from sim.effects.iron import HardIron
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
-from validation.diagnosis.files import diagnose_file
+from validation.together.single import diagnose_file
 
 OFFSET_NT = (500.0, -300.0, 800.0)
 
