@@ -14,8 +14,8 @@ from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.state import Array
 from validation.diagnosis.evidence.bursts import highest_of_bursts
-from validation.diagnosis.problem.held import held, pauses_after, repeated
-from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.held import held, repeated
+from validation.diagnosis.problem.linear import LinearProblem, pauses_after
 from validation.signals.faults import pile_up, repeats, spikes
 from validation.signals.lattice import Lattice, find_lattice
 

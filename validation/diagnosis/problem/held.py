@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from sim.state import Array
 from validation.diagnosis.policy import Policy
-from validation.diagnosis.problem.linear import sample_noise
+from validation.diagnosis.problem.linear import pauses_after, sample_noise
 
 
 def repeated(mag_nT: Array) -> NDArray[np.bool_]:
@@ -27,12 +27,6 @@ def held(mag_nT: Array, left: Array, policy: Policy) -> NDArray[np.bool_]:
     steps = np.array([np.diff(np.unique(axis)).min(initial=np.inf) for axis in mag_nT.T])
     chance = float(np.prod(np.minimum(1.0, steps / (2 * np.sqrt(np.pi) * sample_noise(left)))))
     return again & (share > policy.held_odds * chance)
-
-
-def pauses_after(time_s: Array, policy: Policy) -> NDArray[np.intp]:
-    """Indices of samples at times (n,) after which nothing was measured for `pause` intervals."""
-    step = np.diff(time_s)
-    return np.flatnonzero(step > policy.pause * np.median(step))
 
 
 def noise_of_neighbours(left: Array, mag_nT: Array, time_s: Array, policy: Policy) -> Array:

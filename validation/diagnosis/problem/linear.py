@@ -86,9 +86,9 @@ class LinearProblem:
     @cached_property
     def stretches(self) -> list[slice]:
         """The samples between pauses: what remembers begins anew after each."""
-        step = np.diff(self.state.time_s)
-        ends = np.flatnonzero(step > self.policy.pause * np.median(step)) + 1
-        return [slice(int(a), int(b)) for a, b in itertools.pairwise([0, *ends, len(step) + 1])]
+        time_s = self.state.time_s
+        ends = pauses_after(time_s, self.policy) + 1
+        return [slice(int(a), int(b)) for a, b in itertools.pairwise([0, *ends, len(time_s)])]
 
     @property
     def turns(self) -> bool:
@@ -115,6 +115,12 @@ class LinearProblem:
         """The same problem with some samples (n,) left out."""
         keep = self.usable * ~samples
         return replace(self, base=self.base * keep[:, None], target=self.target * keep[:, None], usable=keep)
+
+
+def pauses_after(time_s: Array, policy: Policy) -> NDArray[np.intp]:
+    """Indices of samples at times (n,) after which nothing was measured for `pause` intervals."""
+    step = np.diff(time_s)
+    return np.flatnonzero(step > policy.pause * np.median(step))
 
 
 def sample_noise(residual: Array, gaps: NDArray[np.intp] | None = None) -> Array:
