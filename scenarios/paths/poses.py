@@ -12,6 +12,7 @@ from scenarios.paths.base import Ability, Start
 from scenarios.paths.excited import RunIn
 from scenarios.paths.hover import GRAVITY_M_S2, at_rest
 from scenarios.paths.jet import Array, Jet, assemble, constant, pushed, smoothstep
+from scenarios.paths.swaying import Swaying
 from scenarios.table import Table
 
 
@@ -79,7 +80,8 @@ class Pushes(RunIn):
     """Accelerates to and fro by even pushes, so that it must tilt; turns to the next heading between them.
 
     a(t) is + a for push_s, - a for twice that, + a for twice that, ..., each change a smoothstep over switch_s: the
-    vehicle is back where it was, at rest, after `times` of four push_s.
+    vehicle is back where it was, at rest, after `times` of four push_s. Against a drag it is the push that is + a or
+    - a, and with it the tilt; the vehicle gathers so much less speed.
     """
 
     kind: Literal["pushes"]
@@ -90,6 +92,7 @@ class Pushes(RunIn):
     push_s: float = Field(1.5, ge=0.5, le=10, description="half of the time of one tilt")
     switch_s: float = Field(0.6, ge=0.3, le=2, description="from one tilt to its mirror")
     turn_s: float = Field(1.5, ge=0.5, le=60, description="turning to the next heading")
+    drag_1_m: float = Field(0, ge=0, le=1, description="drag over mass and square of speed, against which is pushed")
     run_in_s: float = Field(5.0, gt=0, le=600)
 
     @property
@@ -98,7 +101,9 @@ class Pushes(RunIn):
 
     def length_s(self, push: Push) -> float:
         """Turning to its heading, its pushes, and the last switch."""
-        return self.turning_s(push) + 4.0 * push.times * self.push_s + self.switch_s
+        sway = self._against_drag(push)
+        swaying_s = 4.0 * push.times * self.push_s + self.switch_s if sway is None else sway.lasts_s(push.times)
+        return self.turning_s(push) + swaying_s
 
     def turning_s(self, push: Push) -> float:
         """Turning to its heading."""
@@ -112,12 +117,20 @@ class Pushes(RunIn):
             turned = nearest(push.yaw_deg - before)
             turn_s = self.turning_s(push)
             yaw = yaw + smoothstep(t_s - at_s, turn_s) * math.radians(turned)
-            sway = self._to_and_fro(t_s - at_s - turn_s, push.times)
-            ahead = push.acceleration_m_s2
+            ahead, along = push.acceleration_m_s2, self._against_drag(push)
+            if along is None:
+                sway = self._to_and_fro(t_s - at_s - turn_s, push.times)
+            else:
+                sway = along.way(t_s - at_s - turn_s, push.times) * (1.0 / along.push_m_s2)
             east, north = east + sway * float(ahead[0]), north + sway * float(ahead[1])
             at_s, before = at_s + self.length_s(push), before + turned
         level = constant(0.0, t_s)
         return assemble((east, north, up), yaw, level, level)
+
+    def _against_drag(self, push: Push) -> Swaying | None:
+        """Its way where a drag counts."""
+        size = float(np.hypot(*push.acceleration_m_s2))
+        return Swaying(size, self.drag_1_m, self.push_s, self.switch_s) if self.drag_1_m > 0 and size > 0 else None
 
     def _to_and_fro(self, t_s: Array, times: int) -> Jet:
         """Way, velocity and acceleration of unit pushes; zero before and after."""

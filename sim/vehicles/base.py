@@ -73,6 +73,8 @@ class Vehicle(ABC):
     """Roll and pitch that a planned motion asks of it at most, where the user says nothing else."""
     turning_deg_s: ClassVar[float] = 20.0
     """Rate at which a planned motion turns it from one attitude to the next."""
+    drag_1_m: ClassVar[float] = 0.0
+    """Drag over mass and square of speed, against which a planned motion pushes it to and fro."""
     own_channels: ClassVar[Mapping[str, tuple[str, str]]] = {}
     """Unit and meaning of what it gives beside its motors' currents, by the name of the column."""
 

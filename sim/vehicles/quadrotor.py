@@ -50,6 +50,7 @@ class Quadrotor(Vehicle):
     motors: ClassVar[int] = 4
     memory_size: ClassVar[int] = SIZE
     turning_deg_s: ClassVar[float] = 45.0
+    drag_1_m: ClassVar[float] = 0.0199
     control = staticmethod(control)
 
     def place(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:

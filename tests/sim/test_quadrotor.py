@@ -72,6 +72,9 @@ class TestPlant:
                 data.qfrc_passive[:3], DRAG_N_S2_M2 * np.linalg.norm(wind) * np.array(wind), rtol=1e-9, atol=1e-12
             )
 
+    def test_a_plan_counts_on_this_drag(self) -> None:
+        assert Quadrotor.drag_1_m == pytest.approx(DRAG_N_S2_M2 / 1.5, rel=0.01)
+
     @pytest.mark.parametrize(("axis", "inertia"), [(0, 0.014), (1, 0.017), (2, 0.027)])
     def test_step_of_torque_gives_torque_over_inertia(self, axis: int, inertia: float) -> None:
         _, model, data = plant()

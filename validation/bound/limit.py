@@ -101,6 +101,16 @@ def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET, 
     I_k is the information of a sample at attitude k. For so many samples and the noise of the experiment, whichever way
     it moved. Raises InputError where the field's vector is not known, or the knowledge depends on the samples' order.
     """
+    attitudes, rows = candidates(known, knowledge, tilts)
+    variance, gap, weights = optimal(rows, goal.factor(known, knowledge), before)
+    return Limit(tilts, goal, float(np.sqrt(variance)), gap, attitudes, weights)
+
+
+def candidates(known: Experiment, knowledge: str, tilts: Tilts) -> tuple[Rotation, Array]:
+    """Attitudes (m) of the tilts' grid, and what a sample at each tells, were it all of them: rows (m, r, k).
+
+    Raises InputError as `limit` does.
+    """
     if known.field_enu_nT is None:
         raise InputError("the field's direction is not known", where="--tilt-limits", do="give --field-enu-nT E,N,U")
     if knowledge not in SAMPLE:
@@ -110,9 +120,7 @@ def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET, 
         what = "noise that lasts makes the order of the samples count, and a limit over attitudes has none"
         raise InputError(what, where="--tilt-limits", do="leave --coloured out")
     attitudes = tilts.attitudes()
-    rows = sample_rows(known, knowledge, attitudes) * np.sqrt(len(known.field_nT))
-    variance, gap, weights = optimal(rows, goal.factor(known, knowledge), before)
-    return Limit(tilts, goal, float(np.sqrt(variance)), gap, attitudes, weights)
+    return attitudes, sample_rows(known, knowledge, attitudes) * np.sqrt(len(known.field_nT))
 
 
 def sample_rows(known: Experiment, knowledge: str, attitudes: Rotation) -> Array:
@@ -131,7 +139,7 @@ def optimal(rows: Array, wanted: Array, before: Array | None = None) -> tuple[fl
     """
     weights, variance, gap = np.full(len(rows), 1.0 / len(rows)), np.inf, 0.0
     for _ in range(MOST_ROUNDS // BETWEEN):
-        variance, slope = _felt(rows, weights, wanted, before)
+        variance, slope = felt(rows, weights, wanted, before)
         if not np.isfinite(variance):
             return np.inf, 0.0, weights
         gap = max(1.0 - float(np.sqrt(variance / (variance + slope.max() - weights @ slope))), 0.0)
@@ -148,7 +156,7 @@ def _settled(rows: Array, weights: Array, wanted: Array, before: Array | None) -
     """Weights after some rounds among the candidates that matter."""
     total = weights.sum()
     for _ in range(BETWEEN):
-        weights = total * _moved(weights, _felt(rows, weights, wanted, before)[1])
+        weights = total * _moved(weights, felt(rows, weights, wanted, before)[1])
     return weights
 
 
@@ -157,7 +165,7 @@ def _moved(weights: Array, slope: Array) -> Array:
     return np.asarray(moved / moved.sum())
 
 
-def _felt(rows: Array, weights: Array, wanted: Array, before: Array | None) -> tuple[float, Array]:
+def felt(rows: Array, weights: Array, wanted: Array, before: Array | None) -> tuple[float, Array]:
     """f and the d_k (m,) of weights; infinite and nothing where M is singular."""
     spread = (rows * weights[:, None, None]).reshape(-1, rows.shape[2])
     told = spread.T @ rows.reshape(-1, rows.shape[2])

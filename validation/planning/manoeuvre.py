@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,11 +17,17 @@ from scenarios.paths import PhaseBase, Start
 from scenarios.paths.hover import GRAVITY_M_S2
 from scenarios.paths.poses import Poses, Pushes, nearest
 from sim.vehicles import VEHICLES
+from validation.bound.limit import Tilts
 
 Array = NDArray[np.float64]
 PEAK = 1.875
 """Peak rate of a smoothstep over its mean rate."""
 LEAST_MOVE_S = 1.0
+PUSHES_S = (1.5, 2.5, 4.0)
+"""Halves of the time of one tilt. Tilted by 45 degrees a quadrotor so gets to 13, 18 and 21 m/s."""
+LEAST_SWITCH_S, MOST_SLOPE_M_S3 = 0.6, 40.0
+"""From one tilt to its mirror, and of the acceleration in it: beyond, a quadrotor's controller takes it for a jump and
+overshoots, 30 degrees by 12."""
 YAW, PITCH, ROLL = range(3)
 
 
@@ -50,18 +56,29 @@ class Leg:
 class Manoeuvre(ABC):
     """How legs become a phase of a scenario, and what attitudes the vehicle will have in it, without physics.
 
-    turning_deg_s : peak rate of turning between legs; yaw_deg : heading at the start
-    least, whole : of a leg's amount; most_deg : roll and pitch that it can show; hastes : factors on the turning rate
-    that may be tried where time is short, at the cost of being less exact
+    turning_deg_s : peak rate of turning between legs; yaw_deg : heading at the start; drag_1_m : the vehicle's, over
+    mass and square of speed
+    least, whole : of a leg's amount; most_deg : roll and pitch that it can show; stays : whether it tilts by pushing
+    alone, so that it shows no attitude without another that pushes it back
     """
 
     turning_deg_s: float
     yaw_deg: float = 0.0
+    drag_1_m: float = 0.0
     path: ClassVar[type[PhaseBase]]
     least: ClassVar[float]
     whole: ClassVar[bool]
     most_deg: ClassVar[float] = 180.0
-    hastes: ClassVar[tuple[float, ...]] = (1.0,)
+    stays: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def ways(self) -> tuple[Manoeuvre, ...]:
+        """How it may be flown, the usual way first: others are tried where that is far from the limit."""
+
+    @abstractmethod
+    def within(self, tilts: Tilts) -> Manoeuvre:
+        """The same for legs that tilt so far."""
 
     @abstractmethod
     def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
@@ -102,6 +119,15 @@ class Held(Manoeuvre):
     whole: ClassVar[bool] = False
     hastes: ClassVar[tuple[float, ...]] = (1.0, 1.5, 2.0)
 
+    @property
+    def ways(self) -> tuple[Held, ...]:
+        """Turning faster, which is less exact."""
+        return tuple(replace(self, turning_deg_s=haste * self.turning_deg_s) for haste in self.hastes)
+
+    def within(self, tilts: Tilts) -> Held:
+        """As it is."""
+        return self
+
     def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
         """As they are."""
         return (attitudes,)
@@ -139,13 +165,29 @@ class Shown(Held):
     hastes: ClassVar[tuple[float, ...]] = (1.0,)
 
 
+@dataclass(frozen=True)
 class Pushed(Manoeuvre):
     """A vehicle that tilts by accelerating: the leg's amount is pushes to and fro, half of the time at its mirror."""
+
+    push_s: float = PUSHES_S[0]
+    switch_s: float = LEAST_SWITCH_S
 
     path: ClassVar[type[PhaseBase]] = Pushes
     least: ClassVar[float] = 1.0
     whole: ClassVar[bool] = True
     most_deg: ClassVar[float] = 45.0
+    stays: ClassVar[bool] = True
+
+    @property
+    def ways(self) -> tuple[Pushed, ...]:
+        """Longer pushes: less of the time between two tilts, more room."""
+        return tuple(replace(self, push_s=push_s) for push_s in PUSHES_S)
+
+    def within(self, tilts: Tilts) -> Pushed:
+        """Slower from one tilt to its mirror where both are wide, so that the vehicle can follow."""
+        upright = float(np.prod(np.cos(np.radians([tilts.roll_deg, tilts.pitch_deg]))))
+        most_m_s2 = GRAVITY_M_S2 * np.sqrt(1.0 - upright**2) / upright
+        return replace(self, switch_s=max(LEAST_SWITCH_S, round(2.0 * PEAK * most_m_s2 / MOST_SLOPE_M_S3, 2)))
 
     def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
         """The attitude, and that of the opposite acceleration on the same heading."""
@@ -159,7 +201,8 @@ class Pushed(Manoeuvre):
             turn_s = round(self.move_s((before, 0.0, 0.0), (leg.yaw_deg, 0.0, 0.0)), 1)
             pushes.append(_named(leg) | {"times": round(leg.amount), "turn_s": turn_s})
             before = leg.yaw_deg
-        return Pushes.model_validate({"kind": "pushes", "pushes": pushes})
+        how = {"push_s": self.push_s, "switch_s": self.switch_s, "drag_1_m": self.drag_1_m}
+        return Pushes.model_validate({"kind": "pushes", "pushes": pushes, **how})
 
     def unit(self, leg: Leg) -> tuple[PhaseBase, float, float]:
         """From the middle of one push to the middle of the next but one."""
@@ -175,8 +218,10 @@ class Pushed(Manoeuvre):
         return [(float(at + turn), length - turn) for at, turn, length in zip(begins, turns, lengths, strict=True)]
 
     def seen(self, reference: Array) -> Rotation:
-        """The z axis along gravity's reaction plus the acceleration, the x axis on the heading."""
-        return _level_but(reference[:, 6:9] + np.array([0.0, 0.0, GRAVITY_M_S2]), reference[:, 9])
+        """The z axis along gravity's reaction plus acceleration and drag, the x axis on the heading."""
+        speed = reference[:, 3:6]
+        drag = self.drag_1_m * np.linalg.norm(speed, axis=1)[:, None] * speed
+        return _level_but(reference[:, 6:9] + drag + np.array([0.0, 0.0, GRAVITY_M_S2]), reference[:, 9])
 
 
 MANOEUVRES: tuple[type[Manoeuvre], ...] = (Held, Pushed)
@@ -189,7 +234,7 @@ def manoeuvre_of(vehicle: str, yaw_deg: float = 0.0) -> Manoeuvre:
     cls = VEHICLES[vehicle]
     for kind in MANOEUVRES:
         if cls.can(kind.path):
-            return kind(cls.turning_deg_s, yaw_deg)
+            return kind(cls.turning_deg_s, yaw_deg, cls.drag_1_m)
     names = [name for name, other in VEHICLES.items() if any(other.can(kind.path) for kind in MANOEUVRES)]
     raise InputError(f"{cls.noun} can neither hold nor sway", where="VEHICLE", do=f"choose among {', '.join(names)}")
 

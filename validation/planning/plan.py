@@ -13,6 +13,7 @@ from sim.scenario import Scenario
 from sim.simulate import flown, plan
 from validation.bound.limit import Limit, limit, tilts_deg
 from validation.bound.question import Answer, Question
+from validation.bound.staying import staying_limit
 from validation.comparison.engine import Engine
 from validation.planning.confirm import Confirmed, confirmed
 from validation.planning.search import Choice, Search
@@ -24,7 +25,7 @@ MOST_TRIES = 4
 MARGIN = 1.005
 """More time than the ratio of squares asks for, so that the next flight meets the target."""
 NEAR = 1.2
-"""Of the tilts' limit: so near it, no faster turns are tried."""
+"""Of the tilts' limit: so near it, no other way of flying is tried."""
 USUAL = 99.0
 """Percentile of the tilts that a vehicle is said to fly: a switch of a push overshoots for tenths of a second."""
 
@@ -34,6 +35,7 @@ class Plan:
     """What was found and flown.
 
     error : of the goal, by the bound along the motion flown; least : the limit of the tilts for as many samples;
+    staying : that of a vehicle that stays in its place and tilts by pushing alone; None where it can hold a tilt
     flown_deg : |roll| and |pitch| that are not exceeded 99 % of the time
     """
 
@@ -43,6 +45,7 @@ class Plan:
     answer: Answer
     error: float
     least: Limit
+    staying: Limit | None
     flown_deg: tuple[float, float]
     confirmed: Confirmed | None = None
 
@@ -60,6 +63,11 @@ class Plan:
     def ratio(self) -> float:
         """Its error over the limit."""
         return self.error / self.least.value
+
+    @property
+    def staying_ratio(self) -> float | None:
+        """Its error over the limit of a vehicle that stays in its place."""
+        return None if self.staying is None else self.error / self.staying.value
 
     @property
     def met(self) -> bool:
@@ -94,10 +102,10 @@ def planned(task: Task, time_s: float, target: float | None = None) -> Plan:
 
 
 def _best(task: Task, time_s: float) -> Plan:
-    """The best for a time: at the vehicle's own rate of turning, and faster where that is too far from the limit."""
+    """The best for a time: flown the usual way, and other ways where that is too far from the limit."""
     best: Plan | None = None
-    for haste in task.manoeuvre.hastes:
-        search = Search(task.hurried(haste), time_s)
+    for way in task.manoeuvre.ways:
+        search = Search(task.flown_by(way), time_s)
         search.improve(time_s)
         choice = search.best(time_s)
         if np.isfinite(choice.error):
@@ -123,7 +131,8 @@ def _flown(choice: Choice, target: float | None) -> Plan:
     answer = Question(task.knowledge, noise_std_nT=task.known.noise_std_nT).of_scenario(scenario)
     error = task.error(answer.bound.information.matrix)
     least = limit(answer.known, task.knowledge, task.tilts, task.goal)
-    return Plan(choice, target, scenario, answer, error, least, _tilts(scenario))
+    staying = staying_limit(answer.known, task.knowledge, task.tilts, task.goal) if task.manoeuvre.stays else None
+    return Plan(choice, target, scenario, answer, error, least, staying, _tilts(scenario))
 
 
 def _tilts(scenario: Scenario) -> tuple[float, float]:

@@ -85,7 +85,8 @@ class Task:
             shown, all_round = Shown(HAND_DEG_S, yaw_deg), tilts or Tilts(180.0, 90.0)
             return cls(who, base, known, knowledge, all_round, goal, shown, step_deg=HAND_STEP_DEG)
         manoeuvre = manoeuvre_of(vehicle, yaw_deg)
-        return cls(who, base, known, knowledge, _allowed(vehicle, manoeuvre, tilts), goal, manoeuvre)
+        allowed = _allowed(vehicle, manoeuvre, tilts)
+        return cls(who, base, known, knowledge, allowed, goal, manoeuvre.within(allowed))
 
     @property
     def angles_deg(self) -> Array:
@@ -132,9 +133,9 @@ class Task:
         """The goal's, by what is known before anything is flown."""
         return np.inf if self.before is None else self.error(self.before)
 
-    def hurried(self, haste: float) -> Task:
-        """The same with turns that are so many times as fast."""
-        return replace(self, manoeuvre=replace(self.manoeuvre, turning_deg_s=haste * self.manoeuvre.turning_deg_s))
+    def flown_by(self, manoeuvre: Manoeuvre) -> Task:
+        """The same, flown another way."""
+        return replace(self, manoeuvre=manoeuvre)
 
     def going_on(self, information: Array, yaw_deg: float) -> Task:
         """The same with information that there is already, beginning on a heading."""

@@ -36,6 +36,7 @@ def summary(found: Plan, scenario: str) -> dict[str, Any]:
             goal: found.least.value,
             "ratio": found.ratio,
             "duality_gap": found.least.gap,
+            "staying": _staying(found),
             "roll_deg": found.task.tilts.roll_deg,
             "pitch_deg": found.task.tilts.pitch_deg,
             "flown_roll_deg": found.flown_deg[0],
@@ -63,6 +64,8 @@ def headline(found: Plan) -> str:
     if found.target is not None and not found.met:
         lines.append(f"the target of {quantity(found.target, unit)} is not met: give more --time")
     lines.append(f"{limit_of(found.least)}: this is {figure(found.ratio)} times that")
+    if found.staying is not None and found.staying_ratio is not None:
+        lines.append(f"{_staying_limit_of(found.staying)}: this is {figure(found.staying_ratio)} times that")
     if found.confirmed is not None:
         one = found.confirmed
         failed = f", {one.failures} failed" if one.failures else ""
@@ -70,11 +73,23 @@ def headline(found: Plan) -> str:
     return "\n".join(lines)
 
 
+def _staying(found: Plan) -> dict[str, float | None] | None:
+    least = found.staying
+    if least is None:
+        return None
+    return {least.goal.name: least.value, "ratio": found.staying_ratio, "duality_gap": least.gap}
+
+
 def limit_of(least: Limit) -> str:
     """The limit of tilts in a sentence."""
     within = f"within a roll of {least.tilts.roll_deg:g} and a pitch of {least.tilts.pitch_deg:g} degrees"
     gap = f"duality gap {figure(100 * least.gap, 2)} %"
     return f"the limit of any motion {within} in that time is {quantity(least.value, least.goal.unit)} ({gap})"
+
+
+def _staying_limit_of(least: Limit) -> str:
+    size, gap = quantity(least.value, least.goal.unit), figure(100 * least.gap, 2)
+    return f"that of a vehicle that tilts by pushing alone and stays in its place and height is {size} ({gap} %)"
 
 
 def rows(found: Plan) -> list[tuple[str, ...]]:

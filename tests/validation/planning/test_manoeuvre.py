@@ -13,8 +13,8 @@ from sim.vehicles import VEHICLES
 from validation.planning.manoeuvre import Held, Leg, Pushed, manoeuvre_of
 
 LEGS = (Leg(30.0, 15.0, -12.0, 2.0), Leg(-40.0, -10.0, 18.0, 1.0))
-WITHIN_DEG = {"auv": 1.0, "quadrotor": 4.0, "turntable": 0.1}
-"""Median angle between plan and flight: drag leans a quadrotor at speed."""
+WITHIN_DEG = {"auv": 1.0, "quadrotor": 1.5, "turntable": 0.1}
+"""Median angle between plan and flight."""
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)

@@ -38,6 +38,7 @@ def auv() -> Plan:
 
 
 def test_an_auv_is_near_the_limit(auv: Plan) -> None:
+    assert auv.staying is None
     assert auv.least.value < auv.error < MOST_RATIO * auv.least.value
     assert auv.time_s <= 600.5
     assert auv.choice.error == pytest.approx(auv.task.error(auv.choice.information), rel=0.01)
@@ -51,6 +52,28 @@ def test_a_quadrotor_is_near_the_limit() -> None:
     assert found.choice.error < MOST_RATIO * found.least.value  # within the tilts exactly, before it is flown
     promised = found.task.error(found.choice.information)
     assert found.choice.error == pytest.approx(promised, rel=0.01)  # leg by leg, as the whole phase tells
+    assert max(found.flown_deg) < 20.0 + 1.0
+    assert found.error == pytest.approx(found.choice.error, rel=0.02)
+    assert found.staying is not None
+    assert found.least.value < found.staying.value < found.choice.error
+    assert "stays in its place and height" in headline(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("knowledge", ["norm", "vector"])
+def test_a_quadrotor_that_tilts_far_is_near_the_limit_of_one_that_stays(knowledge: str) -> None:
+    task = Task.of("quadrotor", load("standard-full"), knowledge, tilts=Tilts(45.0, 45.0), noise_std_nT=10.0)
+    found = planned(task, 600.0)
+    assert found.staying_ratio is not None
+    assert found.staying_ratio < MOST_RATIO < found.ratio
+
+
+@pytest.mark.slow
+def test_a_quadrotor_does_not_overshoot_wide_tilts() -> None:
+    task = Task.of("quadrotor", load("standard-full"), "vector", tilts=Tilts(30.0, 30.0), noise_std_nT=10.0)
+    found = planned(task, 600.0)
+    assert max(found.flown_deg) < 30.0 + 1.5
+    assert found.ratio < MOST_RATIO
 
 
 def test_a_short_time_is_near_the_limit_too() -> None:
