@@ -25,6 +25,7 @@ class Clues:
     one_run : an event of one run, which another run cannot show.
     lasting : a course of the whole run, which no switch begins or ends.
     memory : after it the noise of neighbouring samples is correlated.
+    first_form : a fuller form that it is also looked for with, where its plain one explains too little to be found.
     converter : done by the converter to each value: seen in the values themselves, left out of a smooth prediction.
     source : a field of its own, with a part along the earth's, which no error of the attitude has.
     fastest_nT_s : rate of change, the mean over a recording, that nature does not exceed.
@@ -41,6 +42,7 @@ class Clues:
     one_run: bool = False
     lasting: bool = False
     memory: bool = False
+    first_form: str = ""
     converter: bool = False
     source: bool = False
     fastest_nT_s: float | None = None

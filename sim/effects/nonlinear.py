@@ -83,7 +83,8 @@ class Hysteresis(Effect):
     ``e_k = clip(e_k-1 + s_k - s_k-1, -r, r)``, e = 0 at the start, on each axis: what a play of half-width r leaves
     over, never above r. Plays add up, ``-sum_j g_j E_rj(s)``, a Prandtl-Ishlinskii model; several thresholds of the
     first have one gain, which their mean is multiplied by. A rounded loop ``-g D_r(s)``, ``dD = ds - |ds| D / r``,
-    bends as it turns round, where a play breaks.
+    bends as it turns round, where a play breaks; what was there before the run falls off, ``b exp(-w / r)``, w the way
+    that the signal has gone.
     """
 
     name = "hysteresis"
@@ -98,8 +99,11 @@ class Hysteresis(Effect):
         "third_threshold_nT": 500.0,
         "rounded_gain": (0.003, -0.002, 0.005),
         "rounded_threshold_nT": 4000.0,
+        "rounded_start_nT": (4.0, -3.0, 6.0),
     }
-    clues = Clues(apart=AT_SEVERAL_RATES, remedy="bias or degauss the core, or use a sensor with feedback")
+    clues = Clues(
+        apart=AT_SEVERAL_RATES, remedy="bias or degauss the core, or use a sensor with feedback", first_form=ROUNDED
+    )
 
     gain: Annotated[Vec3, Quantity("", -1.0, 1.0, "g of the axes x, y, z", role="linear", per_axis=True)] = ZERO3
     threshold_nT: Annotated[
@@ -112,6 +116,9 @@ class Hysteresis(Effect):
     third_threshold_nT: Annotated[float, _further_threshold("the third play", THIRD_PLAY)] = 1000.0
     rounded_gain: Annotated[Vec3, _further_gain("a rounded loop", ROUNDED)] = ZERO3
     rounded_threshold_nT: Annotated[float, _further_threshold("the rounded loop", ROUNDED)] = 1000.0
+    rounded_start_nT: Annotated[
+        Vec3, Quantity("nT", -1e5, 1e5, "b, what it adds at the start", role="linear", per_axis=True, form=ROUNDED)
+    ] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         plays = [(g, r) for g, r in self._plays() if any(g)]
@@ -120,10 +127,17 @@ class Hysteresis(Effect):
         if not memory:
             memory["before"], memory["stops"] = signal_nT[0].copy(), np.zeros((len(thresholds), 3))
             memory["last"], memory["rounded"] = signal_nT[0].copy(), np.zeros(3)
+            memory["left_at"], memory["way"] = signal_nT[0].copy(), np.zeros(3)
         out = _stops(signal_nT, memory["before"], memory["stops"], thresholds, -gains)
+        return self._with_rounded_loop(out, signal_nT, memory)
+
+    def _with_rounded_loop(self, out: Array, signal_nT: Array, memory: Memory) -> Array:
         if any(self.rounded_gain):
             loop = _rounded(signal_nT, memory["last"], memory["rounded"], self.rounded_threshold_nT)
             out -= loop * array(self.rounded_gain)
+        if any(self.rounded_start_nT):
+            way = _way(signal_nT, memory)
+            out += np.exp(-way / self.rounded_threshold_nT) * array(self.rounded_start_nT)
         return out
 
     def _plays(self) -> Iterator[tuple[Vec3, Array]]:
@@ -147,6 +161,14 @@ def _stops(signal: Array, before: Array, stops: Array, thresholds: Array, weight
                 total += weights[k, j] * stops[k, j]
             out[i, j] = total
     return out
+
+
+def _way(signal: Array, memory: Memory) -> Array:
+    """The way (n, 3) that a signal (n, 3) has gone on each axis since the start."""
+    steps = np.abs(np.diff(signal, axis=0, prepend=memory["left_at"][None]))
+    way: Array = memory["way"] + np.cumsum(steps, axis=0)
+    memory["left_at"], memory["way"] = signal[-1].copy(), way[-1]
+    return way
 
 
 @kernel

@@ -225,6 +225,10 @@ class Policy:
     )
     form_settings: int = number(40, "settings that are compared at most between the listed ones of a form")
 
+    first_form_factor: float = number(
+        10.0, "size of a form that an effect is looked for with from the start, over its own: of one size both are one"
+    )
+
     # effects in a part of the run
     window_cells: int = number(
         80, "cells of the recording between which an effect's begin and end are looked for first"

@@ -148,6 +148,16 @@ def test_a_rounded_loop_falls_off_to_its_branch_and_gives_the_area_of_an_exponen
     assert abs(np.sum((y[1:] + y[:-1]) / 2 * np.diff(x))) == pytest.approx(4 * r * A - 4 * r**2, rel=0.01)
 
 
+def test_what_was_there_before_the_run_falls_off_with_the_way_of_the_signal(states):
+    """``b exp(-w / r)``: after a sweep of 4 A the way is 4 A, whatever the signal is then."""
+    A, r = 20_000.0, 15_000.0
+    effect = Hysteresis(rounded_start_nT=(50.0, -20.0, 30.0), rounded_threshold_nT=r)
+    _, label = loop(effect, states, 1, A)
+    assert label[0] == pytest.approx(50.0)
+    assert label[500] == pytest.approx(50.0 * np.exp(-A / r))
+    assert label[-1] == pytest.approx(50.0 * np.exp(-4 * A / r), rel=1e-2)
+
+
 def test_a_kink_is_half_of_the_difference_of_the_slopes(states):
     state = states(10)
     signal = np.linspace(-5e4, 5e4, 10)[:, None] * np.ones(3)

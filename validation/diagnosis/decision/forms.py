@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,6 +18,7 @@ from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence, judged_at, misfit
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.problem.blocks import squares
 from validation.diagnosis.problem.linear import LinearProblem
 
 Tests = Callable[[Ground], Battery]
@@ -38,7 +40,17 @@ def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[lis
             out[i] = replace(out[i], evidence=fuller)
             ground = start.with_all(one.columns(problem) for one in out)
             after = tests(ground)
-    return out, ground, after
+    return _as_plain_as_clean(out, start, tests) if after.clean else (out, ground, after)
+
+
+def _as_plain_as_clean(
+    found: Sequence[Accepted], start: Ground, tests: Tests
+) -> tuple[list[Accepted], Ground, Battery]:
+    """Effects that leave nothing, without the forms that do not tell any more, where these leave nothing either."""
+    out, problem = _with_forms_that_tell(found, start), start.problem
+    plainer, whole = (start.with_all(one.columns(problem) for one in each) for each in (out, found))
+    after = tests(plainer)
+    return (out, plainer, after) if after.clean else (list(found), whole, tests(whole))
 
 
 def _with_forms_that_tell(found: Sequence[Accepted], start: Ground) -> list[Accepted]:
@@ -69,8 +81,22 @@ def _without(one: Candidate, form: str) -> Candidate:
 
 
 def _tells(fuller: Evidence, plainer: Evidence, problem: LinearProblem) -> bool:
-    """Whether a form gains on held-out data as much as a name needs."""
-    return (fuller.gain - plainer.gain) / fuller.V > problem.policy.accepted(len(EFFECTS))
+    """Whether a form gains as much as a name needs."""
+    return _lead(fuller, plainer) > problem.policy.accepted(len(EFFECTS))
+
+
+def _lead(fuller: Evidence, plainer: Evidence) -> float:
+    """Nats of a form on held-out data, or on all m blocks less ``k / 2 ln m`` for its k columns, whichever is more.
+
+    What it adds at the start alone is an event, which data held out there do not determine.
+    """
+    k, m = fuller.width - plainer.width, len(fuller.sums.count)
+    on_all = (_squares(plainer) - _squares(fuller)) / 2 / fuller.V - k * math.log(m) / 2
+    return max((fuller.gain - plainer.gain) / fuller.V, on_all)
+
+
+def _squares(one: Evidence) -> float:
+    return squares(one.sums, one.fit, np.ones(len(one.sums.count), bool))
 
 
 def _fuller(others: Ground, one: Evidence) -> Evidence | None:
@@ -85,11 +111,11 @@ def _fuller(others: Ground, one: Evidence) -> Evidence | None:
     judged = [each for each in asked if each is not None]
     if before is None or not judged:
         return None
-    best = max(judged, key=lambda each: each.gain)
+    best = max(judged, key=lambda each: _lead(each, before))
     if not _tells(best, before, others.problem):
         return None
     finer = judged_at(others, [_between(others, best.candidate)]) or best
-    best = finer if finer.gain > best.gain else best
+    best = max(best, finer, key=lambda each: _lead(each, before))
     return replace(best, gain=one.gain, V=one.V)
 
 

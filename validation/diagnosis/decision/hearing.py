@@ -23,15 +23,20 @@ IsClean = Callable[[Ground, str], bool]
 
 
 def beside_colour(
-    ground: Ground, ranking: Sequence[Evidence], start: Ground, is_clean: IsClean, windowed: Sequence[Evidence] = ()
+    ground: Ground,
+    ranking: Sequence[Evidence],
+    start: Ground,
+    is_clean: IsClean,
+    windowed: Sequence[Evidence] = (),
+    fuller: Sequence[Evidence] = (),
 ) -> Round:
     """The candidate that beats a rest with its own colour; one rest for all would swallow it, or take it for granted.
 
     start : the ground without any effect, whose gap a share is of. windowed : candidates that act in a part of the run.
+    fuller : candidates with a form from the start, each in place of the plain one where that gains less.
     """
     beside = Beside.of(ground.problem, ground.inside)
-    columns, within = _in_rows(ranking, beside, ground)
-    rough = beside.roughly(columns) + within
+    ranking, columns, rough, within = _roughly([*ranking, *fuller], beside, ground)
     first = np.argsort(-rough, kind="stable")
     most = ground.problem.policy.tried_coloured
     heard = (beside.standing(ranking[i], columns[i], within[i]) for i in first[:most])
@@ -41,6 +46,26 @@ def beside_colour(
     chosen = _named(trials[-1], tried, beside) if trials and not trials[-1].refusal else None
     others = [(ranking[i], float(rough[i])) for i in first[most:]]
     return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, ground.problem.policy)])
+
+
+def _roughly(
+    several: Sequence[Evidence], beside: Beside, ground: Ground
+) -> tuple[list[Evidence], list[Array], Array, Array]:
+    """Candidates with their columns as rows, the nats (m,) of a first look and those within rows; one of each name.
+
+    A later one of a name is taken where it gains more by an error of form, which is fitted once the effect is in.
+    """
+    columns, within = _in_rows(several, beside, ground)
+    rough = beside.roughly(columns) + within
+    policy = ground.problem.policy
+    best: dict[str, int] = {}
+    for i, one in enumerate(several):
+        before = best.get(one.name)
+        by_form = max(policy.apart, policy.same_coloured * rough[i])
+        if before is None or rough[i] > rough[before] + by_form:
+            best[one.name] = i
+    kept = list(best.values())
+    return [several[i] for i in kept], [columns[i] for i in kept], rough[kept], within[kept]
 
 
 def _in_rows(ranking: Sequence[Evidence], beside: Beside, ground: Ground) -> tuple[list[Array], Array]:

@@ -18,7 +18,7 @@ def select_jointly(
     """The loop of `select`; without attitude again with the iron fitted beside what was found, until that settles.
 
     The strength is no linear function of iron and effects together: what was found moves the direction of the field,
-    and with it the iron. Without attitude only.
+    and with it the iron. Without attitude only; iron that leaves more is none.
     """
     selection = select(problem, without, say)
     if problem.mode != "strength":
@@ -31,10 +31,15 @@ def select_jointly(
             break
         say("iron and effects jointly")
         problem, again = anew, select(anew, without, say)
-        if not again.found:
+        if not again.found or _left(again) > problem.policy.larger_gap * max(1.0, _left(selection)):
             break
         selection = again
     return selection
+
+
+def _left(selection: Selection) -> float:
+    """Rms of what a selection leaves, in units of its noise."""
+    return rms(selection.end.residual())
 
 
 def disturbance_nT(selection: Selection) -> Array:

@@ -8,6 +8,7 @@ from functools import partial
 
 from sim.effects import BY_NAME
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, beside_white_noise
+from validation.diagnosis.decision.first_forms import fuller
 from validation.diagnosis.decision.forms import in_full
 from validation.diagnosis.decision.hearing import beside_colour
 from validation.diagnosis.decision.motors import each_by_itself
@@ -88,7 +89,7 @@ def _round(
     def is_clean(after: Ground, name: str) -> bool:
         return residual_tests(after, [*before, name]).clean
 
-    return beside_colour(ground, ranking, start, is_clean, windowed(ground, ranking, members))
+    return beside_colour(ground, ranking, start, is_clean, windowed(ground, ranking, members), fuller(ground, members))
 
 
 def names_of(found: Sequence[Accepted]) -> list[str]:

@@ -63,17 +63,17 @@ class Ground:
         """The samples (n,) that the first split holds out, in segments short enough to show what is in.
 
         An event that lies in one segment would be trained on whole, or held out whole: segments are halved until those
-        held out have `least_held` of the power of the columns that are in.
+        held out have `least_held` of the power of every column that is in.
         """
         policy, n = self.problem.policy, len(self.problem.recording)
-        c = fit(self.sums, self.everything).c
-        power = (np.einsum("nqk,k->nq", self.inside, c) ** 2).sum(axis=1)
+        power = (self.inside**2).sum(axis=1)
+        power = power[:, power.any(axis=0)]
         length = self.cut.length * policy.segment_blocks
         while True:
             held = np.arange(n) // length % policy.splits < policy.held_segments
-            share = float(power[held].sum() / max(power.sum(), 1e-300))
-            enough = policy.least_held < share < 1 - policy.least_held
-            if enough or not power.any() or length * self.problem.state.interval_s < 2 * policy.least_segment_s:
+            share = power[held].sum(axis=0) / power.sum(axis=0)
+            enough = ((policy.least_held < share) & (share < 1 - policy.least_held)).all()
+            if enough or length * self.problem.state.interval_s < 2 * policy.least_segment_s:
                 return np.asarray(held)
             length //= 2
 

@@ -85,16 +85,17 @@ class Rows:
         return np.asarray(self.segment % self.policy.folds)
 
     def showing(self, columns: Array) -> Rows:
-        """The same rows in segments short enough that columns (n, q, k) act in as many as there are folds.
+        """The same rows in segments short enough that each column of (n, q, k) acts in as many as there are folds.
 
-        An event within one segment would be held out whole. The number is ``(sum e)^2 / sum e^2``, e the columns' power
+        An event within one segment would be held out whole. The number is ``(sum e)^2 / sum e^2``, e a column's power
         in each segment.
         """
-        power = (columns**2 / np.maximum((columns**2).mean(axis=(0, 1)), 1e-300)).sum(axis=(1, 2))
+        power = (columns**2).sum(axis=1)
+        power = power[:, power.any(axis=0)].T
         rows = self
         while rows.segment_s > 2 * self.policy.least_segment_s:
-            e = np.bincount(rows.segment, power)
-            if e.sum() ** 2 >= self.policy.folds * (e**2).sum():
+            e = np.stack([np.bincount(rows.segment, one) for one in power])
+            if (e.sum(axis=1) ** 2 >= self.policy.folds * (e**2).sum(axis=1)).all():
                 break
             rows = replace(self, fold_s=rows.segment_s / 2)
         return rows

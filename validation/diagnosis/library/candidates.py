@@ -82,6 +82,10 @@ class Candidate:
         """The same effect at other values of some nonlinear parameters, found among so many (0: as many as before)."""
         return replace(self, nonlinear=tuple((dict(self.nonlinear) | values).items()), tried=tried or self.tried)
 
+    def with_form(self, form: str) -> Candidate:
+        """The same effect with the columns of a fuller form too."""
+        return replace(self, forms=(*self.forms, form))
+
     def scaled(self, by: float) -> list[Candidate]:
         """The same effect with its listed number times and over a factor, where it takes such a number."""
         moved = [(p, dict(self.nonlinear)[p.name] * f) for p in self._listed for f in (by, 1 / by)]

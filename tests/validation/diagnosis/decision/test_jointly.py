@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from sim.dataset import Recording
+from sim.effects import BY_NAME
 from sim.effects.currents import MotorCurrent
 from sim.scenario import ModelSpec
 from sim.state import Array
+from validation.diagnosis.decision import jointly
+from validation.diagnosis.decision.jointly import select_jointly
+from validation.diagnosis.decision.selection import select
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import diagnose
@@ -78,3 +86,19 @@ def test_counts_for_nanotesla_are_no_error() -> None:
     recording = _turned_by_hand(6, 40.0, gain_nT_A=600.0)
     counts = Recording(time_s=recording.time_s, mag_nT=recording.mag_nT / 100, current_A=recording.current_A)
     assert _diagnosed(counts).verdict is Verdict.NAMED
+
+
+def test_iron_that_leaves_more_than_before_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Effects in a part of the run took the iron with them: the gap had grown by half, and was named."""
+
+    def worse(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
+        gap = 3 * np.sin(np.arange(len(problem.target)) / 7)[:, None]
+        return replace(problem, target=problem.target + gap)
+
+    given = _turned_by_hand(1, 40.0, gain_nT_A=200.0)
+    posed = pose(given, None, float(np.hypot(0.42, 0.9075) * FIELD_NT), ())
+    others = frozenset(BY_NAME) - {MotorCurrent.name}
+    once = select(posed, others)
+    monkeypatch.setattr(jointly, "about", worse)
+    again = select_jointly(posed, others)
+    assert np.array_equal(again.end.residual(), once.end.residual())

@@ -127,6 +127,8 @@ def test_folds_show_an_event_and_leave_the_others_as_they_were() -> None:
     short = rows.showing(event)
     power = np.bincount(short.fold, (event**2).sum(axis=(1, 2)))
     assert (power > 0.02 * power.sum()).all()
+    both = rows.showing(np.concatenate([drift, event, 0 * event], axis=2))
+    assert both.segment_s == short.segment_s
 
 
 def test_a_column_that_others_make_gains_nothing_whatever_its_unit() -> None:

@@ -1,0 +1,35 @@
+"""Effects that are looked for with a fuller form from the start: the plain one may explain too little to be found."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+
+from validation.diagnosis.evidence.compare import Evidence, judged_at
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import Candidate
+
+
+def fuller(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
+    """The evidence of every effect that says with which form it is looked for, at the listed values of both."""
+    judged = (
+        judged_at(ground, list(_settings(ground, several))) for several in members.values() if _first_form(several)
+    )
+    return tuple(one for one in judged if one is not None)
+
+
+def _first_form(several: list[Candidate]) -> str:
+    return several[0].effect.clues.first_form
+
+
+def _settings(ground: Ground, several: list[Candidate]) -> Iterator[Candidate]:
+    """Members with the form's listed numbers, a policy's factor larger than their own: of one size both are one."""
+    effect, form = several[0].effect, _first_form(several)
+    listed = [p for p in effect.forms[form] if p.role == "listed"]
+    factor = ground.problem.policy.first_form_factor
+    for one in several:
+        own = [value for name, value in one.nonlinear if name in effect.search]
+        for values in itertools.product(*(p.quantity.tried for p in listed)):
+            if all(math.isclose(other, factor * size) for size in own for other in values):
+                yield one.at(dict(zip((p.name for p in listed), values, strict=True))).with_form(form)
