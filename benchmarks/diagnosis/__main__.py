@@ -41,7 +41,7 @@ def main() -> None:
         raise SystemExit(str(wrong)) from wrong
     out = given.out.joinpath(*sorted(given.set))  # rows of two policies never mix
     out.mkdir(parents=True, exist_ok=True)
-    first = TUNED if given.tuning else SCORED
+    first = (TUNED if given.tuning else SCORED) + given.spent
     kinds = given.only.split(",") if given.only else None
     wanted = [trial for trial in trials(first, given.seeds) if kinds is None or trial.kind in kinds]
     done = _run_missing(wanted, out / "trials.jsonl", policy, given.jobs)
@@ -55,6 +55,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--tuning", action="store_true", help="the tuning seeds instead of the scoring ones")
+    parser.add_argument("--spent", type=int, default=0, help="seeds that were run before and are left out, e.g. 2")
     parser.add_argument("--only", help="kinds of trials, e.g. single,left-out")
     parser.add_argument(
         "--set",
