@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from sim.effects import BY_NAME
+from sim.effects.values import SWITCH
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, beside_white_noise
 from validation.diagnosis.decision.first_forms import fuller
 from validation.diagnosis.decision.forms import in_full
 from validation.diagnosis.decision.hearing import beside_colour
 from validation.diagnosis.decision.motors import each_by_itself
 from validation.diagnosis.evidence.battery import Battery, battery
-from validation.diagnosis.evidence.compare import ranked
+from validation.diagnosis.evidence.compare import judge, ranked
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import Judged
 from validation.diagnosis.evidence.stated import as_stated
@@ -65,8 +66,11 @@ def select(
             after = _without_what_has_no_name(after, ground, found)
             break
         if _is_form(chosen, found, first, problem.policy):
-            found = _with_kin(found, chosen)
-            break
+            form, chosen = chosen, _beyond_form(ground, members, found, start, chosen, first)
+            if chosen is None:
+                found = _with_kin(found, form)
+                break
+            found = _settled_beside(chosen, found, members, start)
         found.append(_as_form(chosen, found))
         tests = partial(tests_beside, found=names_of(found))
         found, ground, after = in_full(each_by_itself(found, start, tests), start, tests)
@@ -152,6 +156,40 @@ def _is_form(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Judged
     like = chosen.evidence.strength < policy.shrunk_form * alone
     share = policy.same_form_share if same or like else policy.form_share
     return chosen.evidence.strength < share * found[0].evidence.strength
+
+
+def _beyond_form(
+    ground: Ground,
+    members: dict[str, list[Candidate]],
+    found: Sequence[Accepted],
+    start: Ground,
+    form: Accepted,
+    first: Sequence[Judged],
+) -> Accepted | None:
+    """The next effect beside what is only the form of one that is in, if there is one that is no form itself.
+
+    What a form leaves is coloured, and hides what is slow.
+    """
+    with_form = ground.beside(form.columns(ground.problem))
+    tests = tests_beside(with_form, names_of(found))
+    if tests.clean:
+        return None
+    chosen = _round(with_form, members, found, start, tests).chosen
+    return None if chosen is None or _is_form(chosen, found, first, ground.problem.policy) else chosen
+
+
+def _settled_beside(
+    chosen: Accepted, found: Sequence[Accepted], members: dict[str, list[Candidate]], start: Ground
+) -> list[Accepted]:
+    """Effects at the settings that fit best beside another: they were found with that one in what they leave."""
+    problem, out = start.problem, list(found)
+    for i, one in enumerate(found):
+        plain = not one.evidence.candidate.forms and not dict(one.evidence.candidate.nonlinear).get(SWITCH.name)
+        others = start.with_all(each.columns(problem) for each in (*out[:i], *out[i + 1 :], chosen))
+        again = judge(others, members[one.name]) if plain and one.name in members else None
+        if again is not None:
+            out[i] = replace(one, evidence=replace(again, gain=one.evidence.gain, V=one.evidence.V))
+    return out
 
 
 def _as_form(chosen: Accepted, found: Sequence[Accepted]) -> Accepted:

@@ -1,0 +1,63 @@
+"""What is only the form of an effect that is in does not end the search: beside it, what it hid is found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sim.effects import EFFECTS
+from sim.effects.base import Effect
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.decision.choice import Accepted
+from validation.diagnosis.decision.selection import _beyond_form, _settled_beside
+from validation.diagnosis.evidence.compare import judge, judged_at
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import proposed
+
+DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
+LOOP = next(
+    effect for effect in EFFECTS if len(effect.forms) and effect.clues.memory is False and "gain" in effect.linear
+)
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+TABLES = {DRIVEN.name: {DRIVEN.linear[0]: [3.0, -2.0, 4.0]}, LOOP.name: {"gain": [0.01] * 3, "threshold_nT": 1000.0}}
+SLOW = {DRIFT.name: {DRIFT.linear[0]: [200.0, -300.0, 150.0]}}
+
+
+def _best(ground: Ground, effect: type[Effect]) -> Accepted:
+    found = judge(ground, proposed(ground.problem)[effect.name])
+    assert found is not None
+    return Accepted(found, ())
+
+
+def _beyond(slow: dict[str, object]) -> Accepted | None:
+    """What is found beside a current's field and a loop, taken for the form of that, in a recording with both."""
+    start = Ground.of(problem(hidden=TABLES | slow))
+    first = _best(start, DRIVEN)
+    ground = start.beside(first.columns(start.problem))
+    return _beyond_form(ground, proposed(start.problem), [first], start, _best(ground, LOOP), [])
+
+
+def test_beside_a_form_what_is_slow_is_found() -> None:
+    chosen = _beyond(SLOW)
+    assert chosen is not None
+    assert DRIFT.name in (chosen.name, *chosen.alternatives)
+
+
+def test_where_a_form_is_all_that_is_left_nothing_is() -> None:
+    assert _beyond({}) is None
+
+
+def test_an_effect_is_settled_anew_beside_what_was_hidden() -> None:
+    """Beside a drift the best loop is another one."""
+    given = recording(hidden={LOOP.name: {"gain": [0.02] * 3, "threshold_nT": 1700.0}})
+    slow = np.outer(np.linspace(-300.0, 300.0, len(given)), [1.0, -1.0, 0.5])
+    start = Ground.of(problem(replace(given, mag_nT=given.mag_nT + slow)))
+    members = proposed(start.problem)
+    worst = judged_at(start, members[LOOP.name][:1])
+    assert worst is not None
+    drift = _best(start, DRIFT)
+    (settled,) = _settled_beside(drift, [Accepted(worst, ())], members, start)
+    assert settled.evidence.candidate == judge(start.beside(drift.columns(start.problem)), members[LOOP.name]).candidate  # type: ignore[union-attr]
+    assert settled.evidence.nats == worst.nats
+    assert settled.evidence.candidate != worst.candidate
