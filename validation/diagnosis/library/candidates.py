@@ -155,9 +155,10 @@ class Candidate:
 
     def possible(self, c: Array) -> bool:
         """Whether the effect can have coefficients (k,): none beyond its bounds, none of one sign with the other."""
-        if self.effect.linear and not self.phase:
-            return all(low <= v <= high for v, (low, high) in zip(c, self.bounds, strict=True))
-        return bool(self.effect.linear or self.effect.tangents or c[0] > 0)
+        if self.effect.linear:
+            values = self._without_phase(c)[0]
+            return all(low <= v <= high for v, (low, high) in zip(values, self.bounds, strict=True))
+        return bool(self.effect.tangents or c[0] > 0)
 
     def is_natural(self, problem: LinearProblem, c: Array) -> bool:
         """Whether with coefficients (k,) it changes in the earth's frame no faster than nature does, in the mean."""

@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sim.effects import BY_NAME, EFFECTS
+from sim.effects.base import Effect
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision.iron import survival
@@ -108,6 +109,17 @@ def test_coefficients_are_brought_into_bounds_and_known_to_be_beyond_them() -> N
     assert candidate.possible(np.array([high, low, 0.0]))
     assert not candidate.possible(np.array([1.01 * high, 0.0, 0.0]))
     assert candidate.made(np.array([1.01 * high, 0.0, 0.0])).coefficients() == pytest.approx([high, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("effect", PHASED, ids=lambda e: e.name)
+def test_a_wave_beyond_its_bounds_is_not_possible(effect: type[Effect]) -> None:
+    """A short stretch of a long wave is fitted by a large cosine: that alone is none."""
+    candidate = Candidate(effect)
+    low, high = np.array(candidate.bounds).T
+    assert candidate.possible(np.concatenate([high / 2, low / 2]))
+    assert candidate.possible(np.concatenate([high / 2, 9 * high]))
+    assert not candidate.possible(np.concatenate([1.1 * high, 0 * high]))
+    assert not candidate.possible(np.concatenate([1.1 * low, 9 * high]))
 
 
 def test_a_delay_of_the_wrong_sign_is_not_possible() -> None:
