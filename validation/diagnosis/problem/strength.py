@@ -13,7 +13,6 @@ from sim.effects.base import Effect
 from sim.rotation import cross
 from sim.state import SCALAR, Array, State
 from validation.diagnosis.policy import Policy
-from validation.diagnosis.problem.channels import smoothed
 from validation.diagnosis.problem.held import noise_of_neighbours
 from validation.diagnosis.problem.iron_by_strength import Iron, fitted_iron
 from validation.diagnosis.problem.linear import LinearProblem
@@ -43,7 +42,7 @@ def strength_problem(
     residual = size - F + np.einsum("ni,ni->n", direction, known @ iron.matrix)[:, None]
     turn = _inverse(iron.matrix)
     state = _state(recording, direction * F, float(np.median(F)) if track is None else strength_nT)
-    clean = _quiet_direction(state.field_nT, policy) * F @ turn.T + iron.offset_nT
+    clean = state.field_nT @ turn.T + iron.offset_nT
     return LinearProblem(
         recording=recording,
         state=state,
@@ -104,15 +103,6 @@ def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     std_rad, known = problem.attitude_std_rad, problem.iron_known
     kept = replace(anew, state=state, attitude_std_rad=std_rad, iron_known=known, instead=problem.instead)
     return kept.without(problem.usable == 0)
-
-
-def _quiet_direction(h: Array, policy: Policy) -> Array:
-    """Unit vectors (n, 3) along a measured field (n, 3) less its white noise, which is no way that the field has gone.
-
-    A core that remembers the field's way would forget in the noise.
-    """
-    quiet = np.column_stack([smoothed(axis, policy.bands) for axis in h.T])
-    return np.asarray(quiet / np.linalg.norm(quiet, axis=1, keepdims=True))
 
 
 def _iron(recording: Recording, known_nT: Array, strength_nT: Array, policy: Policy) -> Iron:

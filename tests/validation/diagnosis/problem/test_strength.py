@@ -9,11 +9,12 @@ import pytest
 
 from scenarios.errors import InputError
 from sim.dataset import Recording
+from sim.effects.nonlinear import Hysteresis
 from sim.state import SCALAR
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording, without_attitude
 from validation.diagnosis.evidence.compare import ranked
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
 
@@ -65,3 +66,11 @@ def test_what_follows_the_fields_rate_is_found_without_attitude_and_gyro() -> No
     assert given.gyro_rad_s is None
     gap = posed(given)
     assert ranked(Ground.of(gap), proposed(gap))[0].name == "eddy_current"
+
+
+def test_a_play_that_is_never_left_is_iron() -> None:
+    """Its columns are those of the base: along a smoothed direction they followed the noise, and had a name."""
+    level = posed(without_attitude(recording(noise_nT=40.0)))
+    columns = Candidate(Hysteresis, (("threshold_nT", 1e6),)).columns(level)[:, 0]
+    left = columns - level.base @ np.linalg.lstsq(level.base, columns, rcond=None)[0]
+    assert np.abs(left).max() < 1e-6 * np.abs(columns).max()
