@@ -34,6 +34,13 @@ class Policy:
     held_attitude: float = number(0.1, "share of repeated attitudes above which their derivative is no rate")
     still_spread: float = number(0.05, "rms of the field over its mean below which a sensor is at rest")
     still_share: float = number(0.5, "share of the field's variance that channels explain at rest at least")
+    still_strength: float = number(
+        0.05, "rms of the strength over the field's, with fitted iron, below which a sensor turns",
+        run="measured logs: 0.004 to 0.018 for four gliders with pitch and roll, 0.14 for torque rods at rest",
+    )  # fmt: skip
+    still_line: float = number(
+        0.1, "second axis of the field's spread over the first below which it moves on a line, as one coil moves it"
+    )
     still_rate: float = number(0.02, "mean rate in rad/s above which a sensor turns")
     held_rows: float = number(0.02, "share of repeated rows from which on they are no measurements")
     held_odds: float = number(5.0, "times that rounding alone explains so many repeated rows")

@@ -138,7 +138,7 @@ def _without_words(
         problem=problem,
         before_nT=left.before * problem.sigma_nT,
         after_nT=left.after * problem.sigma_nT,
-        parts=parts_of(problem, left.before),
+        parts=parts_of(problem, selection.start.residual()),
     )
 
 

@@ -27,7 +27,7 @@ def sentence_for(found: Diagnosis) -> str:
     said = found.verdict.sentence(
         causes="; ".join(words_of(one, found.stretch(one)) for one in found.named),
         share=_share(found),
-        left="; ".join(found.after.why),
+        left="; ".join(found.after.why or found.doubts),
         nearest=_nearest(found),
         goes_with=(_curves(found) or (f"; it goes with {channels}" if channels else "")) + _largest(found),
     )

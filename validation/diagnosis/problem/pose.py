@@ -49,7 +49,7 @@ def pose(
         return relative_problem(recording, reference_nT, effects, policy)
     if recording.att_q is not None and field_enu_nT is not None:
         problem = vector_problem(recording, field_enu_nT, effects, policy, track)
-    elif at_rest(recording, policy):
+    elif at_rest(recording, strength_nT, policy):
         problem = still_problem(recording, effects, policy)
     else:
         problem = strength_problem(recording, strength_nT, effects, policy, track=track)

@@ -9,21 +9,23 @@ from sim.effects.base import Effect
 from sim.state import Array, State
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.held import noise_of_neighbours
+from validation.diagnosis.problem.iron_by_strength import fitted_iron
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
 
 
-def at_rest(recording: Recording, policy: Policy) -> bool:
-    """Whether a recording without attitude is one of a sensor that does not turn.
+def at_rest(recording: Recording, strength_nT: float, policy: Policy) -> bool:
+    """Whether a recording without attitude is one of a sensor that does not turn, in a field of some strength.
 
-    Its field stays within a small angle, or what moves it goes with the recorded channels and not with a motion.
+    Its field stays within a small angle, or what moves it goes with the recorded channels and not with a motion: a
+    sensor that turns goes with its own pitch and roll, but keeps the field's strength.
     """
     if recording.att_q is not None or _turning(recording, policy):
         return False
     m = recording.mag_nT
     if np.linalg.norm(m.std(axis=0)) < policy.still_spread * np.linalg.norm(m.mean(axis=0)):
         return True
-    return _share_of_channels(recording) > policy.still_share
+    return _share_of_channels(recording) > policy.still_share and not _keeps_strength(recording, strength_nT, policy)
 
 
 def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:
@@ -62,6 +64,18 @@ def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Pol
 def _turning(recording: Recording, policy: Policy) -> bool:
     gyro = recording.gyro_rad_s
     return gyro is not None and bool(np.abs(gyro - np.median(gyro, axis=0)).max(axis=1).mean() > policy.still_rate)
+
+
+def _keeps_strength(recording: Recording, strength_nT: float, policy: Policy) -> bool:
+    """Whether iron fitted to the strength takes up nearly all of what moves the field, and that is no line."""
+    m = recording.mag_nT
+    first, second, _ = np.linalg.svd(m - m.mean(axis=0), compute_uv=False)
+    if second < policy.still_line * first:
+        return False
+    block = max(1, round(policy.block_s / float(np.median(np.diff(recording.time_s)))))
+    corrected_nT = fitted_iron(m, np.full(len(m), strength_nT), block, policy).field_nT(m)
+    unit = float(np.linalg.norm(corrected_nT.std(axis=0)))
+    return float(np.linalg.norm(corrected_nT, axis=1).std()) < policy.still_strength * unit
 
 
 def _share_of_channels(recording: Recording) -> float:

@@ -9,7 +9,7 @@ import pytest
 
 from sim.dataset import Recording
 from sim.scenario import ModelSpec
-from tests.validation.diagnosis.synthetic import recording, without_attitude
+from tests.validation.diagnosis.synthetic import STRENGTH_NT, recording, without_attitude
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.still import at_rest
 from validation.diagnosis.workflow import diagnose
@@ -34,10 +34,21 @@ def test_a_coil_as_strong_as_the_field_is_named_with_its_gain() -> None:
 
 def test_rest_is_told_from_motion() -> None:
     moving = without_attitude(recording())
-    assert not at_rest(moving, STANDARD)
-    assert not at_rest(recording(), STANDARD)
-    assert at_rest(_bench(), STANDARD)
+    assert not at_rest(moving, STRENGTH_NT, STANDARD)
+    assert not at_rest(recording(), STRENGTH_NT, STANDARD)
+    assert at_rest(_bench(), STRENGTH_NT, STANDARD)
     quiet = replace(_bench(gain=np.zeros(3)), current_A=None, motor_numbers=())
-    assert at_rest(quiet, STANDARD)
+    assert at_rest(quiet, STRENGTH_NT, STANDARD)
     turning = np.full((len(quiet), 3), 0.0) + np.sin(np.arange(len(quiet)))[:, None]
-    assert not at_rest(replace(quiet, gyro_rad_s=turning), STANDARD)
+    assert not at_rest(replace(quiet, gyro_rad_s=turning), STRENGTH_NT, STANDARD)
+
+
+def test_a_sensor_that_turns_is_not_at_rest_because_its_pitch_and_roll_were_logged() -> None:
+    """A glider's log: angles as columns, which the field goes with."""
+    given = recording()
+    assert given.att_q is not None
+    w, x, y, z = given.att_q.T
+    angles = {"pitch": np.arcsin(2 * (w * y - x * z)), "roll": np.arctan2(2 * (w * x + y * z), 1 - 2 * (x**2 + y**2))}
+    columns = {"up": np.cos(angles["pitch"]) * np.cos(angles["roll"]), "ahead": given.mag_nT[:, 0], **angles}
+    turning = replace(without_attitude(given), channels=columns, current_A=None, temperature_degC=None)
+    assert not at_rest(turning, STRENGTH_NT, STANDARD)
