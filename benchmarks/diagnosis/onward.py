@@ -146,20 +146,27 @@ def _names(found: Diagnosis) -> list[list[str]]:
     return [[one.name, *one.alternatives] for one in found.named]
 
 
+def asked(row: Row) -> bool:
+    """Whether a leg was advised for the name that the truth is or looks like."""
+    return bool(row.get("leg")) and any(row["hidden"] in names for names in row["names"] if names[0] == row["name"])
+
+
 def split(row: Row) -> bool:
-    """Whether the leg left the true one of the two, and not the other."""
+    """Whether the leg left the truth, and neither of the two that it tells apart but the truth."""
     listed = {name for names in row["then"] for name in names}
-    other = row["other"] if row["hidden"] == row["name"] else row["name"]
-    return row["hidden"] in listed and other not in listed
+    return row["hidden"] in listed and not {row["name"], row["other"]} - {row["hidden"]} & listed
 
 
 def report(rows: Sequence[Row]) -> str:
-    """What was advised, and how often it told the two apart."""
-    asked = [row for row in rows if row.get("leg") and row["hidden"] in (row["name"], row["other"])]
-    lines = [f"{len(rows)} trials, {len(asked)} with a leg between the truth and a look-alike"]
-    lines.append(f"told apart by the leg: {sum(map(split, asked))} of {len(asked)}")
+    """What was advised, and how often it told the two apart; of all classes, and of those of two."""
+    every = [row for row in rows if asked(row)]
+    two = [row for row in every if any(len(names) == 2 for names in row["names"] if names[0] == row["name"])]
+    lines = [f"{len(rows)} trials, {len(every)} with a leg for a class that holds the truth, {len(two)} of two"]
+    lines.append(
+        f"told apart by the leg: {sum(map(split, every))} of {len(every)}, {sum(map(split, two))} of {len(two)}"
+    )
     lines += [
-        f"missed: {row['key']}: {row['leg']}, {row['nats']:.0f} nats: {row['then']}" for row in asked if not split(row)
+        f"missed: {row['key']}: {row['leg']}, {row['nats']:.0f} nats: {row['then']}" for row in every if not split(row)
     ]
     return "\n".join(lines)
 
