@@ -56,8 +56,10 @@ class Flown:
         Half of the squares, in units of the noise, that it leaves of the simulator's prediction.
         """
         target = self.target(true)
-        settings = dict.fromkeys([*wrong, *(self._moved(one, target) for one in wrong)])
-        return min(_left(self._sums(target, one.columns(self.problem))) for one in settings) / 2
+        left = {one: self._left(target, one) for one in wrong}
+        nearest = min(left, key=lambda one: left[one])
+        moved = self._moved(nearest, target)
+        return min(left[nearest], left[moved] if moved in left else self._left(target, moved)) / 2
 
     def size(self, true: Effect) -> float:
         """Nats of an effect beside the iron."""
@@ -67,12 +69,16 @@ class Flown:
     def fitted(self, true: Effect, wrong: Sequence[Candidate]) -> Effect:
         """The effect of another candidate's best setting as it is fitted where one is true."""
         target = self.target(true)
-        several = [self._sums(target, one.columns(self.problem)) for one in wrong]
-        best = int(np.argmin([_left(s) for s in several]))
-        return wrong[best].made(fit(several[best], WHOLE).c)
+        best = min(wrong, key=lambda one: self._left(target, one))
+        return best.made(fit(self._sums(target, best), WHOLE).c)
 
-    def _sums(self, target: Array, columns: Array) -> Sums:
-        return sums(Cut(len(target), 1), self.base, columns, target, self.problem.usable)
+    def _sums(self, target: Array, one: Candidate) -> Sums:
+        return sums(Cut(len(target), 1), self.base, one.columns(self.problem), target, self.problem.usable)
+
+    def _left(self, target: Array, one: Candidate) -> float:
+        """Squares that a candidate leaves of a target (n, q)."""
+        s = self._sums(target, one)
+        return squares(s, fit(s, WHOLE), WHOLE)
 
     def _moved(self, one: Candidate, target: Array) -> Candidate:
         """A body at the place near its own that fits a target (n, q) best; what has no place stays as it is."""
@@ -82,8 +88,3 @@ class Flown:
         path = ThinnedPath.of(self.problem, self.without_base(target))
         place = path.best_near(np.array(dict(one.nonlinear)[name]))
         return one.at({name: tuple(float(v) for v in place)})
-
-
-def _left(s: Sums) -> float:
-    """Squares that a fit leaves."""
-    return squares(s, fit(s, WHOLE), WHOLE)
