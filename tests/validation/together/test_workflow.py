@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,9 +13,12 @@ import pytest
 from scenarios.errors import InputError
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, recording
+from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.result import Reach
 from validation.diagnosis.verdict import Verdict
+from validation.diagnosis.workflow import Examined, examined
+from validation.together import workflow
 from validation.together.reach import There
 from validation.together.result import Together
 from validation.together.workflow import diagnose_together
@@ -25,14 +31,34 @@ def motor(share: float) -> dict[str, Any]:
     return {"motor_current": {"gain_nT_A": (share * GAIN).tolist()}} if share else {}
 
 
-def together(*hidden: dict[str, Any], seed: int = 0, n: int = 2000) -> Together:
-    model = ModelSpec.model_validate(
-        {"effects": {"white_noise": {"std_nT": [2.0] * 3}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
-    )
-    made = [recording(n, seed=10 * seed + i, hidden=one) for i, one in enumerate(hidden)]
-    return diagnose_together(
-        NAMES[: len(made)], [posed(one, model, None, None, iron_known=False) for one in made], model
-    )
+MODEL = ModelSpec.model_validate(
+    {"effects": {"white_noise": {"std_nT": [2.0] * 3}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def each_once() -> Iterator[None]:
+    """A recording that several lots share is diagnosed by itself once."""
+    with pytest.MonkeyPatch.context() as patched:
+        seen: dict[int, Examined] = {}
+
+        def once(problem: LinearProblem, *given: Any) -> Examined:
+            if id(problem) not in seen:  # kept alive by `problem_of`
+                seen[id(problem)] = examined(problem, *given)
+            return seen[id(problem)]
+
+        patched.setattr(workflow, "examined", once)
+        yield
+
+
+@cache
+def problem_of(hidden: str, seed: int) -> LinearProblem:
+    return posed(recording(2000, seed=seed, hidden=json.loads(hidden)), MODEL, None, None, iron_known=False)
+
+
+def together(*hidden: dict[str, Any], seed: int = 0) -> Together:
+    problems = [problem_of(json.dumps(one), 10 * seed + i) for i, one in enumerate(hidden)]
+    return diagnose_together(NAMES[: len(problems)], problems, MODEL)
 
 
 def test_one_coefficient_in_all_is_transferred_and_pooled() -> None:
