@@ -2,33 +2,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from sim.state import Array
+from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 
 Mask = NDArray[np.bool_]
 
 
 def highest_of_bursts(problem: LinearProblem, left_nT: Array) -> Mask:
-    """The highest value (n, 3) of every burst in what the base leaves (n, 3); with attitude only.
+    """The highest value (n, 3) of every burst in what the base leaves (n, 3), or in the strength without attitude.
 
     A burst lasts two samples to `most_burst`, each `burst_sigma` from the median about it, where the rest is quiet: a
-    body that is passed, or a base that does not fit, is none.
+    body that is passed, or a base that does not fit, is none. In the strength, where no turn shows, one sample is one
+    too; the axis is the one that is farthest from the line across it.
     """
-    found = np.zeros(left_nT.shape, bool)
-    policy = problem.policy
-    settled = (np.median(np.abs(left_nT), axis=0) < policy.quiet_sigma * problem.sigma_nT).all()
-    if problem.mode != "vector" or problem.still or not settled:
+    found, policy = np.zeros(left_nT.shape, bool), problem.policy
+    by_strength = problem.mode == "strength"
+    seen_nT = problem.target * problem.sigma_nT if by_strength else left_nT
+    settled = (np.median(np.abs(seen_nT), axis=0) < policy.quiet_sigma * problem.sigma_nT).all()
+    if problem.still or not settled:
         return found
+    for column, first, end, at in _runs(seen_nT / problem.sigma_nT, policy):
+        if (1 if by_strength else 2) <= end - first <= policy.most_burst:
+            found[at, _farthest(problem.recording.mag_nT, first, end, at) if by_strength else column] = True
+    return found
+
+
+def _runs(seen: Array, policy: Policy) -> Iterator[tuple[int, int, int, int]]:
+    """Column, first sample, end and highest sample of every run of (n, q) that stands out from a quiet rest."""
     size = (policy.burst_median, 1)
-    off = np.abs(left_nT - median_filter(left_nT, size=size, mode="nearest")) / problem.sigma_nT
+    off = np.abs(seen - median_filter(seen, size=size, mode="nearest"))
     quiet = median_filter(off, size=size, mode="nearest") < policy.quiet_sigma
-    for axis, far in enumerate(((off > policy.burst_sigma) & quiet).T):
+    for column, far in enumerate(((off > policy.burst_sigma) & quiet).T):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], far.astype(np.int8), [0]])))
         for first, end in edges.reshape(-1, 2):
-            if 2 <= end - first <= policy.most_burst:
-                found[first + int(np.argmax(off[first:end, axis])), axis] = True
-    return found
+            yield column, int(first), int(end), int(first) + int(np.argmax(off[first:end, column]))
+
+
+def _farthest(mag_nT: Array, first: int, end: int, at: int) -> int:
+    """The axis of values (n, 3) that is farthest at a sample from the line across samples `first` to `end`."""
+    ends = np.clip([first - 1, end], 0, len(mag_nT) - 1)
+    share = (at - ends[0]) / max(ends[1] - ends[0], 1)
+    line = mag_nT[ends[0]] + share * (mag_nT[ends[1]] - mag_nT[ends[0]])
+    return int(np.argmax(np.abs(mag_nT[at] - line)))

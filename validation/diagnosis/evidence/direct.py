@@ -14,6 +14,7 @@ from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.state import Array
 from validation.diagnosis.evidence.bursts import highest_of_bursts
+from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.held import held, repeated
 from validation.diagnosis.problem.linear import LinearProblem, pauses_after
 from validation.signals.faults import pile_up, repeats, spikes
@@ -96,7 +97,8 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
         np.abs(left - np.median(left, axis=0))[where], len(left) * problem.state.interval_s, policy.one_size
     )
     single = where.any(axis=1)
-    far = (np.abs(left) > policy.far_sigma * problem.sigma_nT).any(axis=1) & (single | _quiet(problem, left)) & ~beside
+    seen = np.abs(problem.target if problem.mode == "strength" else left / problem.sigma_nT)
+    far = (seen > policy.far_sigma).any(axis=1) & (single | _quiet(seen, policy)) & ~beside
     return _possible(Spikes, single | far, rate_hz=rate_hz, amplitude_nT=mean_nT)
 
 
@@ -126,10 +128,9 @@ def _spike_law(size_nT: Array, duration_s: float, one_size: float) -> tuple[floa
     return len(size_nT) / duration_s * float(np.exp(least / mean)), mean
 
 
-def _quiet(problem: LinearProblem, left: Array) -> bool:
-    """Whether the base leaves so little that a far sample must be a wrong one."""
-    limit = problem.policy.quiet_sigma * problem.sigma_nT
-    return problem.mode == "vector" and bool((np.median(np.abs(left), axis=0) < limit).all())
+def _quiet(seen: Array, policy: Policy) -> bool:
+    """Whether the base leaves so little (n, q), in units of the noise, that a far sample must be a wrong one."""
+    return bool((np.median(seen, axis=0) < policy.quiet_sigma).all())
 
 
 def held_rows(problem: LinearProblem) -> Mask:

@@ -9,7 +9,7 @@ import pytest
 
 from sim.dataset import Recording
 from sim.effects.faults import Spikes
-from tests.validation.diagnosis.synthetic import NOISE_NT, problem, recording
+from tests.validation.diagnosis.synthetic import NOISE_NT, problem, recording, without_attitude
 from validation.diagnosis.evidence.direct import direct_evidence
 
 FIRST = (400, 900, 1500, 2100, 3333)
@@ -31,6 +31,14 @@ def test_wrong_values_are_seen_by_themselves_and_some_in_a_row(samples: int, see
         assert isinstance(found.effect, Spikes)
         assert found.samples.sum() == pytest.approx(samples * len(FIRST), abs=2)
         assert found.effect.rate_hz == pytest.approx(len(FIRST) / 400, rel=0.5)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3])
+def test_without_attitude_the_strength_shows_them(samples: int) -> None:
+    posed = problem(without_attitude(_with_bursts(samples, 60 * NOISE_NT)))
+    (found,) = direct_evidence(posed)
+    assert isinstance(found.effect, Spikes)
+    assert found.samples.sum() == pytest.approx(samples * len(FIRST), abs=samples)
 
 
 def test_what_is_far_from_a_rest_that_is_not_quiet_is_no_burst() -> None:
