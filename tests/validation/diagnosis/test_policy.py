@@ -17,12 +17,12 @@ from validation.diagnosis.decision.selection import select
 from validation.diagnosis.policy import STANDARD, Policy, changed
 from validation.diagnosis.problem.blocks import Cut
 
-FILES = sorted((ROOT / "validation" / "diagnosis").rglob("*.py"))
+FILES = sorted(path for room in ("diagnosis", "together") for path in (ROOT / "validation" / room).rglob("*.py"))
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 GUARDS = {
     "pose.py": {"NOMINAL_NT"},
     "reference.py": {"MISREAD"},
-    "track.py": {"NODES", "ANY_DATE"},
+    "track.py": {"NODES", "ANY_DATE", "HIGHEST_M"},
     "vector.py": {"FIELD_ERROR", "STEPS"},
     "hypothesis.py": {"GONE"},
     "windows.py": {"NOTHING"},
