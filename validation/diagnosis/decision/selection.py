@@ -72,9 +72,14 @@ def select(
                 break
             found = _settled_beside(chosen, found, members, start)
         found.append(_as_form(chosen, found))
-        tests = partial(tests_beside, found=names_of(found))
-        found, ground, after = in_full(each_by_itself(found, start, tests), start, tests)
+        found, ground, after = _with_forms(found, start)
     return Selection(tuple(found), start, ground, before, after, first, without)
+
+
+def _with_forms(found: Sequence[Accepted], start: Ground) -> tuple[list[Accepted], Ground, Battery]:
+    """Effects as single motors and in their fuller forms, with the ground and the tests of what is left."""
+    tests = partial(tests_beside, found=names_of(found))
+    return in_full(each_by_itself(found, start, tests), start, tests)
 
 
 def _round(
