@@ -36,6 +36,7 @@ GUARDS = {
     "steps.py": {"LOG_SIZES"},
     "when.py": {"NORMAL_MAD"},
     "advice.py": {"MINUTE_S", "MOST_TIMES"},
+    "separation.py": {"WHOLE"},
     "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
     "result.py": {"NORMAL_95"},
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
