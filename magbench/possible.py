@@ -82,7 +82,7 @@ def plan(
     target: str | None = None,
     after: Data | None = None,
     like: str | Path | Scenario = "standard-full",
-    knowledge: Literal["norm", "vector"] = "norm",
+    knowledge: Literal["norm", "norm+gyro", "vector"] = "norm",
     tilt_limits: tuple[float, float] | None = None,
     noise_std_nT: float | None = None,
     field_enu_nT: Sequence[float] | None = None,

@@ -13,7 +13,7 @@ from calib.base import Calibrator
 from calib.judgement import residual_of, widened
 from calib.models.chained import Chained, Linear
 from calib.models.ellipsoid import SLOTS, SYMMETRIC_NAMES, UPPER
-from calib.models.linked import LEAST_NOISE, Estimate, Link, steps
+from calib.models.linked import LEAST_NOISE, Estimate, Link, mean_rates, steps
 from calib.models.linked_noise import likeliest_ratio
 from calib.models.linked_start import starts
 from calib.models.response import Response
@@ -100,10 +100,8 @@ class GyroLinked(Calibrator):
         x, rate_rad_s = recording.mag_nT[order] / strength_nT, recording.gyro_rad_s[order]
         noise = max(rms(white_noise_std(x)), LEAST_NOISE)
         gyro_rad_s = self.gyro_std_rad_s or max(rms(white_noise_std(rate_rad_s)), LEAST_GYRO_RAD_S)
-        slots = SYMMETRIC if self.aligned else FULL
-        return Link(
-            x, (rate_rad_s[1:] + rate_rad_s[:-1]) / 2, steps(recording.time_s[order]), slots, gyro_rad_s / noise
-        )
+        slots, step_s = SYMMETRIC if self.aligned else FULL, steps(recording.time_s[order])
+        return Link(x, mean_rates(rate_rad_s, step_s), step_s, slots, gyro_rad_s / noise)
 
     def _first(self, link: Link) -> Minimum[Linear[Estimate]]:
         """The best minimum from the starts, in order of their cost until one settles."""

@@ -17,9 +17,9 @@ class GyroMl(GyroLinked):
     m_i = S F u_i + b + n_i,  u_(i+1) = exp(-[(omega_i - beta) dt_i]x) u_i + w_i,  |u_i| = 1
 
     All directions u_i, b, S and the gyro's bias beta at once, by damped Gauss-Newton, in time in proportion to the
-    samples: the directions are eliminated along the chain and found again backwards. omega_i is the mean of the rates
-    at both ends of a step; a gap in the recording cuts the chain. S has nine entries, in the gyro's axes: with rates
-    about changing axes the gyro tells the sensor's turn against it, at hardly any cost to the offset.
+    samples: the directions are eliminated along the chain and found again backwards. omega_i is the mean over a step of
+    the cubic through four rates; a gap in the recording cuts the chain. S has nine entries, in the gyro's axes: with
+    rates about changing axes the gyro tells the sensor's turn against it, at hardly any cost to the offset.
 
     n is white, and w white of standard deviation `gyro_std_rad_s` dt_i. The noise of n is fitted, that of the gyro too
     where it is None: the ratio of both is the one under which what the fit leaves is most likely

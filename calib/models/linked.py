@@ -19,6 +19,8 @@ from calib.models.chained import BIAS, LOOSE, Chained, Linear, stepped
 Array = NDArray[np.float64]
 LONG_STEP = 2.5
 """A step longer than this many medians is a gap: rates at its ends say little of the rotation between them."""
+ALIKE = 0.01
+"""Steps that differ by a smaller share are of one length."""
 LEAST_NOISE = 1e-6
 """Noise of a measurement, in units of F, that is told from none: 0.05 nT in the Earth's field."""
 TINY = 1e-300
@@ -122,6 +124,19 @@ def steps(time_s: Array) -> Array:
     """Lengths (n - 1,), s, of the steps of times (n,); 0 where a gap is, or no time passes."""
     step = np.diff(time_s)
     return np.asarray(np.where((step > 0) & (step < LONG_STEP * np.median(step)), step, 0.0))
+
+
+def mean_rates(rate_rad_s: Array, step_s: Array) -> Array:
+    """Mean rate (n - 1, 3) over each step, by rates (n, 3) at its ends and, where three steps are alike, beyond them.
+
+    (13 (omega_i + omega_(i+1)) - omega_(i-1) - omega_(i+2)) / 24,  of the cubic through the four; else that of a line.
+    """
+    mean = (rate_rad_s[1:] + rate_rad_s[:-1]) / 2
+    before, here, after = step_s[:-2], step_s[1:-1], step_s[2:]
+    alike = (here > 0) & (np.maximum(np.abs(before - here), np.abs(after - here)) < ALIKE * here)
+    bend = (mean[1:-1] * 2 - rate_rad_s[:-3] - rate_rad_s[3:]) / 24
+    mean[1:-1] += np.where(alike[:, None], bend, 0.0)
+    return np.asarray(mean)
 
 
 def tangents(u: Array) -> Array:

@@ -47,7 +47,8 @@ Like = Annotated[
     typer.Option(metavar="SCENARIO", help="Field, sensor, errors and sampling planned for.", callback=known_scenario),
 ]
 Knowledge = Annotated[
-    Literal["norm", "vector"], typer.Option(help="What a method is told of the field: its strength, or all of it.")
+    Literal["norm", "norm+gyro", "vector"],
+    typer.Option(help="What a method is told of the field: its strength, with or without a gyro, or all of it."),
 ]
 TiltLimits = Annotated[
     str | None,

@@ -71,6 +71,11 @@ def vector_rows(h: Array, matrix: Array) -> Array:
     return jacobian(h, FULL)
 
 
+def directed_rows(h: Array, matrix: Array) -> Array:
+    """J (n, 3, 9) of fields h (n, 3), in units of the strength, their directions known and S symmetric."""
+    return jacobian(h, SYMMETRIC)
+
+
 def norm_rows(h: Array, matrix: Array) -> Array:
     """n J (n, 1, 9) of fields h (n, 3), in units of the strength, seen by S (3, 3).
 
@@ -168,6 +173,8 @@ def _drift(known: Experiment, across: Array, unknown: int) -> Array:
 
 SAMPLE: dict[str, Rows] = {"norm": norm_rows, "vector": vector_rows}
 """What one sample tells, where its order among the others says nothing."""
+AT_MOST: dict[str, Rows] = SAMPLE | {"norm+gyro": directed_rows}
+"""What one sample tells at most: a gyro without noise and bias, and one direction, would tell the others."""
 
 
 def jacobian(h: Array, places: Places) -> Array:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from scenarios.errors import InputError
 from validation.bound.experiment import Experiment
 from validation.bound.goal import OFFSET, Goal
-from validation.bound.information import SAMPLE, SINGULAR
+from validation.bound.information import AT_MOST, SINGULAR
 
 Array = NDArray[np.float64]
 YAW_STEP_DEG = 5.0
@@ -98,7 +98,8 @@ def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET, 
 
     before : information (k, k) that there is already beside the samples'
 
-    I_k is the information of a sample at attitude k. For so many samples and the noise of the experiment, whichever way
+    I_k is the information of a sample at attitude k, with a gyro at most (AT_MOST): no motion is below that limit, and
+    none reaches it. For so many samples and the noise of the experiment, whichever way
     it moved. Raises InputError where the field's vector is not known, or the knowledge depends on the samples' order.
     """
     attitudes, rows = candidates(known, knowledge, tilts)
@@ -113,9 +114,9 @@ def candidates(known: Experiment, knowledge: str, tilts: Tilts) -> tuple[Rotatio
     """
     if known.field_enu_nT is None:
         raise InputError("the field's direction is not known", where="--tilt-limits", do="give --field-enu-nT E,N,U")
-    if knowledge not in SAMPLE:
+    if knowledge not in AT_MOST:
         what = f"what {knowledge} tells depends on the order of the samples, and a limit over attitudes has none"
-        raise InputError(what, where="--tilt-limits", do=f"ask with --knowledge {' or '.join(SAMPLE)}")
+        raise InputError(what, where="--tilt-limits", do=f"ask with --knowledge {' or '.join(AT_MOST)}")
     if known.colour is not None:
         what = "noise that lasts makes the order of the samples count, and a limit over attitudes has none"
         raise InputError(what, where="--tilt-limits", do="leave --coloured out")
@@ -127,7 +128,7 @@ def sample_rows(known: Experiment, knowledge: str, attitudes: Rotation) -> Array
     """What a sample at each attitude tells, over the noise: rows (m, r, k), 1/nT, whose squares are its information."""
     assert known.field_enu_nT is not None
     field = attitudes.inv().apply(known.field_enu_nT) / known.strength_nT
-    return SAMPLE[knowledge](field, known.matrix) / known.noise_std_nT
+    return AT_MOST[knowledge](field, known.matrix) / known.noise_std_nT
 
 
 def optimal(rows: Array, wanted: Array, before: Array | None = None) -> tuple[float, float, Array]:

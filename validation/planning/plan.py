@@ -15,6 +15,7 @@ from validation.bound.limit import Limit, limit, tilts_deg
 from validation.bound.question import Answer, Question
 from validation.bound.staying import staying_limit
 from validation.comparison.engine import Engine
+from validation.planning import linked
 from validation.planning.confirm import Confirmed, confirmed
 from validation.planning.search import Choice, Search
 from validation.planning.task import Task
@@ -84,6 +85,11 @@ def planned(task: Task, time_s: float, target: float | None = None) -> Plan:
 
     Raises InputError where nothing that can be flown in that time tells the goal.
     """
+    if task.linked:
+        choice = linked.linked(task, time_s) if target is None else linked.shortest(task, target, time_s)
+        if not np.isfinite(choice.error):
+            raise _untold()
+        return _flown(choice, target)
     if target is None:
         return _best(task, time_s)
     search = Search(task, time_s)

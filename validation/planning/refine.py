@@ -29,7 +29,7 @@ def refined(task: Task, legs: Sequence[Leg], time_s: float) -> tuple[tuple[Leg, 
 
     Turns to other attitudes take other times and tell other things: both are counted, by the whole flight.
     """
-    best = _fitted(task, tuple(legs), time_s)
+    best = fitted(task, tuple(legs), time_s)
     error = np.inf if best is None else _error(task, best)
     here = tuple(legs) if best is None else best
     for step_deg in STEPS_DEG:
@@ -49,7 +49,7 @@ def _round(
         for axis in range(3):
             for way in (-step_deg, step_deg):
                 moved = _moved(task, here[place], axis, way)
-                tried = _fitted(task, (*here[:place], moved, *here[place + 1 :]), time_s)
+                tried = fitted(task, (*here[:place], moved, *here[place + 1 :]), time_s)
                 found = np.inf if tried is None else _error(task, tried)
                 if tried is not None and found < error:
                     here, error = tried, found
@@ -66,7 +66,7 @@ def _moved(task: Task, leg: Leg, axis: int, by_deg: float) -> Leg:
     return Leg.at(np.round(angles, 1), leg.amount)
 
 
-def _fitted(task: Task, legs: tuple[Leg, ...], time_s: float) -> tuple[Leg, ...] | None:
+def fitted(task: Task, legs: tuple[Leg, ...], time_s: float) -> tuple[Leg, ...] | None:
     """The legs with their amounts changed alike so that the flight takes that time; None where turning alone does."""
     manoeuvre = task.manoeuvre
     moving_s = manoeuvre.phase([replace(leg, amount=manoeuvre.least) for leg in legs]).duration_s

@@ -33,7 +33,7 @@ USUAL_S, USUAL_HAND_S = 600.0, 120.0
 """Ten minutes of a vehicle, two of a person."""
 PROBE_S = 200.0
 """Simulated at rest to see sensor and noise: two thousand samples at 10 Hz tell the noise to a percent."""
-BEST = {"norm": "ml_geometric", "vector": "vector_least_squares"}
+BEST = {"norm": "ml_geometric", "norm+gyro": "gyro_ml", "vector": "vector_least_squares"}
 """A calibrator that comes near the bound, by what it is told."""
 
 
@@ -71,11 +71,11 @@ class Task:
 
         HAND : a person with the vehicle in the hands, attitudes in steps of HAND_STEP_DEG; a turntable stands in.
 
-        Raises InputError for knowledge that depends on the samples' order, and what the vehicle cannot give or do.
+        Raises InputError for knowledge that no plan is made for, and what the vehicle cannot give or do.
         """
-        if knowledge not in SAMPLE:
-            do = f"plan with --knowledge {' or '.join(SAMPLE)}"
-            raise InputError(f"what {knowledge} tells depends on the order of the samples", where="--knowledge", do=do)
+        if knowledge not in BEST:
+            do = f"plan with --knowledge {' or '.join(BEST)}"
+            raise InputError(f"nothing is planned for what {knowledge} tells", where="--knowledge", do=do)
         vehicle = who if who != HAND else next(name for name, one in VEHICLES.items() if Ability.POINT in one.abilities)
         rest = manoeuvre_of(vehicle).phase([Leg(0.0, 0.0, 0.0, 1.0)])
         base = based(vehicle, like, [rest], BEST[knowledge])
@@ -92,6 +92,11 @@ class Task:
     def angles_deg(self) -> Array:
         """Yaw, pitch, roll (m, 3) of the attitudes that legs are chosen from."""
         return self.tilts.angles_deg(self.step_deg)
+
+    @property
+    def linked(self) -> bool:
+        """Whether the order of the samples counts."""
+        return self.knowledge not in SAMPLE
 
     @property
     def usual_s(self) -> float:
@@ -144,8 +149,11 @@ class Task:
     def after(self, known: Experiment) -> Task:
         """The same for the field, sensor and noise of a recording, with what it tells.
 
-        Raises InputError where its field's direction is not known.
+        Raises InputError where its field's direction is not known, and for knowledge that a gyro links.
         """
+        if self.linked:
+            what = f"what {self.knowledge} tells depends on the order of the samples: no leg counts by itself"
+            raise InputError(what, where="--after", do=f"plan with --knowledge {' or '.join(SAMPLE)}")
         if known.field_enu_nT is None:
             do = "give --field-enu-nT E,N,U"
             raise InputError("the field's direction is not known", where="--after", do=do)

@@ -18,6 +18,10 @@ LEVEL_DEG = 0.5
 AGREES = 1.15
 """Trials that are off by more than this share over the prediction tell of more than white noise: a hundred of them know
 their rms to 6 %, and the methods come within a few per cent of the bound."""
+PERFECT = (
+    "that limit counts a gyro without noise and bias, which links all samples: no motion is below it, and with this "
+    "gyro none reaches it"
+)
 HEADS = ("leg", "attitude", "yaw, °", "pitch, °", "roll, °", "from, s", "for, s")
 
 
@@ -64,6 +68,7 @@ def headline(found: Plan) -> str:
     if found.target is not None and not found.met:
         lines.append(f"the target of {quantity(found.target, unit)} is not met: give more --time")
     lines.append(f"{limit_of(found.least)}: this is {figure(found.ratio)} times that")
+    lines += [PERFECT] if found.task.linked else []
     if found.staying is not None and found.staying_ratio is not None:
         lines.append(f"{_staying_limit_of(found.staying)}: this is {figure(found.staying_ratio)} times that")
     if found.confirmed is not None:

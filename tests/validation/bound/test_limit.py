@@ -79,12 +79,30 @@ def test_pitch_alone_tells_the_offset() -> None:
 
 def test_what_has_no_limit_says_so() -> None:
     with pytest.raises(InputError, match="order of the samples"):
-        limit(known_of("auv"), "norm+gyro", Tilts(5.0, 5.0))
+        limit(known_of("auv"), "norm+gyro+accel", Tilts(5.0, 5.0))
     with pytest.raises(InputError, match="--field-enu-nT"):
         limit(of_motion("auv"), "norm", Tilts(5.0, 5.0))
     for text in ("5", "5,x", "200,5", "-1,5", "5,nan"):
         with pytest.raises(InputError, match="no pair of tilts"):
             Tilts.parsed(text, "--tilt-limits")
+
+
+@pytest.mark.parametrize("motion", ["pitch", "auv"])
+def test_a_gyro_without_noise_and_bias_is_what_its_limit_counts(motion: str) -> None:
+    """Below the bound of any gyro, and what a motion's own attitudes tell whose directions are all known."""
+    known, tilts = known_of(motion), TILTS[motion]
+    least = limit(known, "norm+gyro", tilts).value
+    for std in (1e-3, 1e-6):
+        assert least < Bound.of(replace(known, gyro_std_rad_s=std), "norm+gyro").offset_rms_nT
+    assert least < limit(known, "norm", tilts).value
+    h = known.field_nT / known.strength_nT
+    rows = np.zeros((len(h), 3, 9))
+    rows[:, :, :3] = np.eye(3)
+    for k, (i, j) in enumerate([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]):
+        rows[:, i, 3 + k], rows[:, j, 3 + k] = h[:, j], h[:, i]
+    told = np.linalg.inv(np.einsum("nri,nrj->ij", rows, rows) / known.noise_std_nT**2)
+    assert least < np.sqrt(np.trace(told[:3, :3]))
+    assert np.sqrt(np.trace(told[:3, :3])) < Bound.of(replace(known, gyro_std_rad_s=1e-6), "norm+gyro").offset_rms_nT
 
 
 def test_the_tilts_of_a_motion() -> None:
