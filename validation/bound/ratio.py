@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
-from calib import CALIBRATORS
 from scenarios.errors import InputError
 from sim.reuse import Flights
 from sim.simulate import Plan
@@ -23,17 +24,16 @@ Leasts = dict[tuple[str, str], float]
 """The least rms of scores, by what is known of the field and the score's column."""
 
 
-def knowledge_of(name: str, *, attitude_free: bool, eddy: bool = False) -> str | None:
+def knowledge_of(name: str, needs: Collection[str], *, attitude_free: bool, eddy: bool = False) -> str | None:
     """What a calibrator is told of the field, and whether it finds eddy currents beside it, by the word of `KNOWLEDGE`.
 
-    None for other or several sensors.
+    needs : what it says it needs of a recording, keys of NEEDS. None for other or several sensors.
     """
-    needs = set(CALIBRATORS[name].needs) if name in CALIBRATORS else set()
-    if "@" in name or needs & OTHER_SENSORS:
+    if "@" in name or OTHER_SENSORS & set(needs):
         return None
     if not attitude_free:
         return "vector+eddy" if eddy else "vector"
-    return "+".join(["norm", *(one for one in ("gyro", "accel") if one in needs)])
+    return "+".join(["norm", *(one for one in ("gyro", "accel") if one in needs and "gyro" in needs)])
 
 
 def least_in(run: Plan, knowledges: set[str], flights: Flights | None = None) -> Leasts:

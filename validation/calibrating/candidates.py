@@ -31,7 +31,8 @@ class Candidate:
     """A calibrator that takes part: small, frozen, and the same in every process.
 
     `attitude_free`: it uses no attitude, so that its scores leave out the rotation which the field's strength cannot
-    tell. `whole_array`: it takes all sensors of an array at once. `eddy`: it finds eddy currents too.
+    tell. `whole_array`: it takes all sensors of an array at once. `eddy`: it finds eddy currents too. `needs`: what it
+    needs of a recording, keys of NEEDS.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Candidate:
     attitude_free: bool
     whole_array: bool = False
     eddy: bool = False
+    needs: tuple[str, ...] = ()
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None) -> Calibration:
         """The calibration of one recording; as `timed`."""
@@ -83,7 +85,8 @@ def candidates(
     found = [_named(text, time_limit_s) for text in dict.fromkeys(with_)]
     for text in dict.fromkeys(exec_):
         program = command(text, time_limit_s)
-        found.append(Candidate(program.name, program, attitude_free=not program.uses_vector))
+        attitude_free = not (program.uses_vector or "attitude" in program.needs)
+        found.append(Candidate(program.name, program, attitude_free, needs=program.needs))
     names = [candidate.name for candidate in found]
     twice = [name for name in names if names.count(name) > 1]
     if twice:
@@ -137,6 +140,6 @@ def own_name(spec: str) -> str:
 
 def _candidate(name: str, method: Method, facts: object) -> Candidate:
     """A candidate by what its class, its function or its module's process says of it."""
-    attitude_free = "attitude" not in getattr(facts, "needs", ())
+    needs = tuple(getattr(facts, "needs", ()))
     whole_array, eddy = (bool(getattr(facts, fact, False)) for fact in ("whole_array", "eddy"))
-    return Candidate(name, method, attitude_free, whole_array=whole_array, eddy=eddy)
+    return Candidate(name, method, "attitude" not in needs, whole_array=whole_array, eddy=eddy, needs=needs)

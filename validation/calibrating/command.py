@@ -34,7 +34,9 @@ VARIABLES = {
 """The values that a program is told: as placeholders, and as environment variables."""
 KNOWN = (*RECORDINGS, RESULT, *VARIABLES)
 PLACEHOLDER = re.compile(r"\{([A-Za-z_][\w.]*)\}")
-NAMED = re.compile(r"([A-Za-z][\w.-]*)=(.+)", re.DOTALL)
+NAMED = re.compile(r"([A-Za-z][\w.-]*)(?::([\w,]+))?=(.+)", re.DOTALL)
+STATED = ("gyro", "accel", "attitude")
+"""What a program may be said to need of the recording beside the field."""
 MAX_RESULT_BYTES = 2**24
 EXAMPLE = "--exec 'NAME=./mycal {recording} {result}'"
 
@@ -43,14 +45,15 @@ EXAMPLE = "--exec 'NAME=./mycal {recording} {result}'"
 class Command:
     """A program as its words, which hold placeholders.
 
-    time_limit_s : the time that a fit may take; sha256 : of the files among the words, by which a comparison that goes
-    on later knows them again.
+    needs : some of STATED. time_limit_s : the time that a fit may take; sha256 : of the files among the words, by which
+    a comparison that goes on later knows them again.
     """
 
     name: str
     words: tuple[str, ...]
     time_limit_s: float
     sha256: tuple[str, ...]
+    needs: tuple[str, ...] = ()
 
     @property
     def uses_vector(self) -> bool:
@@ -59,7 +62,7 @@ class Command:
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
         """The calibration that the program writes; a failure of whatever kind is its status."""
-        needs = ("field_vector",) if self.uses_vector else ()
+        needs = (*self.needs, *(("field_vector",) if self.uses_vector else ()))
         status = unusable(recording, reference, needs, self.name)
         if status is not None:
             return Fitted(Calibration(name=self.name, status=status), 0.0)
@@ -93,13 +96,13 @@ class Command:
 
 
 def command(text: str, time_limit_s: float) -> Command:
-    """The command that an `--exec` text says: words as a shell splits them, a NAME= before them or not.
+    """The command that an `--exec` text says: words as a shell splits them, NAME= or NAME:NEEDS= before them or not.
 
     A word that names a file here is meant wherever the program runs. Raises InputError for a program that is not
     there, for an unknown placeholder, and for a text without {recording} or {result}.
     """
     named = NAMED.fullmatch(text.strip())
-    name, line = named.groups() if named else ("", text)
+    name, said, line = named.groups() if named else ("", None, text)
     try:
         words = shlex.split(line)
     except ValueError as error:
@@ -107,7 +110,16 @@ def command(text: str, time_limit_s: float) -> Command:
     _check_placeholders(_placeholders(words), f"--exec {text}")
     found = (_program(words[0], text), *map(_whole_path, words[1:]))
     files = (Path(word) for word in found if os.path.isabs(word) and os.path.isfile(word))
-    return Command(name or Path(words[0]).stem, found, time_limit_s, tuple(sha256_of(file) for file in files))
+    shas = tuple(sha256_of(file) for file in files)
+    return Command(name or Path(words[0]).stem, found, time_limit_s, shas, _needs(said, text))
+
+
+def _needs(said: str | None, text: str) -> tuple[str, ...]:
+    needs = tuple(said.split(",")) if said else ()
+    if not set(needs) <= set(STATED):
+        do = f"NAME:{STATED[0]}=..., some of {', '.join(STATED)}"
+        raise InputError(f"needs {said!r}", where=f"--exec {text}", do=do)
+    return needs
 
 
 def _check_placeholders(used: set[str], where: str) -> None:

@@ -121,7 +121,9 @@ def _least_of(gate: Gate, calibrator: str, design: Design) -> Least:
     """What any method reaches which is told as much; InputError where none is known in the first run."""
     scenario = design.points[-1].scenario
     one = next((one for one in design.candidates if one.name == _name(calibrator)), None)
-    knowledge = None if one is None else knowledge_of(calibrator, attitude_free=one.attitude_free, eddy=one.eddy)
+    knowledge = None
+    if one is not None:
+        knowledge = knowledge_of(calibrator, one.needs, attitude_free=one.attitude_free, eddy=one.eddy)
     bounds = RunBounds(scenario, design.seed, frozenset({knowledge} if knowledge else ()))
     least = Least(bounds, knowledge or "", gate.meaning.column)
     if knowledge is None or not 0 < least.of(0) < math.inf:

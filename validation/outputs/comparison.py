@@ -139,7 +139,8 @@ def _answered(design: Design, table: Table, asked: Question) -> Comparison:
 def _least(design: Design, table: Table) -> dict[tuple[int, str, str], Array]:
     """The bound (n,) on each score in every run by itself, by point, calibrator and column; NaN where there is none."""
     told = {
-        one.name: knowledge_of(one.name, attitude_free=one.attitude_free, eddy=one.eddy) for one in design.candidates
+        one.name: knowledge_of(one.name, one.needs, attitude_free=one.attitude_free, eddy=one.eddy)
+        for one in design.candidates
     }
     knowledges = frozenset(knowledge for knowledge in told.values() if knowledge)
     least: dict[tuple[int, str, str], Array] = {}

@@ -119,6 +119,7 @@ def judge(
         calibrations={key: fit.calibration for key, fit in fits.items()},
         scores={key: one.scores for key, one in found.items()},
         corrected={key: fit.calibration.apply(fit.recording) for key, fit in usable.items()},
+        needs={one.name: one.needs for one in chosen},
     )
 
 
@@ -142,6 +143,7 @@ def _rows(outcome: Outcome) -> dict[str, list[dict[str, Any]]]:
     told = {
         key: knowledge_of(
             key,
+            outcome.needs.get(key.split("@")[0], ()),
             attitude_free=any(one.rotation_removed for one in outcome.scores.get(key, ())),
             eddy=fit.eddy_s is not None,
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ class Outcome:
     calibrations: by calibrator, in the scenario's order; scores: likewise, and last the raw measurement's, which is no
     calibrator and is never ranked; `corrected`: the corrected field (n, 3) in nT, body
     frame, by calibrator, for those that gave one. `tracking`: how well the vehicle followed its path, None where it
-    follows none. Of an array of sensors the pictures show sensor 1.
+    follows none; `needs`: what each calibrator needs of a recording. Of an array of sensors the pictures show sensor 1.
     """
 
     scenario: Scenario
@@ -38,6 +38,7 @@ class Outcome:
     scores: dict[str, list[Score]]
     corrected: dict[str, Array]
     tracking: Tracking | None = None
+    needs: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """One line: the scenario, which calibrator to use, and how many failed."""

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from calib import CALIBRATORS
+from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from sim.effects.noise import WhiteNoise
 from sim.scenario import Scenario, load
 from sim.simulate import plan
 from validation.bound.ratio import bound_ratio, knowledge_of
 from validation.bound.runs import RunBounds
+from validation.calibrating.candidates import candidates
 
 SHORT = ["phases.0.duration_s=120"]
 
@@ -20,17 +22,36 @@ def drawn(scenario: Scenario, vary: dict[str, dict[str, list[float]]]) -> Scenar
     return Scenario.model_validate(as_dict(scenario) | {"vary": vary})
 
 
+def told(name: str, *, eddy: bool = False) -> str | None:
+    needs = CALIBRATORS[name.split("@")[0]].needs
+    return knowledge_of(name, needs, attitude_free="attitude" not in needs, eddy=eddy)
+
+
 def test_what_a_calibrator_is_told_follows_from_what_it_needs() -> None:
-    assert knowledge_of("ellipsoid", attitude_free=True) == "norm"
-    assert knowledge_of("vector_least_squares", attitude_free=False) == "vector"
-    assert knowledge_of("vector_lm", attitude_free=False, eddy=True) == "vector+eddy"
-    assert knowledge_of("mine", attitude_free=True) == "norm"
-    assert knowledge_of("gyro_ml", attitude_free=True) == "norm+gyro"
-    assert knowledge_of("gyro_accel_ml", attitude_free=True) == "norm+gyro+accel"
-    assert knowledge_of("ellipsoid@2", attitude_free=True) is None
-    assert {knowledge_of(name, attitude_free=True) for name, one in CALIBRATORS.items() if "array" in one.needs} == {
-        None
-    }
+    assert told("ellipsoid") == "norm"
+    assert told("vector_least_squares") == "vector"
+    assert told("vector_lm", eddy=True) == "vector+eddy"
+    assert told("gyro_ml") == "norm+gyro"
+    assert told("gyro_accel_ml") == "norm+gyro+accel"
+    assert told("ellipsoid@2") is None
+    assert {told(name) for name, one in CALIBRATORS.items() if "array" in one.needs} == {None}
+
+
+@pytest.mark.parametrize(
+    ("said", "knowledge"),
+    [("mine", "norm"), ("mine:gyro", "norm+gyro"), ("mine:accel,gyro", "norm+gyro+accel"), ("mine:accel", "norm")],
+)
+def test_a_program_is_told_what_its_user_says(said: str, knowledge: str) -> None:
+    (one,) = candidates((), (f"{said}=true {{recording}} {{result}}",))
+    assert one.name == "mine"
+    assert knowledge_of(one.name, one.needs, attitude_free=one.attitude_free) == knowledge
+    (by_attitude,) = candidates((), ("mine:attitude=true {recording} {result}",))
+    assert not by_attitude.attitude_free
+
+
+def test_a_program_cannot_need_what_is_no_part_of_a_recording() -> None:
+    with pytest.raises(InputError, match="gyro, accel, attitude"):
+        candidates((), ("mine:giro=true {recording} {result}",))
 
 
 @pytest.mark.parametrize("std_nT", [10.0, 0.0])
