@@ -42,17 +42,27 @@ class Pair:
     def apart(self, leg: Flown) -> float:
         """Nats by which the leg by itself tells the two apart, whichever of them is true; zero where it shows one only.
 
-        None of those of one kin where that is no more than an error of their form would make. Of two of which one makes
-        the other too it is the simpler, unless the leg shows more.
+        None where that is no more than an error of form of one kin would make, or the second order of a change of the
+        iron. Of two of which one makes the other too it is the simpler, unless the leg shows more.
         """
-        if any(missing_channels(type(each), leg.problem) for each in (self.one, self.second)):
+        if not self._is_shown(leg):
             return 0.0
         told = [leg.lacks(self.one, self.others)] if self.one.name not in self.second.clues.contains else []
         if self.listed and self.second.name not in self.one.clues.contains:
             told.append(leg.lacks(self.second, self.mine))
+        least = min(told, default=0.0)
+        return least if least > self._form(leg) * leg.size(self.one) else 0.0
+
+    def _is_shown(self, leg: Flown) -> bool:
+        """Whether a leg holds the causes of both; at rest every change of the iron is one constant."""
+        missing = any(missing_channels(type(each), leg.problem) for each in (self.one, self.second))
+        return not missing and (leg.iron or leg.problem.turns)
+
+    def _form(self, leg: Flown) -> float:
+        """The part of an effect that says nothing: an error of form within a kin, the second order in the iron."""
         kin = bool(self.one.clues.kin) and self.one.clues.kin == self.second.clues.kin
-        form = leg.problem.policy.same_kin * leg.size(self.one) if kin else 0.0
-        return min(told, default=0.0) if min(told, default=0.0) > form else 0.0
+        policy = leg.problem.policy
+        return max(policy.same_kin if kin else 0.0, 0.0 if leg.iron else policy.same_iron)
 
 
 def pairs_of(hand: Flown, one: Named) -> Iterator[Pair]:

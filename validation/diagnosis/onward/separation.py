@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from sim.effects.base import Effect
 from sim.state import Array
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron, proposed
 from validation.diagnosis.library.places import ThinnedPath
+from validation.diagnosis.library.search import between_neighbours
 from validation.diagnosis.problem.blocks import Cut, Sums, fit, squares, sums
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.chain import joined
@@ -81,10 +82,10 @@ class Flown:
         return squares(s, fit(s, WHOLE), WHOLE)
 
     def _moved(self, one: Candidate, target: Array) -> Candidate:
-        """A body at the place near its own that fits a target (n, q) best; what has no place stays as it is."""
+        """A body at the place near its own that fits a target (n, q) best, a listed value between its neighbours."""
         name = one.effect.with_role("place")
         if name is None:
-            return one
+            return between_neighbours(one, partial(self._left, target)) or one
         path = ThinnedPath.of(self.problem, self.without_base(target))
         place = path.best_near(np.array(dict(one.nonlinear)[name]))
         return one.at({name: tuple(float(v) for v in place)})
