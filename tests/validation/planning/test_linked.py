@@ -56,9 +56,9 @@ def test_legs_that_are_shown_again_tell_more() -> None:
 def test_a_level_vehicle_s_plan_is_far_below_its_circles_and_is_flown_so() -> None:
     """The standard level motion of six minutes tells 68.5 nT with the same gyro and tilts."""
     found = planned(task(), 360.0).checked(100, Here())
-    assert found.least.value < found.error < 0.5 * 68.5
+    assert found.least.value < found.error < 0.7 * 68.5
     assert "no motion is below it" in headline(found)
     assert found.confirmed is not None
     assert found.confirmed.calibrator == "gyro_ml"
     assert found.confirmed.failures == 0
-    assert found.confirmed.error == pytest.approx(found.error, rel=0.25)
+    assert found.confirmed.error == pytest.approx(found.error, rel=0.2)
