@@ -14,7 +14,13 @@ from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
 from validation.diagnosis.evidence.lobes import goes_with_heading
-from validation.diagnosis.evidence.standing import Beside, Standing, gains_along_the_field, look_alikes
+from validation.diagnosis.evidence.standing import (
+    Beside,
+    Standing,
+    gained_along_the_field,
+    gains_along_the_field,
+    look_alikes,
+)
 from validation.diagnosis.evidence.within import gain_within
 from validation.diagnosis.policy import Policy
 
@@ -137,9 +143,12 @@ class Hearing:
         problem, candidate = self.ground.problem, one.evidence.candidate
         if added_share(self.start, self.ground, with_it) < problem.policy.least_added:
             return "explains next to nothing of the gap"
-        source = problem.mode == "vector" and candidate.effect.clues.source
-        if source and not gains_along_the_field(self.ground, with_it, candidate.tried):
+        if problem.mode != "vector":
+            return ""
+        if candidate.effect.clues.source and not gains_along_the_field(self.ground, with_it, candidate.tried):
             return "nothing along the field: an error of the attitude"
+        if gained_along_the_field(self.ground, with_it) < -problem.policy.apart:
+            return "adds along the field what is not there: an error of the attitude"
         return ""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -96,32 +96,39 @@ class Beside:
 
 
 def moved_in_time(candidate: Candidate, problem: LinearProblem, rows: Rows) -> list[Array]:
-    """Columns (n, q, k) of an effect that is none: what it adds, mirrored and rolled in time, at several shifts.
+    """Columns (n, q, k) of an effect that is none: what it adds, to and fro in time, begun at several shifts.
 
-    Where only the strength is known they are rolled in the frame of the sensor, and seen along the motion as it was: a
-    wander of one axis comes and goes with the direction of the field, and so must they.
+    So what only rises does not jump but comes back. Where only the strength is known they are moved in the frame of the
+    sensor, and seen along the motion as it was: a wander of one axis comes and goes with the direction of the field,
+    and so must they.
     """
-    times = problem.policy.surrogates
-    shares = [(2 * t + 1) / (2 * times) for t in range(times)]
     if problem.mode == "vector":
-        columns = rows.taken(candidate.columns(problem))[::-1]
-        return [np.roll(columns, int(share * len(columns)), axis=0) for share in shares]
-    added = candidate.contribution_nT(problem)[::-1]
-    moved = (np.roll(added, int(share * len(added)), axis=0) for share in shares)
+        return list(_to_and_fro(rows.taken(candidate.columns(problem)), problem.policy.surrogates))
+    moved = _to_and_fro(candidate.contribution_nT(problem), problem.policy.surrogates)
     return [rows.taken(problem.whitened(one, candidate.effect.stage)) for one in moved]
+
+
+def _to_and_fro(columns: Array, times: int) -> Iterator[Array]:
+    n, both = len(columns), np.concatenate([columns[::-1], columns, columns[::-1]])
+    for t in range(times):
+        begin = int((2 * t + 1) / times * n)
+        yield both[begin : begin + n]
 
 
 def gains_along_the_field(before: Ground, after: Ground, tried: int = 1) -> bool:
     """Whether what was taken in explains the part along the field too, where an error of the attitude has nothing.
 
-    Nats of means over `slow_mean_s` of that part, ``(b - a) / 2``, over what is still coloured, ``max(1, a / n)``, less
-    what the k columns taken in gain by chance, ``k / 2``, and the price of a search among `tried` settings.
+    Nats less what the k columns taken in gain by chance, ``k / 2``, and the price of a search among `tried` settings.
     """
     policy, k = before.problem.policy, after.inside.shape[2] - before.inside.shape[2]
-    poorer, richer = (along_the_field(ground) for ground in (before, after))
-    gained = float((poorer**2).sum() - (richer**2).sum()) / 2
     by_chance = k / 2 + search_price(tried, k, policy)
-    return bool(gained / max(1.0, float((richer**2).mean())) - by_chance > policy.apart)
+    return gained_along_the_field(before, after) - by_chance > policy.apart
+
+
+def gained_along_the_field(before: Ground, after: Ground) -> float:
+    """Nats of means over `slow_mean_s` of the part along the field, ``(b - a) / 2``, over what is still coloured."""
+    poorer, richer = (along_the_field(ground) for ground in (before, after))
+    return float((poorer**2).sum() - (richer**2).sum()) / 2 / max(1.0, float((richer**2).mean()))
 
 
 def along_the_field(ground: Ground) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sim.effects import EFFECTS
+from sim.state import TEMPERATURE
 from tests.validation.diagnosis.evidence.test_rest import covariance
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision.selection import select
@@ -15,12 +16,13 @@ from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, white
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.rows import Rows
-from validation.diagnosis.evidence.standing import Beside, gains_along_the_field, moved_in_time
+from validation.diagnosis.evidence.standing import Beside, gained_along_the_field, gains_along_the_field, moved_in_time
 from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
 HIDDEN = {DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}}
 
 
@@ -118,6 +120,29 @@ def test_what_surrogates_gain_as_well_is_no_effect(monkeypatch: pytest.MonkeyPat
             assert select(posed).found == ()
 
 
+def test_a_course_that_only_rises_does_not_jump_when_it_is_moved() -> None:
+    """Rolled in time a ramp jumps, as no slow noise does: chance would seem smaller than it is."""
+    posed = problem(recording(2000))
+    rows = Beside.of(posed, np.zeros((*posed.target.shape, 0))).rows
+    rising = replace(posed, state=replace(posed.state, channels={TEMPERATURE: np.linspace(10.0, 12.0, 2000)}))
+    candidate = Candidate(WARM)
+    as_it_is = np.abs(np.diff(candidate.columns(rising), axis=0)).max()
+    assert all(np.abs(np.diff(one, axis=0)).max() < 1.01 * as_it_is for one in moved_in_time(candidate, rising, rows))
+
+
+def test_what_adds_along_the_field_what_is_not_there_is_refused() -> None:
+    """Beside an attitude that wanders columns without a cause find something, on all axes alike."""
+    given, rng = recording(2000), np.random.default_rng(4)
+    turned = np.cross(np.cumsum(rng.normal(scale=3e-5, size=(2000, 3)), axis=0), problem(given).state.field_nT)
+    posed = problem(replace(given, mag_nT=given.mag_nT + turned))
+    ground = Ground.of(posed)
+    course = np.cumsum(rng.normal(size=(2000, 1)), axis=0)
+    columns = posed.whitened(course[:, :, None] * np.eye(3), "sensor")
+    assert gained_along_the_field(ground, ground.beside(columns)) < -posed.policy.apart
+    true = problem(replace(given, mag_nT=given.mag_nT + turned + 0.5 * course))
+    assert gained_along_the_field(Ground.of(true), Ground.of(true).beside(columns)) > posed.policy.apart
+
+
 def test_folds_show_an_event_and_leave_the_others_as_they_were() -> None:
     """An event of some seconds acts in every fold; a course over the whole run keeps the policy's segments."""
     time_s = np.arange(6000) / 10
@@ -145,13 +170,13 @@ def test_a_column_that_others_make_gains_nothing_whatever_its_unit() -> None:
 
 @pytest.mark.parametrize("seen", ["vector", "strength"])
 def test_what_is_moved_in_time_is_seen_along_the_motion_as_it_was(seen: str) -> None:
-    """Mirrored about its middle and moved by odd parts of the run: the cause moves, the direction does not."""
+    """To and fro, begun at odd parts of the run: the cause moves, the direction does not."""
     posed = problem(recording(2000) if seen == "vector" else without_attitude(recording(2000)))
     candidate = Candidate(DRIVEN)
     rows = Beside.of(posed, np.zeros((*posed.target.shape, 0))).rows
     moved = moved_in_time(candidate, posed, rows)
     assert len(moved) == STANDARD.surrogates
-    late = {name: np.roll(values[::-1], int(5 / 32 * 2000)) for name, values in posed.state.channels.items()}
+    late = {name: np.r_[x[::-1], x][625:2625] for name, x in posed.state.channels.items()}
     gone = replace(posed, state=replace(posed.state, channels=late))
     assert np.allclose(moved[2], rows.taken(candidate.columns(gone)), atol=1e-9)
     assert not np.allclose(moved[2], rows.taken(candidate.columns(posed)), atol=1e-3)
