@@ -102,17 +102,25 @@ R = TypeVar("R", bound=Rival)
 def simplest(close: Sequence[R], policy: Policy) -> R:
     """The strongest of those with the fewest columns; of two that are one and the same, the chain's first.
 
-    Of one kin it is the one nearest to its own size: a low-pass taken twice is a delay. Hard iron and a sensor's offset
-    span the same columns: which of them gains more is a matter of the last bit. Others say of themselves that they are
-    the same.
+    Hard iron and a sensor's offset span the same columns: which of them gains more is a matter of the last bit. Others
+    say of themselves that they are the same.
     """
     narrowest = min(e.width for e in close)
     rivals = [e for e in close if e.width == narrowest]
     best = max(rivals, key=lambda e: e.gain)
-    best = min((e for e in rivals if e is best or are_kin(e, best)), key=lambda e: (e.off_size, -e.gain))
+    if kin := [e for e in rivals if are_kin(e, best)]:
+        return _of_kin(kin, policy)
     like = best.candidate.effect.clues.same_as
     same = [e for e in rivals if e.name == like or math.isclose(e.gain, best.gain, rel_tol=policy.same_gain)]
     return min(same, key=lambda e: CHAIN.index(e.name))
+
+
+def _of_kin(kin: Sequence[R], policy: Policy) -> R:
+    """The one nearest to its own size, for a low-pass taken twice is a delay; of several as good the chain's last."""
+    nearest = min(e.off_size for e in kin)
+    near = [e for e in kin if e.off_size < nearest + policy.same_size]
+    most = max(e.gain for e in near)
+    return max((e for e in near if most - e.gain < policy.apart), key=lambda e: CHAIN.index(e.name))
 
 
 def by_form_alone(one: Evidence, best: Evidence, share: float) -> bool:

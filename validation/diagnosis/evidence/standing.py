@@ -122,7 +122,7 @@ def gains_along_the_field(before: Ground, after: Ground, tried: int = 1) -> bool
     """
     policy, k = before.problem.policy, after.inside.shape[2] - before.inside.shape[2]
     by_chance = k / 2 + search_price(tried, k, policy)
-    return gained_along_the_field(before, after) - by_chance > policy.apart
+    return bool(gained_along_the_field(before, after) - by_chance > policy.apart)
 
 
 def gained_along_the_field(before: Ground, after: Ground) -> float:

@@ -79,6 +79,14 @@ def test_one_of_its_kin_that_gains_less_by_an_error_of_form_is_listed() -> None:
     assert {chosen.name, *chosen.alternatives} == {best.name, near.name}
 
 
+@pytest.mark.parametrize(("more", "name"), [(0.05, "latency"), (50.0, "bandwidth")])
+def test_a_low_pass_is_named_before_a_delay_only_where_it_does_better(more: float, name: str) -> None:
+    low_pass, delay = (next(one for one in KIN if one.name == kin) for kin in ("bandwidth", "latency"))
+    chosen = accepted((_evidence(low_pass, 2000.0 + more, 1), _evidence(delay, 2000.0, 1)), STANDARD)
+    assert chosen is not None
+    assert chosen.name == name
+
+
 @pytest.mark.parametrize("last_bit", [-1e-9, 0.0, 1e-9])
 def test_of_two_that_are_the_same_the_first_of_the_chain_is_named(last_bit: float) -> None:
     iron, offset = _evidence(HardIron, 100.0, 3), _evidence(SensorOffset, 100.0 + last_bit, 3)
