@@ -103,6 +103,10 @@ class Policy:
     )
     most_burst: int = number(4, "samples in a row that a burst of wrong values lasts at most")
     burst_median: int = number(21, "samples about a burst whose median is what it stands out from")
+    off_along: float = number(
+        0.1, "part of what wrong values are off by that lies along the field, below which they are the attitude's",
+        run="tuning seeds: a clock's errors in a hand 0.09, spikes 0.5; an error of the attitude half its angle",
+    )  # fmt: skip
     quiet_sigma: float = number(1.5, "median gap below which the base leaves so little that a far sample is wrong")
     spike_margin: int = number(2, "samples beside a held or clipped one whose jumps are no spikes")
     more_noise: float = number(1.1, "ratio to the model's noise from which on there is more of it")

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from scenarios.errors import InputError
 from sim.effects.base import Effect
@@ -19,6 +20,7 @@ from validation.diagnosis.problem.held import held, repeated
 from validation.diagnosis.problem.linear import LinearProblem, pauses_after
 from validation.signals.faults import pile_up, repeats, spikes
 from validation.signals.lattice import Lattice, find_lattice
+from validation.signals.size import rms
 
 Mask = NDArray[np.bool_]
 Lattices = tuple[Lattice | None, ...]
@@ -96,10 +98,28 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     rate_hz, mean_nT = _spike_law(
         np.abs(left - np.median(left, axis=0))[where], len(left) * problem.state.interval_s, policy.one_size
     )
-    single = where.any(axis=1)
+    single: Mask = np.asarray(where.any(axis=1))
+    if _across_the_field(problem, left, single):
+        return None
     seen = np.abs(problem.target if problem.mode == "strength" else left / problem.sigma_nT)
     far = (seen > policy.far_sigma).any(axis=1) & (single | _quiet(seen, policy)) & ~beside
     return _possible(Spikes, single | far, rate_hz=rate_hz, amplitude_nT=mean_nT)
+
+
+def _across_the_field(problem: LinearProblem, left: Array, samples: Mask) -> bool:
+    """Whether samples (n,) are off across the field alone, which an error of the attitude or of a clock is.
+
+    left (n, 3): what the base leaves. Off their neighbours by d, along the field by a, others along it by s:
+    ``a^2 - s^2 < (share d)^2``.
+    """
+    if problem.mode != "vector" or problem.still or problem.relative:
+        return False
+    unit = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
+    field_nT = left @ np.linalg.inv(problem.turn).T
+    off = field_nT - median_filter(field_nT, (problem.policy.burst_median, 1))
+    along = np.einsum("ni,ni->n", unit, off)
+    most = problem.policy.off_along * np.sqrt(3) * rms(off[samples])
+    return bool(rms(along[samples]) ** 2 - rms(along[~samples]) ** 2 < most**2)
 
 
 def _standing_out(problem: LinearProblem, left: Array, steps: Array) -> Mask:

@@ -39,6 +39,16 @@ def test_a_fault_is_seen_with_its_size(effect: type[Effect]) -> None:
         assert getattr(found.effect, name) == pytest.approx(value, rel=0.5 if effect in (Dropouts, Spikes) else 0.01)
 
 
+def test_a_clock_that_errs_now_and_then_makes_no_wrong_values() -> None:
+    """The attitude of another moment turns the field: what it leaves lies across the field alone."""
+    given, rng = recording(8000), np.random.default_rng(6)
+    assert given.att_q is not None
+    late = np.repeat(rng.random(4000) < 0.01, 2)
+    posed = problem(replace(given, att_q=given.att_q[np.maximum(np.arange(8000) - late, 0)]))
+    assert direct_evidence(posed) == []
+    assert direct_evidence(replace(posed, policy=Policy(off_along=1e-6))) != []
+
+
 def _rounded(model: tuple[Effect, ...] = (), policy: Policy = STANDARD):  # type: ignore[no-untyped-def]
     given = recording()
     return problem(replace(given, mag_nT=4.0 * np.round(given.mag_nT / 4.0)), model, policy)
