@@ -183,7 +183,7 @@ class Policy:
     folds: int = number(5, "folds of segments, each held out once")
     fold_s: float = number(20.0, "length of a segment of a fold at least")
     fold_share: float = number(1 / 60, "the same as a share of the recording")
-    surrogates: int = number(16, "times that an effect's columns are mirrored and rolled in time, as effects of none")
+    surrogates: int = number(16, "times that an effect's columns are moved to and fro in time, as effects of none")
     coloured_nats: float = number(
         25.0, "evidence above which an effect is accepted beside a coloured rest",
         run="a trial before this program: 7.5 nats gave false names",

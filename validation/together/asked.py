@@ -48,7 +48,7 @@ class Asked:
 
     @cached_property
     def chance(self) -> list[Array]:
-        """Products (k + 1, k + 1) of the columns mirrored and rolled in time, as effects of none."""
+        """Products (k + 1, k + 1) of the columns moved to and fro in time, as effects of none."""
         moved = moved_in_time(self.candidate, self.problem, self.beside.rows)
         return self.beside.by_chance(self.columns, self.hypothesis, moved)
 
