@@ -105,12 +105,14 @@ def test_a_model_with_fitted_iron_and_an_error_of_the_field_agrees_with_another_
     assert np.sqrt((left**2).mean(axis=0)).max() < 2.5
 
 
-def test_a_field_with_the_wrong_dip_is_told_instead_of_effects(flight, model) -> None:  # type: ignore[no-untyped-def]
+def test_a_field_with_the_wrong_dip_is_told_and_read_right(flight, model) -> None:  # type: ignore[no-untyped-def]
     given = model()
     east, north, up = given.field.enu_nT
     wrong = given.model_copy(update={"field": given.field.model_copy(update={"enu_nT": (east, north, -up)})})
     found = diagnose(flight({}), wrong)
-    assert (found.verdict, found.named) == ("unknown", ())
+    assert (found.verdict, found.named) == ("none", ())
+    assert "vertical part has the other sign" in found.sentence
+    assert found.model.field.enu_nT == pytest.approx((east, north, up))
     assert "vertical part has the other sign" in found.advice[0]
     assert f"{up:.0f}" in found.advice[0]
 
