@@ -103,10 +103,6 @@ class Policy:
     )
     most_burst: int = number(4, "samples in a row that a burst of wrong values lasts at most")
     burst_median: int = number(21, "samples about a burst whose median is what it stands out from")
-    along_share: float = number(
-        0.02, "part of a source's evidence that lies along the field at the least, also beside a white rest",
-        run="wide seed 2002: a gradient of 4616 nats, 0.3 of them along the field, was a turned attitude",
-    )  # fmt: skip
     off_along: float = number(
         0.1, "part of what wrong values are off by that lies along the field, below which they are the attitude's",
         run="tuning seeds: a clock's errors in a hand 0.09, spikes 0.5; an error of the attitude half its angle",

@@ -135,23 +135,19 @@ class Hearing:
             refusal = "no more than its columns moved in time"
         elif goes_with_heading(self.ground, one.evidence):
             refusal = "goes with the heading as well"
-        elif coloured and added_share(self.start, self.ground, with_it) < policy.least_added:
-            refusal = "explains next to nothing of the gap"
         else:
-            refusal = self._refusal_along_the_field(one, with_it, coloured)
+            refusal = self._refusal_in_colour(one, with_it) if coloured else ""
         return Trial(one, inflation, coloured, needed, refusal)
 
-    def _refusal_along_the_field(self, one: Standing, with_it: Ground, coloured: bool) -> str:
-        """Why it is an error of the attitude: beside a white rest where so much evidence would show along the field."""
+    def _refusal_in_colour(self, one: Standing, with_it: Ground) -> str:
         problem, candidate = self.ground.problem, one.evidence.candidate
-        policy = problem.policy
+        if added_share(self.start, self.ground, with_it) < problem.policy.least_added:
+            return "explains next to nothing of the gap"
         if problem.mode != "vector":
             return ""
-        shows = coloured or policy.along_share * one.gain > policy.apart
-        source = candidate.effect.clues.source and shows
-        if source and not gains_along_the_field(self.ground, with_it, candidate.tried):
+        if candidate.effect.clues.source and not gains_along_the_field(self.ground, with_it, candidate.tried):
             return "nothing along the field: an error of the attitude"
-        if coloured and gained_along_the_field(self.ground, with_it) < -policy.apart:
+        if gained_along_the_field(self.ground, with_it) < -problem.policy.apart:
             return "adds along the field what is not there: an error of the attitude"
         return ""
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ from sim.effects import EFFECTS
 from sim.state import TEMPERATURE
 from tests.validation.diagnosis.evidence.test_rest import covariance
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
-from validation.diagnosis.decision.hearing import Hearing
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, white
@@ -144,20 +141,6 @@ def test_what_adds_along_the_field_what_is_not_there_is_refused() -> None:
     assert gained_along_the_field(ground, ground.beside(columns)) < -posed.policy.apart
     true = problem(replace(given, mag_nT=given.mag_nT + turned + 0.5 * course))
     assert gained_along_the_field(Ground.of(true), Ground.of(true).beside(columns)) > posed.policy.apart
-
-
-@pytest.mark.parametrize(("gain", "refused"), [(5000.0, True), (100.0, False)])
-def test_beside_a_white_rest_too_much_evidence_must_lie_along_the_field(gain: float, refused: bool) -> None:
-    given = recording(2000)
-    turned = np.cross(np.sin(0.011 * given.time_s)[:, None] * [2e-3, -1e-3, 1e-3], problem(given).state.field_nT)
-    posed = problem(replace(given, mag_nT=given.mag_nT + turned))
-    source = proposed(posed)["diurnal_drift"][0]
-    ground = Ground.of(posed)
-    one: Any = SimpleNamespace(evidence=SimpleNamespace(candidate=source), gain=gain)
-    nothing: Any = None
-    hearing = Hearing(ground, nothing, ground, nothing)
-    why = hearing._refusal_along_the_field(one, ground.beside(source.columns(posed)), coloured=False)
-    assert bool(why) == refused
 
 
 def test_folds_show_an_event_and_leave_the_others_as_they_were() -> None:
