@@ -15,6 +15,8 @@ from validation.diagnosis.problem.pose import pose
 from validation.signals.size import column_rms, rms
 
 COMPASS = "The heading was computed from this very magnetometer: only the field's strength was compared."
+LEAST_SHOWN_NT = 0.01
+"""Noise below which a heading is of no other instrument for certain, nT."""
 MISREAD = {
     "its vertical part has the other sign": np.diag([1.0, 1.0, -1.0]),
     "it is north, east, down": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
@@ -96,9 +98,10 @@ class East:
 
     def instead(self, field_enu_nT: Array) -> Instead:
         """What is said of it."""
+        noise_nT = max(self.noise_nT, LEAST_SHOWN_NT)
         figures = (
             "Log a heading of another instrument: towards magnetic east, where a heading shows, the field has "
-            f"{self.noise_nT:.3g} nT of noise, elsewhere {self.beside_noise_nT:.3g} nT. The logged one repeats the "
+            f"{noise_nT:.3g} nT of noise, elsewhere {self.beside_noise_nT:.3g} nT. The logged one repeats the "
             "magnetometer's errors, so that the attitude was left out."
         )
         return Instead(COMPASS, figures, field_enu_nT)

@@ -49,8 +49,8 @@ class LinearProblem:
     `attitude_std_rad`: the error of navigation's attitude that the model states, 0 if none. `iron_known`: whether the
     model's iron is the instrument's, so that a difference from it is a finding. `policy`: what is held for evidence.
     `still`: the sensor is at rest, and y is the measured axes about a constant. `relative`: the field is another
-    magnetometer's reading. `instead`: what was done about a reference that was wrong. `track`:
-    along which the field changes with the place.
+    magnetometer's reading. `instead`: what was done about a reference that was wrong. `track`: along which the
+    field changes with the place.
     """
 
     recording: Recording
