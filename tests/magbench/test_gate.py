@@ -90,13 +90,14 @@ def test_calibrators_of_ones_own_are_compared_held_broken_and_caught(
     Path("my/own.py").write_text(MINE)
     Path("my/copy.sh").write_text('cp "$1" "$3"')
     Path("my/known.json").write_text(THEIRS % 100)
-    program = "theirs=sh my/copy.sh my/known.json {recording.csv} {result}"
+    program = "theirs:gyro=sh my/copy.sh my/known.json {recording.csv} {result}"
     words = ["--with", "ellipsoid,my.own:mine", "--exec", program, "--time-limit-s", "20", "--trials", "20"]
     assert main(["compare", "tumble", "--set", CUT, *words, "-o", "compared"]) == 0
     assert main(["gate", "--init", "compared", "-o", "begun.toml"]) == 0, capfd.readouterr().err
     text = Path("begun.toml").read_text()
     assert 'calibrator = "my.own:mine"' in text
     assert 'exec = "sh ./my/copy.sh ./my/known.json {recording.csv} {result}"' in text
+    assert 'needs = ["gyro"]' in text
     assert "time_limit_s = 20.0" in text
     assert verdicts(capfd) == {"ellipsoid": "pass", "mine": "pass", "theirs": "pass"}
     Path("my/own.py").write_text(MINE.replace("* found[:3]", "* 10 * found[:3]"))

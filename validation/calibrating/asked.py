@@ -17,12 +17,13 @@ from validation.calibrating.imported import Imported
 class Asked:
     """What `--with` takes, or of a program its name, and its words with their placeholders.
 
-    time_limit_s : of a fit; None for one of magbench's own.
+    time_limit_s : of a fit; None for one of magbench's own. needs : what a program is said to need of a recording.
     """
 
     calibrator: str
     words: tuple[str, ...] = ()
     time_limit_s: float | None = None
+    needs: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, found: Candidate) -> Self | None:
@@ -32,8 +33,8 @@ class Asked:
                 return cls(name)
             case Imported(name, spec, time_limit_s):
                 return cls(spec if name == own_name(spec) else f"{name}={spec}", time_limit_s=time_limit_s)
-            case Command(name, words, time_limit_s):
-                return cls(name, words, time_limit_s)
+            case Command(name, words, time_limit_s, needs=needs):
+                return cls(name, words, time_limit_s, needs)
         return None
 
     def plain(self) -> dict[str, Any]:
@@ -42,8 +43,8 @@ class Asked:
 
     @classmethod
     def read(cls, plain: Mapping[str, Any]) -> Self:
-        """From plain values."""
-        return cls(plain["calibrator"], tuple(plain["words"]), plain["time_limit_s"])
+        """From plain values; a comparison of an earlier magbench says no needs."""
+        return cls(plain["calibrator"], tuple(plain["words"]), plain["time_limit_s"], tuple(plain.get("needs", ())))
 
     @property
     def exec(self) -> str:

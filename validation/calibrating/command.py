@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -35,8 +36,9 @@ VARIABLES = {
 KNOWN = (*RECORDINGS, RESULT, *VARIABLES)
 PLACEHOLDER = re.compile(r"\{([A-Za-z_][\w.]*)\}")
 NAMED = re.compile(r"([A-Za-z][\w.-]*)(?::([\w,]+))?=(.+)", re.DOTALL)
-STATED = ("gyro", "accel", "attitude")
+Need = Literal["gyro", "accel", "attitude"]
 """What a program may be said to need of the recording beside the field."""
+STATED: tuple[Need, ...] = get_args(Need)
 MAX_RESULT_BYTES = 2**24
 EXAMPLE = "--exec 'NAME=./mycal {recording} {result}'"
 

@@ -102,11 +102,11 @@ def arranged(
 
 
 def _commands(file: GateFile, path: Path) -> dict[str, str]:
-    """The commands of a file's programs, by name; they hold for every gate that says the name."""
+    """The commands of a file's programs, as --exec takes them, by name; they hold for every gate that says the name."""
     found: dict[str, str] = {}
     for index, gate in enumerate(file.gate):
         name = _name(gate.calibrator)
-        if gate.exec_ and found.setdefault(name, gate.exec_) != gate.exec_:
+        if gate.command and found.setdefault(name, gate.command) != gate.command:
             where = f"{path}: gate.{index}.exec"
             raise InputError(f"{name!r} is another command in a gate before", where=where, do="choose another name")
     return found
@@ -164,7 +164,7 @@ class _Builder:
             if name not in found and name != UNCORRECTED:
                 with self._at(index, key):
                     command = self.commands.get(name)
-                    named, programs = ((), (f"{name}={command}",)) if command else ((name,), ())
+                    named, programs = ((), (command,)) if command else ((name,), ())
                     (found[name],) = candidates(named, programs, self.file.time_limit_s)
 
     def _check_told_apart(self, found: Mapping[str, Candidate], index: int) -> None:

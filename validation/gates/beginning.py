@@ -192,6 +192,8 @@ def _table(one: Proposal, compared: Compared, score: Meaning) -> tomlkit.items.T
     table["calibrator"] = asked.calibrator
     if asked.words:
         table["exec"] = asked.exec
+    if asked.needs:
+        table["needs"] = list(asked.needs)
     table["score"] = score.column
     if one.reference is None:
         table["limit"] = one.step.limit

@@ -13,6 +13,7 @@ from scenarios.problems import misfit
 from scenarios.spec import DIALECT
 from scenarios.table import Table
 from validation.calibrating.children import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
+from validation.calibrating.command import Need
 from validation.gates.power import MOST_TRIALS, USUAL_SPREAD
 from validation.scoring.meaning import Meaning, meaning_of
 
@@ -41,6 +42,7 @@ class Gate(Table):
     set_: tuple[str, ...] = Field((), alias="set", description="overrides, as with --set: KEY=VALUE")
     calibrator: str = Field(min_length=1, description="registered name, or module:object; of an array name@sensor")
     exec_: str | None = Field(None, alias="exec", description="the command that is this calibrator, as with --exec")
+    needs: tuple[Need, ...] = Field((), description="what that command needs of a recording, as in NAME:gyro=...")
     score: str = Field(description="of scores.json, with its unit or without; less must be better")
     limit: Positive | None = Field(None, description="in the score's unit")
     ratio: Positive | None = Field(None, description="limit as a multiple of the reference's score in the same trial")
@@ -79,6 +81,20 @@ class Gate(Table):
         if (self.ratio is None) != (self.reference is None):
             raise misfit((), "ratio and reference go together", "add the other")
         return self
+
+    @model_validator(mode="after")
+    def _needs_of_a_command(self) -> Self:
+        if self.needs and self.exec_ is None:
+            raise misfit(("needs",), "only what exec says is told what it needs", "say it beside exec, or leave it out")
+        return self
+
+    @property
+    def command(self) -> str | None:
+        """Its command as --exec takes it, with the name and what it needs; None where it is none."""
+        if self.exec_ is None:
+            return None
+        name = self.calibrator.partition("@")[0]
+        return f"{':'.join(filter(None, (name, ','.join(self.needs))))}={self.exec_}"
 
     @property
     def kind(self) -> Literal["limit", "ratio", "baseline"]:

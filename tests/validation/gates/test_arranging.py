@@ -99,6 +99,19 @@ def test_a_name_stands_for_one_program_in_all_gates_and_sensors(groups_of: Group
         groups_of(one, gate_text("b", "mine", exec=HANG.replace("sh ", "sh -x "), limit=2.0))
 
 
+def test_a_program_is_held_to_the_bound_of_what_it_is_said_to_need(groups_of: Groups) -> None:
+    """With a gyro the least error of level circles is a sixth of that of the strength alone."""
+    keys = {"scenario": "standard-auv", "score": "offset_error_nT", "ratio": 1.2, "reference": "bound", "exec": HANG}
+    least = []
+    for needs in ([], ["gyro"]):
+        (group,) = groups_of(gate_text("a", "mine", needs=needs, **keys))
+        assert group.design.candidates[0].needs == tuple(needs)
+        least.append(group.entries[0].reading(0, {"mine": row("mine", 1.0)}).other)
+    assert least[1] < least[0] / 4
+    with pytest.raises(InputError, match=r"gate\.1\.exec: 'mine' is another command in a gate before"):
+        groups_of(gate_text("a", "mine", **keys), gate_text("b", "mine", needs=["gyro"], **keys))
+
+
 @pytest.fixture
 def baseline(tmp_path: Path, groups_of: Groups) -> Path:
     """Scores of ellipsoid on tumble in 60 trials."""
