@@ -6,14 +6,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from scenarios.paths import PhaseBase
-from validation.bound.bound import Bound
-from validation.bound.experiment import Experiment
+from validation.bound.information import SYMMETRIC
+from validation.bound.knowledge import PLACES
 from validation.planning.refine import fitted
 from validation.planning.search import Choice, Search
 from validation.planning.task import Task
 
+Array = NDArray[np.float64]
 GUIDES = ("vector", "norm")
 """What the legs are chosen for: a good gyro tells what a known attitude does, a poor one leaves the strength."""
 TIMES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
@@ -47,8 +48,10 @@ def shortest(task: Task, target: float, most_s: float) -> Choice:
 def _tried(task: Task, time_s: float) -> Iterator[Choice]:
     """The legs chosen for each guide, shown once or more often; not hurried: the gyro is read at the samples."""
     for guide in GUIDES:
-        search = Search(replace(task, knowledge=guide), time_s)
-        search.improve(time_s)
+        before = None if task.before is None else _carried(task.before, guide)
+        search = Search(replace(task, knowledge=guide, before=before), time_s)
+        if before is None:
+            search.improve(time_s)
         best = search.best(time_s)
         found = replace(best, task=task, error=np.inf)
         yield found
@@ -64,20 +67,16 @@ def _again(choice: Choice, times: int) -> Choice | None:
     legs = fitted(choice.task, choice.legs * times, choice.time_s)
     if legs is None:
         return None
-    known = meant(choice.task, choice.task.manoeuvre.phase(legs))
-    told = Bound.of(known, choice.task.knowledge).information.matrix
-    return replace(choice, legs=legs, error=choice.task.error(told))
+    again = replace(choice, legs=legs)
+    return replace(again, error=choice.task.error_with(again.information))
 
 
-def meant(task: Task, phase: PhaseBase) -> Experiment:
-    """The experiment of a phase whose attitudes are as they are meant."""
-    attitudes = task.manoeuvre.attitudes(phase, 0.0, phase.duration_s, task.interval_s)
-    assert task.known.field_enu_nT is not None
-    turns = (attitudes[1:].inv() * attitudes[:-1]).as_matrix()
-    return replace(
-        task.known,
-        field_nT=np.asarray(attitudes.inv().apply(task.known.field_enu_nT)),
-        turns=np.asarray(turns),
-        step_s=np.full(len(turns), task.interval_s),
-        up=None,
-    )
+def _carried(before: Array, guide: str) -> Array:
+    """Information on a symmetric S as that on a guide's entries (k, k), two across the diagonal by their mean."""
+    places = PLACES[guide]
+    into = np.zeros((len(before), 3 + len(places)))
+    into[:3, :3] = np.eye(3)
+    for k, (i, j) in enumerate(places):
+        across = sum(other in places for other in {(i, j), (j, i)})
+        into[3 + SYMMETRIC.index((min(i, j), max(i, j))), 3 + k] = 1.0 / across
+    return np.asarray(into.T @ before @ into)

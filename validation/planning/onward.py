@@ -13,6 +13,7 @@ from sim.scenario import Scenario
 from validation.bound.bound import Bound
 from validation.bound.files import scenario_experiment
 from validation.bound.limit import Limit, limit
+from validation.planning import linked
 from validation.planning.search import Choice, Search
 from validation.planning.task import Task
 
@@ -94,9 +95,13 @@ def _leg(task: Task, left_s: float) -> Next | None:
     """The leg from here that gains fastest; None where none in the time that is left tells the goal."""
     assert task.before is not None
     before = task.error(task.before)
-    tried = [Search(task, leg_s).best(leg_s) for leg_s in LEGS_S if leg_s <= left_s]
+    tried = [_best(task, leg_s) for leg_s in LEGS_S if leg_s <= left_s]
     found = [Next(choice, before, choice.error) for choice in tried if np.isfinite(choice.error)]
     return max(found, key=lambda one: (one.rate, -one.after), default=None)
+
+
+def _best(task: Task, leg_s: float) -> Choice:
+    return linked.linked(task, leg_s) if task.linked else Search(task, leg_s).best(leg_s)
 
 
 def _flown(task: Task, legs: tuple[Next, ...], idle: Next | None) -> Onward:

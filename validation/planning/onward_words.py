@@ -7,7 +7,7 @@ from typing import Any
 
 from scenarios.plain import json_ready
 from validation.planning.onward import Next, Onward
-from validation.planning.words import leg_summary, limit_of, row, times_s
+from validation.planning.words import PERFECT, leg_summary, limit_of, row, times_s
 from validation.text import duration, quantity
 
 
@@ -35,6 +35,7 @@ def headline(found: Onward) -> str:
         told = quantity(found.error, goal.unit)
         lines.append(f"recording and legs, as the simulator flies them, tell the {goal.short} to {told} rms")
         lines.append(limit_of(found.least))
+        lines += [PERFECT] if found.task.linked else []
     return "\n".join(lines)
 
 

@@ -82,6 +82,4 @@ def fitted(task: Task, legs: tuple[Leg, ...], time_s: float) -> tuple[Leg, ...] 
 
 def _error(task: Task, legs: tuple[Leg, ...]) -> float:
     """The goal's, by the whole flight as it is meant."""
-    phase = task.manoeuvre.phase(legs)
-    told = task.information(phase, 0.0, phase.duration_s)
-    return task.error(told if task.before is None else told + task.before)
+    return task.error_with(task.told(task.manoeuvre.phase(legs)))

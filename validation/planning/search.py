@@ -74,7 +74,7 @@ class Choice:
     @property
     def information(self) -> Array:
         """What the flight tells (k, k), beside what was known before."""
-        return self.task.information(self.phase, 0.0, self.phase.duration_s)
+        return self.task.told(self.phase)
 
 
 class Search:

@@ -123,6 +123,24 @@ class Task:
         flat = rows.reshape(-1, rows.shape[2])
         return np.asarray(flat.T @ flat)
 
+    def meant(self, phase: PhaseBase) -> Experiment:
+        """The experiment of a phase whose attitudes are as they are meant."""
+        attitudes = self.manoeuvre.attitudes(phase, 0.0, phase.duration_s, self.interval_s)
+        assert self.known.field_enu_nT is not None
+        return replace(
+            self.known,
+            field_nT=np.asarray(attitudes.inv().apply(self.known.field_enu_nT)),
+            turns=np.asarray((attitudes[1:].inv() * attitudes[:-1]).as_matrix()),
+            step_s=np.full(len(attitudes) - 1, self.interval_s),
+            up=None,
+        )
+
+    def told(self, phase: PhaseBase) -> Array:
+        """Information (k, k) of a flight of a phase by itself, as it is meant."""
+        if self.linked:
+            return Bound.of(self.meant(phase), self.knowledge).information.matrix
+        return self.information(phase, 0.0, phase.duration_s)
+
     def scenario(self, phases: Sequence[PhaseBase], summary: str) -> Scenario:
         """The scenario that flies phases."""
         about = {"phases": [_table(phase) for phase in phases], "name": f"plan-{self.name}", "summary": summary}
@@ -132,6 +150,10 @@ class Task:
         """The goal's, by information (k, k); infinite where that does not tell it."""
         covariance = inverse(information)
         return np.inf if covariance is None else float(np.sqrt(np.sum(self.wanted * (covariance @ self.wanted))))
+
+    def error_with(self, told: Array) -> float:
+        """The goal's, by information (k, k) beside what is known before."""
+        return self.error(told if self.before is None else told + self.before)
 
     @property
     def error_before(self) -> float:
@@ -147,17 +169,15 @@ class Task:
         return replace(self, before=information, manoeuvre=replace(self.manoeuvre, yaw_deg=yaw_deg))
 
     def after(self, known: Experiment) -> Task:
-        """The same for the field, sensor and noise of a recording, with what it tells.
+        """The same for the field, sensor and noise of a recording, with what it tells; the gyro's noise is as before.
 
-        Raises InputError where its field's direction is not known, and for knowledge that a gyro links.
+        Raises InputError where its field's direction is not known.
         """
-        if self.linked:
-            what = f"what {self.knowledge} tells depends on the order of the samples: no leg counts by itself"
-            raise InputError(what, where="--after", do=f"plan with --knowledge {' or '.join(SAMPLE)}")
         if known.field_enu_nT is None:
             do = "give --field-enu-nT E,N,U"
             raise InputError("the field's direction is not known", where="--after", do=do)
         field = {"field": {"enu_nT": known.field_enu_nT.tolist()}}
+        known = replace(known, gyro_std_rad_s=self.known.gyro_std_rad_s)
         told = Bound.of(known, self.knowledge).information.matrix
         return replace(self, base=_validated(as_dict(self.base) | field), known=known, before=told)
 

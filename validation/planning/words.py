@@ -22,6 +22,8 @@ PERFECT = (
     "that limit counts a gyro without noise and bias, which links all samples: no motion is below it, and with this "
     "gyro none reaches it"
 )
+LIMITS = ("limit of", "size", "this over it", "duality gap, %")
+"""Heads of the table of limits."""
 HEADS = ("leg", "attitude", "yaw, °", "pitch, °", "roll, °", "from, s", "for, s")
 
 
@@ -95,6 +97,17 @@ def limit_of(least: Limit) -> str:
 def _staying_limit_of(least: Limit) -> str:
     size, gap = quantity(least.value, least.goal.unit), figure(100 * least.gap, 2)
     return f"that of a vehicle that tilts by pushing alone and stays in its place and height is {size} ({gap} %)"
+
+
+def limits(found: Plan) -> list[tuple[str, ...]]:
+    """A row a limit, with LIMITS: of any motion, and of one that stays in its place where that counts."""
+    told = [("any motion within the tilts", found.least, found.ratio)]
+    if found.staying is not None and found.staying_ratio is not None:
+        told.append(("one by pushing alone, in its place and height", found.staying, found.staying_ratio))
+    return [
+        (whose, quantity(least.value, least.goal.unit), figure(ratio), figure(100 * least.gap, 2))
+        for whose, least, ratio in told
+    ]
 
 
 def rows(found: Plan) -> list[tuple[str, ...]]:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from scenarios.errors import InputError
 from sim.scenario import load
+from tests.calib import conftest as standard
 from tests.validation.bound.experiments import of_motion
 from validation.bound.bound import Bound
 from validation.bound.files import scenario_experiment
 from validation.bound.limit import Tilts
 from validation.comparison.engine import Here
-from validation.planning.linked import linked, meant
+from validation.planning.linked import linked
 from validation.planning.manoeuvre import Leg
+from validation.planning.onward import onward
+from validation.planning.onward_words import headline as after_words
 from validation.planning.plan import planned
 from validation.planning.refine import fitted
 from validation.planning.task import Task
@@ -29,13 +35,26 @@ def test_the_bound_of_what_is_meant_is_that_of_the_flight() -> None:
     asked = task()
     phase = asked.manoeuvre.phase([Leg(yaw, pitch, roll, 2.0) for yaw, pitch, roll in ((0, 5, 5), (90, -5, 5)) * 3])
     flown = scenario_experiment(asked.scenario([phase], "flown"), 10.0)
-    bounds = [Bound.of(one, "norm+gyro").offset_rms_nT for one in (meant(asked, phase), flown)]
+    bounds = [Bound.of(one, "norm+gyro").offset_rms_nT for one in (asked.meant(phase), flown)]
     assert bounds[0] == pytest.approx(bounds[1], rel=0.2)
 
 
-def test_legs_after_a_recording_are_not_planned_for_a_gyro() -> None:
-    with pytest.raises(InputError, match="no leg counts by itself"):
-        task().after(of_motion("auv"))
+def test_a_leg_after_a_recording_adds_to_what_it_tells() -> None:
+    """As the bounds of both flights by themselves do, the leg's from the simulator."""
+    before = replace(of_motion("auv"), field_enu_nT=np.array(standard.FIELD_ENU_NT))
+    found = onward(task().after(before), 60.0)
+    assert found.scenario is not None
+    assert found.error is not None
+    flown = scenario_experiment(found.scenario, 10.0)
+    told = sum(Bound.of(one, "norm+gyro").information.matrix for one in (before, flown))
+    assert found.error == pytest.approx(np.sqrt(np.trace(np.linalg.inv(told)[:3, :3])), rel=1e-6)
+    assert found.legs[0].before == pytest.approx(68.5, rel=0.01)
+    assert found.error < 0.9 * found.legs[0].before
+    assert found.error == pytest.approx(found.legs[0].after, rel=0.1)
+    assert "no motion is below it" in after_words(found)
+
+
+def test_what_a_gyro_does_not_link_is_not_planned_for() -> None:
     with pytest.raises(InputError, match="norm\\+gyro"):
         Task.of("auv", load("standard-full"), "norm+gyro+accel")
 
@@ -46,7 +65,7 @@ def test_many_legs_tell_more_than_a_few_that_are_held() -> None:
     found = linked(task(), 200.0)
     few = fitted(found.task, found.legs[:4], 200.0)
     assert few is not None
-    held = meant(found.task, found.task.manoeuvre.phase(few))
+    held = found.task.meant(found.task.manoeuvre.phase(few))
     assert found.error < 0.8 * Bound.of(held, "norm+gyro").offset_rms_nT
 
 

@@ -20,7 +20,8 @@ from validation.planning.manoeuvre import Leg
 from validation.planning.plan import Plan, planned
 from validation.planning.refine import refined
 from validation.planning.task import HAND, Task
-from validation.planning.words import attitude, headline
+from validation.planning.words import attitude, headline, limits
+from validation.views.pages.plan import page
 
 MOST_RATIO = 1.2
 """Of the flown manoeuvre's error to the limit of its tilts."""
@@ -57,6 +58,9 @@ def test_a_quadrotor_is_near_the_limit() -> None:
     assert found.staying is not None
     assert found.least.value < found.staying.value < found.choice.error
     assert "stays in its place and height" in headline(found)
+    assert [row[0].split()[0] for row in limits(found)] == ["any", "one"]
+    shown = page(found)
+    assert all(cell in shown for row in limits(found) for cell in row)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from validation.planning.onward import Onward
 from validation.planning.onward_words import headline as onward_headline
 from validation.planning.onward_words import rows as onward_rows
 from validation.planning.plan import Plan
-from validation.planning.words import HEADS, headline, rows
+from validation.planning.words import HEADS, LIMITS, headline, limits, rows
 from validation.text import figure, symbol
 from validation.views.pages.figure import on_page
 from validation.views.pages.template import rendered
@@ -22,7 +22,8 @@ PICTURES = (
     ("The attitudes over time", "As they are commanded; a vehicle that pushes tilts to either side in turn.",
      draw_angles),
     ("Where the field points in the body", "Blue: the legs, as large as their time. Grey: the optimal design of the "
-     "tilts, yaw free. The angle from the body's z axis over the angle about it.", draw_design),
+     "tilts, yaw free; rings: of those that stay in their place. The angle from the body's z axis over the angle "
+     "about it.", draw_design),
 )  # fmt: skip
 
 
@@ -35,7 +36,7 @@ def page(found: Plan) -> str:
         (str(len(found.choice.legs)), "", "attitudes"),
     ]
     pictures = [(name, caption, on_page(partial(draw, found), name)) for name, caption, draw in PICTURES]
-    return _rendered(found.scenario.name, headline(found), tiles, rows(found), pictures)
+    return _rendered(found.scenario.name, headline(found), tiles, rows(found), pictures, limits(found))
 
 
 def onward_page(found: Onward) -> str:
@@ -55,6 +56,7 @@ def _rendered(
     tiles: Sequence[tuple[str, str, str]],
     table: Sequence[tuple[str, ...]],
     pictures: Sequence[tuple[str, str, Markup]],
+    limited: Sequence[tuple[str, ...]] = (),
 ) -> str:
     values = {"title": title, "lines": words.splitlines(), "tiles": tiles, "heads": HEADS, "rows": table}
-    return rendered("plan.html", values | {"pictures": pictures})
+    return rendered("plan.html", values | {"pictures": pictures, "limit_heads": LIMITS, "limits": limited})

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from validation.bound.limit import Limit
 from validation.planning.onward import Onward
 from validation.planning.plan import Plan
 from validation.text import symbol
@@ -56,22 +57,31 @@ def draw_gains(found: Onward) -> Figure:
 
 
 def draw_design(found: Plan) -> Figure:
-    """The field's direction in the body at the legs, and in the optimal design."""
+    """The field's direction in the body at the legs, and in the optimal design; rings: of one that stays in place."""
     figure = Figure(figsize=(WIDTH_IN, 4.0), layout="constrained")
     axis: Any = figure.subplots()
     legs = Rotation.from_euler("ZYX", [leg.angles_deg for leg in found.choice.legs], degrees=True)
     amounts = np.array([length for _, length in found.task.manoeuvre.times_s(found.choice.phase)])
-    seen = found.least.weights > VISIBLE
-    for attitudes, weights, colour, label in (
-        (found.least.attitudes[seen], found.least.weights[seen], RAW, "optimal design"),
-        *((half, amounts, LINES[0], "legs") for half in found.task.manoeuvre.halves(legs)[:1]),
-        *((half, amounts, LINES[0], "_mirror") for half in found.task.manoeuvre.halves(legs)[1:]),
-    ):
-        about, off = _directions(found, attitudes)
-        axis.scatter(about, off, s=AREA * weights / weights.sum(), color=colour, alpha=0.7, linewidth=0, label=label)
+    _design(axis, found, found.least, color=RAW, linewidth=0, label="optimal design")
+    for half, label in zip(found.task.manoeuvre.halves(legs), ("legs", "_mirror"), strict=False):
+        _dots(axis, found, half, amounts, color=LINES[0], linewidth=0, label=label)
+    if found.staying is not None:
+        _design(axis, found, found.staying, facecolor="none", edgecolor=LINES[1], label="best in its place")
     axis.set(xlabel="about the body's z axis, from x (°)", ylabel="from the body's z axis (°)", xlim=(-180, 180))
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
+
+
+def _design(axis: Any, found: Plan, least: Limit, **how: Any) -> None:
+    """Dots for a limit's attitudes."""
+    seen = least.weights > VISIBLE
+    _dots(axis, found, least.attitudes[seen], least.weights[seen], **how)
+
+
+def _dots(axis: Any, found: Plan, attitudes: Rotation, weights: Array, **how: Any) -> None:
+    """A dot for each attitude (m), as large as its weight (m,)."""
+    about, off = _directions(found, attitudes)
+    axis.scatter(about, off, s=AREA * weights / weights.sum(), alpha=0.7, **how)
 
 
 def _directions(found: Plan, attitudes: Rotation) -> tuple[Array, Array]:
