@@ -18,7 +18,7 @@ from validation.diagnosis.problem.channels import without_their_noise
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.relative import recorded_reference, relative_problem
 from validation.diagnosis.problem.still import at_rest, still_problem
-from validation.diagnosis.problem.strength import strength_problem
+from validation.diagnosis.problem.strength import measured_strength, strength_problem
 from validation.diagnosis.problem.track import Track
 from validation.diagnosis.problem.vector import vector_problem
 
@@ -73,13 +73,19 @@ def posed(
     track = Track.of(recording, None if model.field is None else model.field.date)
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
-    strength = float(np.linalg.norm(field_enu_nT)) if field_enu_nT is not None else strength_nT or NOMINAL_NT
+    strength = strength_nT or _strength_nT(recording) if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
     problem = pose(recording, field_enu_nT, strength, effects, policy, track)
     stated_deg = 0.0
     if isinstance(model, Scenario) and not problem.relative:
         stated_deg = model.navigation.attitude_noise_std_deg
     known = iron_known and not (problem.still or problem.relative)
     return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=known)
+
+
+def _strength_nT(recording: Recording) -> float:
+    """The strength that a scalar magnetometer measured in the median, else a nominal one."""
+    measured_nT = measured_strength(recording)
+    return NOMINAL_NT if measured_nT is None else float(np.median(measured_nT))
 
 
 def _field_enu_nT(given: FieldSpec, track: Track | None) -> Array:

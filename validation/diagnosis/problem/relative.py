@@ -17,6 +17,7 @@ from sim.state import REFERENCE, Array, State
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem, sample_noise
 from validation.diagnosis.problem.motion import course, measured
+from validation.diagnosis.problem.strength import measured_strength
 
 UNSEEN = frozenset({"attitude", "position"})
 """What an effect may need that two magnetometers do not show: a field of the earth's frame is in both."""
@@ -44,7 +45,7 @@ def recorded_reference(recording: Recording) -> Array | None:
 def needs_field(recording: Recording, model: Model, *, stated: bool) -> bool:
     """Whether the earth's field is to be asked for; InputError where it is stated beside another reference."""
     if recorded_reference(recording) is None:
-        return stated or model.field is None
+        return stated or (model.field is None and measured_strength(recording) is None)
     if stated:
         what = "another magnetometer is the reference, and a field is stated too"
         raise InputError(what, where="reference", do="leave out one of the two")

@@ -10,6 +10,7 @@ import pytest
 from scenarios.errors import InputError
 from sim.dataset import Recording
 from sim.effects.nonlinear import Hysteresis
+from sim.scenario import ModelSpec
 from sim.state import SCALAR
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording, without_attitude
 from validation.diagnosis.evidence.compare import ranked
@@ -17,6 +18,8 @@ from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
+from validation.diagnosis.problem.pose import posed as problem_of
+from validation.diagnosis.problem.relative import needs_field
 
 
 def in_a_changing_field() -> tuple[Recording, np.ndarray]:
@@ -48,6 +51,16 @@ def test_the_measured_strength_goes_before_a_stated_one() -> None:
     scaled = replace(given, channels={**given.channels, SCALAR: 1.01 * strength_nT})
     size_nT = np.linalg.norm(posed(scaled).state.field_nT, axis=1)
     assert size_nT == pytest.approx(1.01 * STRENGTH_NT, rel=3e-3)
+
+
+def test_where_the_strength_is_measured_no_field_need_be_known() -> None:
+    given, strength_nT = in_a_changing_field()
+    measured = replace(given, channels={SCALAR: strength_nT})
+    nobody_says = problem_of(measured, ModelSpec(), None, None)
+    assert not needs_field(measured, ModelSpec(), stated=False)
+    assert needs_field(given, ModelSpec(), stated=False)
+    assert left_nT(nobody_says) == pytest.approx(NOISE_NT, rel=0.05)
+    assert np.linalg.norm(nobody_says.state.field_enu_nT) == pytest.approx(STRENGTH_NT, rel=3e-3)
 
 
 def test_a_strength_with_gaps_is_left_and_one_that_is_none_is_refused() -> None:
