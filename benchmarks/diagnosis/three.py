@@ -210,11 +210,11 @@ def figures_of_three(rows: Sequence[Row]) -> dict[str, Any]:
 
 def is_wrong(row: Row) -> bool:
     """Whether a name stands without what is hidden or a declared equivalent of it among its class."""
-    right = _right(row["kind"], row["hidden"])
+    right = rightly_named(row["kind"], row["hidden"])
     return any(not right & {name, *others, *drives} for name, others, *_, drives in row["names"])
 
 
-def _right(kind: str, hidden: str) -> set[str]:
+def rightly_named(kind: str, hidden: str) -> set[str]:
     """Names that are right: none of what one alone shows; of what is left out of the library what equals it.
 
     Beside a course that only rises, what drives it is as right as its name.

@@ -1,0 +1,161 @@
+"""Wrong names of three recordings together, cheaply: recordings of a pool are diagnosed once, lots drawn from it.
+
+    python -m benchmarks.diagnosis.lots --pools 25 -o out/lots
+
+A pool has twelve short recordings of one vehicle: three plain, three coloured, three of each of two truths that are
+drawn for it. Its lots share recordings, but no two the same three. What two or more of a lot have may be named, and
+nothing else. Tuning seeds; trials land as they end, and the same command goes on where it was stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.diagnosis.outside import OUTSIDE
+from benchmarks.diagnosis.three import (
+    COLOURS,
+    FLIGHTS,
+    SHORT_TRANSFERS,
+    STRENGTHS,
+    Three,
+    flight,
+    rightly_named,
+)
+from benchmarks.diagnosis.truth import BASE, EQUIVALENT
+from sim.scenario import ModelSpec
+from validation.diagnosis.problem.pose import posed
+from validation.diagnosis.workflow import examined
+from validation.together.judgement import Judged, Lot
+from validation.together.selection import Member, select_together
+
+POOLS_SEED = 1_000_000
+"""Noise and cuts of the pools begin here: none of them is that of another bench's recording."""
+EACH = 3
+"""Recordings of a pool with the same truth."""
+MIXED = ("ppc", "pcc", "App", "Acc", "Apc", "Bpp", "Bcc", "Bpc", "ABp", "ABc", "AAp", "AAc", "BBp", "BBc", "AAB", "ABB")
+"""Lots of recordings that differ in what they hide: plain, coloured, the one and the other truth."""
+ALIKE = ("ppp", "ccc", "AAA", "BBB")
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Twelve recordings of a vehicle."""
+
+    seed: int
+
+    @property
+    def truths(self) -> dict[str, tuple[str, str, float]]:
+        """Kind, what is hidden and its strength, by letter."""
+        rng = np.random.default_rng([self.seed, 19])
+        strengths = [float(rng.choice(STRENGTHS["same"])) for _ in "AB"]
+        one = str(rng.choice([*SHORT_TRANSFERS, *OUTSIDE]))
+        others = [name for name in (*SHORT_TRANSFERS, *OUTSIDE) if not _alike(one, name)]
+        two = str(rng.choice(others))
+        colour = str(rng.choice(COLOURS))
+        made = {"p": ("null", "", 0.0), "c": ("coloured", colour, 0.0)}
+        return made | {
+            letter: ("outside" if name in OUTSIDE else "same", name, strength)
+            for letter, name, strength in zip("AB", (one, two), strengths, strict=True)
+        }
+
+    @property
+    def vehicle(self) -> str:
+        """One after the other."""
+        return sorted(FLIGHTS)[self.seed % len(FLIGHTS)]
+
+    def trial(self, letter: str) -> Three:
+        """The recordings of a truth, as a lot of three."""
+        kind, hidden, strength = self.truths[letter]
+        seed = POOLS_SEED + 4 * self.seed + "pcAB".index(letter)
+        return Three(kind, self.vehicle, hidden, strength, seed, short=True)
+
+    @property
+    def lots(self) -> Iterator[str]:
+        """Letters and numbers of the recordings of every lot."""
+        rng = np.random.default_rng([self.seed, 20])
+        for letters in (*ALIKE, *MIXED):
+            chosen = {one: rng.permutation(EACH)[: letters.count(one)] for one in dict.fromkeys(letters)}
+            yield "".join(f"{one}{i}" for one, several in chosen.items() for i in sorted(several))
+
+
+def _alike(one: str, other: str) -> bool:
+    return one == other or other in EQUIVALENT.get(one, set()) or one in EQUIVALENT.get(other, set())
+
+
+@lru_cache(maxsize=4 * EACH)
+def member_of(pool: Pool, letter: str, i: int) -> Member:
+    """A recording of a pool with its own diagnosis."""
+    recording, field_enu_nT = flight(pool.trial(letter), i)
+    model = ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field_enu_nT.tolist()}})
+    return Member.of(examined(posed(recording, model, None, None), model))
+
+
+def run_lot(pool: Pool, lot: str) -> Row:
+    """What three recordings say together, without the words and models of each."""
+    begun = time.process_time()
+    members = [member_of(pool, letter, int(i)) for letter, i in zip(lot[::2], lot[1::2], strict=True)]
+    ready = time.process_time()
+    judged = Judged.of(Lot(members, select_together(members, lambda what: None)[0]))
+    names = [
+        [one.name, *one.named.alternatives, *one.named.rivals, str(one.reach), str(one.named.how)]
+        for one in judged.common
+    ]
+    return {
+        "key": f"{pool.seed}/{lot}", "vehicle": pool.vehicle, "truths": pool.truths, "verdict": str(judged.verdict),
+        "names": names, "wrong": wrong(pool, lot, names), "cpu_s": [ready - begun, time.process_time() - ready],
+    }  # fmt: skip
+
+
+def wrong(pool: Pool, lot: str, names: Sequence[Sequence[str]]) -> list[str]:
+    """Names that stand without what two recordings of the lot hide."""
+    right: set[str] = set()
+    for letter, (kind, hidden, _) in pool.truths.items():
+        if lot.count(letter) > 1:
+            right |= rightly_named(kind, hidden)
+    return [name for name, *others in names if not right & {name, *others}]
+
+
+def figures(rows: Sequence[Row]) -> dict[str, Any]:
+    """Lots and wrong names by what their recordings hide."""
+    kinds: dict[str, list[Row]] = {}
+    for row in rows:
+        kinds.setdefault(row["key"].split("/")[1][::2], []).append(row)
+    return {
+        "lots": len(rows), "wrong": sum(bool(row["wrong"]) for row in rows),
+        "by kind": {kind: [len(some), sum(bool(row["wrong"]) for row in some)] for kind, some in kinds.items()},
+        "which": [(row["key"], row["truths"], row["names"]) for row in rows if row["wrong"]],
+    }  # fmt: skip
+
+
+def main() -> None:
+    """Run the lots that are not in the log yet, and print their figures."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis.lots")
+    parser.add_argument("--pools", type=int, default=25)
+    parser.add_argument("-o", "--out", type=Path, default=Path("out/lots"))
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    log = given.out / "trials.jsonl"
+    done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
+    wanted = [(pool, lot) for pool in map(Pool, range(given.pools)) for lot in pool.lots]
+    with log.open("a") as file:
+        for pool, lot in wanted:
+            key = f"{pool.seed}/{lot}"
+            if key not in done:
+                done[key] = run_lot(pool, lot)
+                file.write(json.dumps(done[key]) + "\n")
+                file.flush()
+    print(json.dumps(figures([done[f"{pool.seed}/{lot}"] for pool, lot in wanted]), indent=1))
+
+
+if __name__ == "__main__":
+    main()

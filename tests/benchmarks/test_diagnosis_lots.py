@@ -1,0 +1,52 @@
+"""Pools of short recordings: what their lots are drawn from, and which names count as wrong."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from benchmarks.diagnosis.lots import EACH, Pool, figures, wrong
+from benchmarks.diagnosis.truth import EQUIVALENT
+
+POOLS = tuple(map(Pool, range(40)))
+
+
+@pytest.mark.parametrize("pool", POOLS[:4])
+def test_every_lot_is_another_three_recordings(pool: Pool) -> None:
+    lots = [tuple(zip(lot[::2], lot[1::2], strict=True)) for lot in pool.lots]
+    assert len({frozenset(lot) for lot in lots}) == len(lots)
+    assert all(len(set(lot)) == EACH for lot in lots)
+
+
+def test_the_two_truths_of_a_pool_never_look_alike() -> None:
+    for pool in POOLS:
+        (_, one, _), (_, two, _) = (pool.truths[letter] for letter in "AB")
+        assert one != two
+        assert two not in EQUIVALENT.get(one, set())
+
+
+def test_no_two_recordings_share_their_noise() -> None:
+    seeds = Counter(pool.trial(letter).seed for pool in POOLS for letter in "pcAB")
+    assert max(seeds.values()) == 1
+
+
+def test_what_one_recording_alone_hides_is_a_wrong_name() -> None:
+    pool = next(one for one in POOLS if one.truths["A"][0] == "same")
+    name = pool.truths["A"][1]
+    named = [[name, "transferred", "held-out"]]
+    assert wrong(pool, "A0p0p1", named) == [name]
+    assert wrong(pool, "A0A1p1", named) == []
+
+
+def test_a_truth_among_the_look_alikes_is_right() -> None:
+    pool = next(one for one in POOLS if one.truths["A"][0] == "same")
+    assert wrong(pool, "A0A1A2", [["quantisation", pool.truths["A"][1], "transferred", "held-out"]]) == []
+
+
+def test_figures_count_lots_with_a_wrong_name() -> None:
+    rows = [{"key": f"0/{lot}", "truths": {}, "names": [], "wrong": wrong} for lot, wrong in
+            (("p0p1p2", []), ("A0p0p1", ["latency", "scale"]), ("A1p0p2", []))]  # fmt: skip
+    found = figures(rows)
+    assert (found["lots"], found["wrong"]) == (3, 1)
+    assert found["by kind"] == {"ppp": [1, 0], "App": [2, 1]}
