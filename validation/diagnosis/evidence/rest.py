@@ -18,6 +18,8 @@ LEAST_WHITE = 1e-3
 """Share of the residual's variance that is white at the least: a filter without white noise interpolates."""
 LEAST_SLOW = 1e-7
 """Variance over the white one below which a process is not there."""
+LEAST_POWER = 1e-12
+"""The least power of a band: a log may have rows of none."""
 SAME_STEP, SETTLED = 1e-6, 1e-12
 """Relative difference of steps that are one, and the change of a gain that is constant from there on."""
 
@@ -52,9 +54,7 @@ class Rest:
         shapes = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s), seen])
         total = residual.var(axis=0)
         variance = np.outer(total, np.full(len(shapes), 1.0 / len(shapes)))
-        for _ in range(ROUNDS):
-            S = np.maximum(variance @ shapes, 1e-12)  # the least power of a band
-            variance *= (lines * power / S**2) @ shapes.T / ((lines / S) @ shapes.T)
+        variance = _fitted(variance, shapes, power, lines)
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
         last = 1 + len(tau_s)
         return cls(tau_s, white, variance[:, 1:last], variance[0, last:], sight)
@@ -131,7 +131,32 @@ def _bands(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, A
     f = np.fft.rfftfreq(n, interval_s)
     lines = np.array([b.stop - b.start for b in band], dtype=np.float64)
     means = np.stack([power[b].mean(axis=0) for b in band], axis=1)
-    return np.array([f[b].mean() for b in band]), np.maximum(means, 1e-12), lines
+    return np.array([f[b].mean() for b in band]), np.maximum(means, LEAST_POWER), lines
+
+
+@fast_kernel
+def _fitted(start: Array, shapes: Array, power: Array, lines: Array) -> Array:
+    """Variances (q, p) after all updates, of processes with spectra (p, m), for powers (q, m) of m bands of lines."""
+    variance = start.copy()
+    q, m = power.shape
+    p = len(shapes)
+    up, down = np.zeros(m), np.zeros(m)
+    for a in range(q):
+        for _ in range(ROUNDS):
+            for b in range(m):
+                S = 0.0
+                for j in range(p):
+                    S += variance[a, j] * shapes[j, b]
+                S = max(S, LEAST_POWER)
+                down[b] = lines[b] / S
+                up[b] = down[b] * power[a, b] / S
+            for j in range(p):
+                more, less = 0.0, 0.0
+                for b in range(m):
+                    more += up[b] * shapes[j, b]
+                    less += down[b] * shapes[j, b]
+                variance[a, j] *= more / less
+    return variance
 
 
 @fast_kernel
