@@ -1,10 +1,12 @@
 """The advised leg: does it, flown in the simulator, leave the true one of two look-alikes alone?
 
     python -m benchmarks.diagnosis.onward --tuning --seeds 1 -o out/onward-bench
+    python -m benchmarks.diagnosis.onward --tuning --drawn 300 -o out/onward-drawn
 
 Motions that tell little (a level spiral, a yawing quadrotor) make classes; where an answer has two effects and a leg
-is advised, that leg is flown with the same truth, and its recording is diagnosed anew. A trial lands in trials.jsonl
-as it ends; the same command goes on where it was stopped.
+is advised, that leg is flown with the same truth, and its recording is diagnosed anew. Drawn trials are many: a few
+minutes of a motion that is drawn anew, with an effect of a drawn size that has look-alikes there. A trial lands in
+trials.jsonl as it ends; the same command goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -17,14 +19,14 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a trial a core; bef
 import argparse  # noqa: E402
 import json  # noqa: E402
 from collections.abc import Callable, Iterator, Sequence  # noqa: E402
-from dataclasses import asdict, dataclass, replace  # noqa: E402
+from dataclasses import dataclass, replace  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
 
 from benchmarks.diagnosis.motion import QUIET  # noqa: E402
-from benchmarks.diagnosis.truth import BASE  # noqa: E402
+from benchmarks.diagnosis.truth import BASE, times  # noqa: E402
 from sim import effects as effect_table  # noqa: E402
 from sim.chain import Chain  # noqa: E402
 from sim.dataset import Recording  # noqa: E402
@@ -90,18 +92,74 @@ HIDDEN: dict[str, Draw] = {
 """Physical sizes, whatever the motion shows of them, by the effect's name and when it acts."""
 
 
+def _turning(rng: np.random.Generator, slowest: float, fastest: float) -> str:
+    """A rate of turn to either side."""
+    return f"turn_rate_deg_s={rng.choice((-1, 1)) * rng.uniform(slowest, fastest):.2f}"
+
+
+def _circles(rng: np.random.Generator) -> tuple[str, list[str]]:
+    level = ["phases.0.vertical_speed_m_s=0", "phases.0.duration_s=400", "sampling.rate_hz=5"]
+    return "auv-spiral", [f"phases.0.radius_m={rng.uniform(15, 40):.1f}", f"phases.0.{_turning(rng, 1, 3)}", *level]
+
+
+def _quick_circles(rng: np.random.Generator) -> tuple[str, list[str]]:
+    level = ["phases.0.vertical_speed_m_s=0", "phases.0.duration_s=200", "sampling.rate_hz=10"]
+    return "quad-spiral", [f"phases.0.radius_m={rng.uniform(15, 30):.1f}", f"phases.0.{_turning(rng, 6, 12)}", *level]
+
+
+def _yaw(rng: np.random.Generator) -> tuple[str, list[str]]:
+    level = [f"phases.1.tilt_amplitude_deg={rng.uniform(0, 3):.1f}", "phases.1.duration_s=150", "sampling.rate_hz=10"]
+    return "quad-calibration", [f"phases.1.{_turning(rng, 6, 30)}", *level]
+
+
+def _lines(rng: np.random.Generator) -> tuple[str, list[str]]:
+    length = f"phases.0.line_length_m={rng.uniform(40, 80):.1f}"
+    return "auv-comb", [length, f"phases.0.lines={rng.integers(2, 5)}", "sampling.rate_hz=5"]
+
+
+DRAWN: dict[str, Callable[[np.random.Generator], tuple[str, list[str]]]] = {
+    "circles": _circles,
+    "quick-circles": _quick_circles,
+    "yaw": _yaw,
+    "lines": _lines,
+}
+"""Short motions at few samples a second: (rng) -> a scenario of the catalogue, and what is changed of it."""
+ALIKE = (
+    "eddy_current", "nonlinearity", "temperature_offset", "hard_iron_drift", "misalignment", "motor_current",
+    "field_gradient", "local_dipole",
+)  # fmt: skip
+"""What has look-alikes on such motions that another motion tells from it."""
+SIZES = (0.3, 2.0)
+"""Least and greatest factor on the size of what is hidden in a drawn trial."""
+
+
 @dataclass(frozen=True)
 class Trial:
-    """A scenario of the catalogue, what is hidden, the seed."""
+    """A scenario of the catalogue or a drawn motion, what is hidden, the seed, a factor on its size."""
 
     motion: str
     hidden: str
     seed: int
+    size: float = 1.0
 
     @property
     def key(self) -> str:
         """What tells it from every other."""
-        return "/".join(map(str, asdict(self).values()))
+        return f"{self.motion}/{self.hidden}/{self.seed}"
+
+    @property
+    def model(self) -> Scenario:
+        """The motion with an instrument that has the base's errors."""
+        drawing = DRAWN.get(self.motion, lambda rng: (self.motion, []))
+        name, changes = drawing(np.random.default_rng([self.seed, 6]))
+        bare: dict[str, Any] = {"vary": {}, "effect_order": None, "effects": Effects(BASE), "sensor": None}
+        return load(name, [*QUIET, *changes]).model_copy(update=bare)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The parameters of what is hidden."""
+        made = HIDDEN[self.hidden](np.random.default_rng([self.seed, 5]))
+        return dict(times(self.effect, made, self.size))
 
     @property
     def effect(self) -> str:
@@ -117,12 +175,17 @@ def trials(first: int, seeds: int) -> Iterator[Trial]:
                 yield Trial(motion, hidden, seed)
 
 
+def drawn(first: int, many: int) -> Iterator[Trial]:
+    """A drawn motion with a drawn effect for every seed."""
+    for seed in range(first, first + many):
+        rng = np.random.default_rng([seed, 8])
+        size = float(np.exp(rng.uniform(*np.log(SIZES))))
+        yield Trial(str(rng.choice(list(DRAWN))), str(rng.choice(ALIKE)), seed, size)
+
+
 def run(trial: Trial) -> Row:
     """Diagnose, fly what is advised, diagnose again."""
-    model = load(trial.motion, list(QUIET)).model_copy(
-        update={"vary": {}, "effect_order": None, "effects": Effects(BASE), "sensor": None}
-    )
-    table = HIDDEN[trial.hidden](np.random.default_rng([trial.seed, 5]))
+    model, table = trial.model, trial.table
     found = advised(diagnose(_flown(model, trial.effect, table, trial.seed), model))
     row = {"key": trial.key, "hidden": trial.effect, "verdict": found.verdict, "names": _names(found)}
     if found.onward is None:
@@ -175,6 +238,7 @@ def main() -> None:
     """Run the trials that are not in the log yet, and report."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis.onward")
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--drawn", type=int, help="so many drawn trials instead")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--tuning", action="store_true", help="the tuning seeds instead of the scoring ones")
     parser.add_argument("-o", "--out", type=Path, default=Path("out/onward-bench"))
@@ -182,7 +246,8 @@ def main() -> None:
     given.out.mkdir(parents=True, exist_ok=True)
     log = given.out / "trials.jsonl"
     done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
-    wanted = list(trials(TUNED if given.tuning else SCORED, given.seeds))
+    first = TUNED if given.tuning else SCORED
+    wanted = list(drawn(first, given.drawn) if given.drawn else trials(first, given.seeds))
     with log.open("a") as file:
         for trial, row in map_unordered(run, [one for one in wanted if one.key not in done], given.jobs):
             done[trial.key] = row
