@@ -36,6 +36,7 @@ from sim.scenario import Scenario, load  # noqa: E402
 from sim.simulate import plan  # noqa: E402
 from validation.diagnosis.onward.advice import advised  # noqa: E402
 from validation.diagnosis.onward.legs import measured_along  # noqa: E402
+from validation.diagnosis.onward.pairs import are_twins  # noqa: E402
 from validation.diagnosis.problem.pose import pose  # noqa: E402
 from validation.diagnosis.result import Diagnosis  # noqa: E402
 from validation.diagnosis.workflow import diagnose  # noqa: E402
@@ -125,10 +126,13 @@ DRAWN: dict[str, Callable[[np.random.Generator], tuple[str, list[str]]]] = {
 }
 """Short motions at few samples a second: (rng) -> a scenario of the catalogue, and what is changed of it."""
 ALIKE = (
-    "eddy_current", "nonlinearity", "temperature_offset", "hard_iron_drift", "misalignment", "motor_current",
-    "field_gradient", "local_dipole",
-)  # fmt: skip
-"""What has look-alikes on such motions that another motion tells from it."""
+    *(("circles", name) for name in ("eddy_current", "nonlinearity", "temperature_offset", "field_gradient")),
+    *(("circles", name) for name in ("local_dipole", "regional_field")),
+    *(("quick-circles", name) for name in ("hard_iron", "hard_iron_drift", "eddy_current", "field_gradient")),
+    *(("yaw", name) for name in ("motor_current", "hard_iron", "eddy_current", "nonlinearity")),
+    *(("lines", name) for name in ("hard_iron_drift", "temperature_offset", "nonlinearity")),
+)
+"""Motions with what has look-alikes on them that another motion tells from it."""
 SIZES = (0.3, 2.0)
 """Least and greatest factor on the size of what is hidden in a drawn trial."""
 
@@ -180,7 +184,7 @@ def drawn(first: int, many: int) -> Iterator[Trial]:
     for seed in range(first, first + many):
         rng = np.random.default_rng([seed, 8])
         size = float(np.exp(rng.uniform(*np.log(SIZES))))
-        yield Trial(str(rng.choice(list(DRAWN))), str(rng.choice(ALIKE)), seed, size)
+        yield Trial(*ALIKE[rng.integers(len(ALIKE))], seed, size)
 
 
 def run(trial: Trial) -> Row:
@@ -214,6 +218,11 @@ def asked(row: Row) -> bool:
     return bool(row.get("leg")) and any(row["hidden"] in names for names in row["names"] if names[0] == row["name"])
 
 
+def _count(names: Sequence[str]) -> int:
+    """How many causes a class lists: what says of itself that it is another is one with it."""
+    return sum(not any(are_twins(one, other) for other in names[:i]) for i, one in enumerate(names))
+
+
 def split(row: Row) -> bool:
     """Whether the leg left the truth, and neither of the two that it tells apart but the truth."""
     listed = {name for names in row["then"] for name in names}
@@ -223,7 +232,7 @@ def split(row: Row) -> bool:
 def report(rows: Sequence[Row]) -> str:
     """What was advised, and how often it told the two apart; of all classes, and of those of two."""
     every = [row for row in rows if asked(row)]
-    two = [row for row in every if any(len(names) == 2 for names in row["names"] if names[0] == row["name"])]
+    two = [row for row in every if any(_count(names) == 2 for names in row["names"] if names[0] == row["name"])]
     lines = [f"{len(rows)} trials, {len(every)} with a leg for a class that holds the truth, {len(two)} of two"]
     lines.append(
         f"told apart by the leg: {sum(map(split, every))} of {len(every)}, {sum(map(split, two))} of {len(two)}"
