@@ -39,12 +39,16 @@ def found_by_search(problem: LinearProblem, residual: Array, members: list[Candi
 
 
 def between_neighbours(member: Candidate, misfit: Callable[[Candidate], float]) -> Candidate | None:
-    """A member with its one listed number moved between its neighbours in the list to where the misfit is least."""
+    """A member with its one listed number moved between its neighbours in the list to where the misfit is least.
+
+    The number may lie between two listed ones: where a search has moved it before.
+    """
     if len(member.effect.search) != 1 or member.effect.sought():
         return None
     ((name, listed),) = member.effect.search.items()
-    at = listed.index(dict(member.nonlinear)[name])
-    low, high = listed[max(at - 1, 0)], listed[min(at + 1, len(listed) - 1)]
+    value = dict(member.nonlinear)[name]
+    low = max((one for one in listed if one < value), default=value)
+    high = min((one for one in listed if one > value), default=value)
     floor = max(low, high * 1e-3)
     best = minimize_scalar(
         lambda x: misfit(member.at({name: float(np.exp(x))})),
