@@ -21,7 +21,7 @@ FILES = sorted(path for room in ("diagnosis", "together") for path in (ROOT / "v
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 GUARDS = {
     "pose.py": {"NOMINAL_NT"},
-    "reference.py": {"MISREAD"},
+    "reference.py": {"MISREAD", "LEAST_SHOWN_NT"},
     "track.py": {"NODES", "ANY_DATE", "HIGHEST_M"},
     "vector.py": {"FIELD_ERROR", "STEPS"},
     "hypothesis.py": {"GONE"},
@@ -43,7 +43,7 @@ GUARDS = {
     "chain.py": {"SCALE_NT"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
     "refine.py": {"ROUNDS", "SAME", "IMPOSSIBLE"},
-    "rest.py": {"ROUNDS", "LEAST_WHITE", "LEAST_SLOW", "SAME_STEP", "SETTLED"},
+    "rest.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW", "SAME_STEP", "SETTLED"},
 }
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""
 COUNTS = {0, 1, 2, 3, 24}
