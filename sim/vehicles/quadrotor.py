@@ -49,7 +49,7 @@ class Quadrotor(Vehicle):
     body: ClassVar[str] = "quadrotor"
     motors: ClassVar[int] = 4
     memory_size: ClassVar[int] = SIZE
-    turning_deg_s: ClassVar[float] = 45.0
+    turning_deg_s: ClassVar[float] = 90.0
     drag_1_m: ClassVar[float] = 0.0199
     control = staticmethod(control)
 

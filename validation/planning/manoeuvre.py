@@ -25,6 +25,11 @@ PEAK = 1.875
 LEAST_MOVE_S = 1.0
 PUSHES_S = (1.5, 2.5, 4.0)
 """Halves of the time of one tilt. Tilted by 45 degrees a quadrotor so gets to 13, 18 and 21 m/s."""
+RUN_IN_S = 1.0
+"""Before the first push: a planned flight begins at rest."""
+MOST_PUSH_S, FILLINGS, SPARE_S = 10.0, 3, 0.01
+"""The longest push of a phase; steps in which pushes are stretched, whose time is all but linear in their length; what
+they leave, so that rounding does not go beyond the time."""
 LEAST_SWITCH_S, MOST_SLOPE_M_S3 = 0.6, 40.0
 """From one tilt to its mirror, and of the acceleration in it: beyond, a quadrotor's controller takes it for a jump and
 overshoots, 30 degrees by 12."""
@@ -83,6 +88,10 @@ class Manoeuvre(ABC):
     @abstractmethod
     def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
         """The attitudes (m) that a leg at each of these is made of, in equal parts."""
+
+    def filling(self, legs: Sequence[Leg], time_s: float) -> Manoeuvre:
+        """The same so that legs that are dealt out in whole numbers leave nothing of a time."""
+        return self
 
     @abstractmethod
     def phase(self, legs: Sequence[Leg]) -> PhaseBase:
@@ -189,6 +198,14 @@ class Pushed(Manoeuvre):
         most_m_s2 = GRAVITY_M_S2 * np.sqrt(1.0 - upright**2) / upright
         return replace(self, switch_s=max(LEAST_SWITCH_S, round(2.0 * PEAK * most_m_s2 / MOST_SLOPE_M_S3, 2)))
 
+    def filling(self, legs: Sequence[Leg], time_s: float) -> Pushed:
+        """Pushes so much longer."""
+        found, times = self, sum(round(leg.amount) for leg in legs)
+        for _ in range(FILLINGS):
+            more_s = (time_s - SPARE_S - found.phase(legs).duration_s) / (4.0 * times)
+            found = replace(found, push_s=float(np.clip(found.push_s + more_s, self.push_s, MOST_PUSH_S)))
+        return found if found.phase(legs).duration_s <= time_s else self
+
     def halves(self, attitudes: Rotation) -> tuple[Rotation, ...]:
         """The attitude, and that of the opposite acceleration on the same heading."""
         up = attitudes.as_matrix()[:, :, 2] * np.array([-1.0, -1.0, 1.0])
@@ -201,7 +218,7 @@ class Pushed(Manoeuvre):
             turn_s = round(self.move_s((before, 0.0, 0.0), (leg.yaw_deg, 0.0, 0.0)), 1)
             pushes.append(_named(leg) | {"times": round(leg.amount), "turn_s": turn_s})
             before = leg.yaw_deg
-        how = {"push_s": self.push_s, "switch_s": self.switch_s, "drag_1_m": self.drag_1_m}
+        how = {"push_s": self.push_s, "switch_s": self.switch_s, "drag_1_m": self.drag_1_m, "run_in_s": RUN_IN_S}
         return Pushes.model_validate({"kind": "pushes", "pushes": pushes, **how})
 
     def unit(self, leg: Leg) -> tuple[PhaseBase, float, float]:

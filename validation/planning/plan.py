@@ -115,7 +115,7 @@ def _best(task: Task, time_s: float) -> Plan:
         search.improve(time_s)
         choice = search.best(time_s)
         if np.isfinite(choice.error):
-            found = _flown(choice, None)
+            found = _flown(choice.filled, None)
             best = found if best is None or found.error < best.error else best
         if best is not None and best.ratio <= NEAR:
             break

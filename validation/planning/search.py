@@ -67,6 +67,13 @@ class Choice:
     error: float
 
     @property
+    def filled(self) -> Choice:
+        """The same with nothing left of the time, if that is better."""
+        task = self.task.flown_by(self.task.manoeuvre.filling(self.legs, self.time_s))
+        error = task.error_with(task.told(task.manoeuvre.phase(self.legs)))
+        return Choice(task, self.legs, self.time_s, error) if error < self.error else self
+
+    @property
     def phase(self) -> PhaseBase:
         """The phase that flies them."""
         return self.task.manoeuvre.phase(self.legs)

@@ -7,9 +7,12 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
+from scenarios.paths.hover import GRAVITY_M_S2
+from sim.vehicles.quadrotor import Quadrotor
 from tests.validation.bound.test_limit import known_of
 from validation.bound.experiment import Experiment
-from validation.bound.limit import Tilts, limit, optimal, sample_rows
+from validation.bound.goal import OFFSET
+from validation.bound.limit import Tilts, candidates, felt, limit, optimal, sample_rows
 from validation.bound.staying import GAP, balanced, staying_limit
 
 WIDE = Tilts(45.0, 45.0)
@@ -56,6 +59,26 @@ def test_its_thrust_is_vertical_on_the_average_and_costs(knowledge: str, ratio: 
     np.testing.assert_allclose(found.weights @ (thrust / thrust[:, 2:]), [0.0, 0.0, 1.0], atol=1e-9)
     assert found.gap < GAP
     assert found.value / least.value == pytest.approx(ratio, abs=0.01)
+
+
+@pytest.mark.parametrize(("out_m_s", "least_ratio"), [(0.0, 1.36), (29.0, 1.26)])
+def test_neither_is_who_flies_out_fast_and_slowly_back(out_m_s: float, least_ratio: float, known: Experiment) -> None:
+    """By duality: no design v is below f^2 / (v d), and v d <= max(d - push l) + |l| c for any l.
+
+    Back where it was, at most v_out fast, a vehicle has a drag of up to c = (3 - 2 sqrt 2) D v_out^2 on the average:
+    that is out for 0.29 of the time. At 45 degrees of roll and pitch it gets to 29 m/s.
+    """
+    attitudes, rows = candidates(known, "vector", WIDE)
+    found, wanted = staying_limit(known, "vector", WIDE), OFFSET.factor(known, "vector")
+    square, slope = felt(rows, found.weights, wanted, None)
+    up, mean_drag = attitudes.as_matrix()[:, :, 2], (3.0 - np.sqrt(8.0)) * Quadrotor.drag_1_m * out_m_s**2
+    pushes = GRAVITY_M_S2 * up[:, :2] / up[:, 2:]
+
+    def most(factor: np.ndarray) -> float:
+        return float(np.max(slope / square - pushes @ factor) + mean_drag * np.linalg.norm(factor))
+
+    best = minimize(most, np.zeros(2), method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6})
+    assert np.sqrt(square / best.fun) > least_ratio * limit(known, "vector", WIDE).value
 
 
 def test_a_little_tilt_costs_next_to_nothing(known: Experiment) -> None:

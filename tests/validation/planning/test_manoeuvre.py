@@ -52,6 +52,16 @@ def test_a_unit_is_what_one_more_of_it_adds() -> None:
         assert more.duration_s - few.duration_s == pytest.approx(end - begin)
 
 
+def test_pushes_are_stretched_so_that_nothing_is_left_of_a_time() -> None:
+    manoeuvre = Pushed(20.0, drag_1_m=0.02, push_s=4.0)
+    time_s = manoeuvre.phase(LEGS).duration_s + 5.0
+    filled = manoeuvre.filling(LEGS, time_s).phase(LEGS)
+    assert filled.duration_s == pytest.approx(time_s, abs=0.05)
+    assert filled.duration_s <= time_s
+    assert manoeuvre.filling(LEGS, time_s - 6.0) == manoeuvre
+    assert Held(20.0).filling(LEGS, time_s) == Held(20.0)
+
+
 def test_who_is_no_vehicle() -> None:
     with pytest.raises(InputError, match="quadrotor"):
         manoeuvre_of("quadrotr")
