@@ -66,6 +66,11 @@ def norm(known: Experiment) -> Information:
     return _summed(known, norm_rows, SYMMETRIC)
 
 
+def directed(known: Experiment) -> Information:
+    """Field vector and attitude known and S symmetric: more than any gyro tells beside the strength."""
+    return _summed(known, directed_rows, SYMMETRIC)
+
+
 def vector_rows(h: Array, matrix: Array) -> Array:
     """J (n, 3, 12) of fields h (n, 3), in units of the strength: what a sample tells, over the noise."""
     return jacobian(h, FULL)

@@ -27,3 +27,5 @@ KNOWLEDGE: dict[str, Callable[[Experiment], Information]] = {
 """The information in an experiment."""
 PLACES: dict[str, Places] = {word: FULL if word.startswith("vector") else SYMMETRIC for word in KNOWLEDGE}
 """The entries of S that each tells."""
+COLOURED = frozenset(word for word in KNOWLEDGE if "gyro" not in word)
+"""Those whose bound counts noise that lasts; along a gyro white noise alone is counted."""

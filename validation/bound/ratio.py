@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from sim.simulate import Plan
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import run_experiment
+from validation.bound.information import directed
+from validation.bound.knowledge import COLOURED
 from validation.bound.stated import stated_noise_nT
 from validation.bound.uses import uses
 from validation.scoring.meaning import MEANINGS
@@ -37,25 +40,38 @@ def knowledge_of(name: str, needs: Collection[str], *, attitude_free: bool, eddy
 
 
 def least_in(run: Plan, knowledges: set[str], flights: Flights | None = None) -> Leasts:
-    """The least rms of scores over trials of one run; flights: motions that may be used again.
+    """The least rms of scores over trials of one run, its noise as stated; flights: motions that may be used again.
 
     Empty where there is no bound: without noise, or where the vehicle cannot do the motion.
     """
     try:
         motions = None if flights is None else flights.motions(run)
-        return least_of(run_experiment(run, stated_noise_nT(run.effects[0]), motions=motions), knowledges)
+        noise = stated_noise_nT(run.effects[0])
+        return least_of(run_experiment(run, noise, coloured=True, motions=motions), knowledges)
     except InputError:
         return {}
 
 
 def least_of(known: Experiment, knowledges: set[str]) -> Leasts:
-    """The same of an experiment."""
+    """The same of an experiment.
+
+    Where a gyro links the samples and noise lasts no bound counts both: no method is below the larger of that of the
+    white noise alone and that of known directions.
+    """
     found: Leasts = {}
     for knowledge in sorted(knowledges):
-        bound = Bound.of(known, knowledge)
-        found[knowledge, MEANINGS["offset_error"].column] = bound.offset_rms_nT
-        found |= {(knowledge, one.meaning.column): one.value for one in uses(known, bound)}
+        if known.colour is None or knowledge in COLOURED:
+            found |= _leasts(known, Bound.of(known, knowledge))
+            continue
+        white = _leasts(known, Bound.of(replace(known, colour=None), knowledge))
+        lasting = _leasts(known, Bound(knowledge, known.strength_nT, directed(known)))
+        found |= {key: max(value, lasting[key]) for key, value in white.items()}
     return found
+
+
+def _leasts(known: Experiment, bound: Bound) -> Leasts:
+    least = {(bound.knowledge, MEANINGS["offset_error"].column): bound.offset_rms_nT}
+    return least | {(bound.knowledge, one.meaning.column): one.value for one in uses(known, bound)}
 
 
 def bound_ratio(values: Array, least: Array) -> float | None:

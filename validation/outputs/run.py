@@ -22,7 +22,7 @@ from sim.generate import write_runs
 from sim.scenario import Scenario
 from validation.bound.files import true_experiment
 from validation.bound.ratio import Leasts, bound_ratio, knowledge_of, least_of
-from validation.bound.stated import stated_noise_nT
+from validation.bound.stated import stated_colour, stated_noise_nT
 from validation.calibrating.candidates import Candidate, candidates
 from validation.calibrating.files import write_calibrations
 from validation.scoring.judging import UNCORRECTED, judged
@@ -169,7 +169,7 @@ def _least(outcome: Outcome, knowledges: set[str]) -> Leasts:
     enu_nT, name = np.array(truth.parameters["field_enu_nT"]), outcome.scenario.name
     try:
         known = true_experiment(outcome.recording, truth, effects, enu_nT, name, stated_noise_nT(effects))
-        return least_of(known, knowledges)
+        return least_of(replace(known, colour=stated_colour(effects)), knowledges)
     except InputError:
         return {}
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from calib import CALIBRATORS
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
-from sim.effects.noise import WhiteNoise
+from sim.effects.noise import FLICKER_LOW_HZ, FlickerNoise, WhiteNoise
 from sim.scenario import Scenario, load
 from sim.simulate import plan
-from validation.bound.ratio import bound_ratio, knowledge_of
+from validation.bound.files import run_experiment
+from validation.bound.ratio import bound_ratio, knowledge_of, least_of
 from validation.bound.runs import RunBounds
 from validation.calibrating.candidates import candidates
 
@@ -64,6 +67,24 @@ def test_the_least_offset_error_is_the_standard_s_where_there_is_noise(std_nT: f
     # flown: 3800 samples for 3600, and the first of them on the way into the motion
     assert least["norm", "offset_error_nT"] == pytest.approx(0.5592, rel=0.05)
     assert least["vector", "offset_error_nT"] == pytest.approx(0.2938, rel=0.05)
+
+
+def test_noise_that_lasts_is_in_the_bound_of_all_that_is_told() -> None:
+    """While the sensor tumbles its offset is the mean of the noise: for density d^2 / f the integral with sinc^2."""
+    scenario = load("tumble")
+    words = ("norm", "norm+gyro", "norm+gyro+accel", "vector", "vector+eddy")
+    least = RunBounds(scenario, 0, frozenset(words)).of(0)
+    norm, gyro, both, vector, eddy = (least[word, "offset_error_nT"] for word in words)
+    known = run_experiment(plan(scenario))
+    (flicker,) = (one for one in plan(scenario).effects[0] if isinstance(one, FlickerNoise))
+    hz = np.geomspace(1e-7, 5.0, 100_000)
+    density = np.mean(np.square(flicker.density_nT_sqrt_hz)) / np.maximum(hz, FLICKER_LOW_HZ)
+    mean_square = 3.0 * np.trapezoid(density * np.sinc(hz * known.step_s.sum()) ** 2, hz)
+    assert vector == pytest.approx(np.sqrt(mean_square), rel=0.1)
+    assert vector <= eddy < norm < 1.1 * vector
+    white = least_of(replace(known, colour=None), {"norm+gyro"})["norm+gyro", "offset_error_nT"]
+    assert 5.0 * white < gyro <= vector
+    assert gyro == pytest.approx(both)
 
 
 def test_each_run_has_the_bound_of_its_own_noise() -> None:
