@@ -47,6 +47,8 @@ MAGNET_S = {"motion-capture/trial_32": (33.5, 90.7)}
 """From when to when a magnet is attached to the case, which is what this trial of its authors is about."""
 TONE, NEIGHBOURS = 3.0, 31
 """A rotor's tone stands so many times over the median size of so many frequencies about it."""
+MOST_COMMANDS = 64
+"""Different commands of a log up to which each has a field of its own: a rod's is no line in its command."""
 SHIFTS = (0.15, 0.85)
 """Shares of the log by which causes are shifted."""
 CAUSES, REST = "causes", "rest"
@@ -108,7 +110,7 @@ def _rest_of(name: str) -> tuple[Recording, Array]:
 
 def _causes(name: str, log: Recording) -> Array:
     """Columns (n, k) that take off what a log holds: attitude, its rate, both times the place, channels, a magnet."""
-    columns = [_magnet(name, log)]
+    columns = [_magnet(name, log), _commands(log)]
     if log.att_q is not None:
         R = _turns(log).reshape(len(log), 9)
         columns += [R, _rate(R, log)]
@@ -123,6 +125,14 @@ def _causes(name: str, log: Recording) -> Array:
 def _magnet(name: str, log: Recording) -> Array:
     begin_s, end_s = MAGNET_S.get(name, (0.0, 0.0))
     return ((begin_s < log.time_s) & (log.time_s < end_s)).astype(float)[:, None]
+
+
+def _commands(log: Recording) -> Array:
+    """Columns (n, k) of ones where a command is given, of each command of a log that has few."""
+    if log.current_A is None:
+        return np.zeros((len(log), 0))
+    every, which = np.unique(log.current_A, axis=0, return_inverse=True)
+    return np.eye(len(every))[which.ravel()] if len(every) <= MOST_COMMANDS else np.zeros((len(log), 0))
 
 
 def _without_tones(rest: Array) -> Array:
