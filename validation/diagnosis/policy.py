@@ -233,6 +233,13 @@ class Policy:
         "unrelated channels 2 had a curve: both of a periodic sawtooth, whose shift is a curve of it",
     )  # fmt: skip
 
+    followed_order: int = number(
+        2, "powers of a channel that iron follows, where it is held against names that explain less"
+    )
+    followed_lags: int = number(
+        3, "steps in the list of lags from one to the next that iron, or what has a window, is asked to follow"
+    )
+
     # fuller forms of what was found
     sweep_cycles: tuple[float, ...] = number(
         tuple(k / 16 for k in range(1, 13)),

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from sim.effects import BY_NAME
-from sim.state import Array
+from sim.state import Array, current_name
+from validation.diagnosis.evidence.following import iron_follows
+from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, Share, localise
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import GapSize, How, Named
@@ -75,7 +77,25 @@ def channel_is_left(case: Case) -> str | None:
     return f"what is left still goes with {', '.join(kept)}" if kept else None
 
 
-NAME_DOUBTS: tuple[NameDoubt, ...] = (channel_is_left,)
+def iron_follows_a_channel(case: Case) -> str | None:
+    """Iron that follows a channel, which no name has for its cause, leaves much less of the gap than the names do."""
+    explained = case.gap.explained or 0.0
+    asked = unnamed_channels(case) & {one.channel for one in case.where}
+    found = iron_follows(Ground.of(case.problem), asked) if asked else None
+    if found is None or 1 - found.share > case.problem.policy.curve_left * (1 - explained):
+        return None
+    return f"a scale or an offset that follows {found.channel} explains far more"
+
+
+def unnamed_channels(case: Case) -> set[str]:
+    """Recorded channels that no name has for its cause; to an effect of the currents all motors are one."""
+    causes = {cause for one in case.named for cause in one.effect.causes}
+    known = set(case.problem.state.channels) - causes
+    motors = {current_name(motor) for motor in case.problem.state.motors}
+    return known - motors if causes & motors else known
+
+
+NAME_DOUBTS: tuple[NameDoubt, ...] = (channel_is_left, iron_follows_a_channel)
 
 
 def _nothing(case: Case) -> bool:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.state import Array, current_name
+from sim.state import Array
 from validation.diagnosis.decision.curves import Curve, curves
-from validation.diagnosis.decision.judgement import Case
+from validation.diagnosis.decision.judgement import Case, unnamed_channels
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.problem.blocks import fit, inflation
 from validation.diagnosis.repair.naming import Left
@@ -45,20 +45,12 @@ def followed_instead(start: Ground, case: Case) -> Followed | None:
 
     A name whose cause is that channel stays: a curve gains what its form lacks.
     """
-    if not case.where or case.where[0].channel not in _unnamed_channels(case):
+    if not case.where or case.where[0].channel not in unnamed_channels(case):
         return None
     found, explained = followed(start), case.gap.explained or 0.0
     if found is None or 1 - found.explained > start.problem.policy.curve_left * (1 - explained):
         return None
     return found
-
-
-def _unnamed_channels(case: Case) -> set[str]:
-    """Recorded channels that no name has for its cause; to an effect of the currents all motors are one."""
-    causes = {cause for one in case.named for cause in one.effect.causes}
-    known = set(case.problem.state.channels) - causes
-    motors = {current_name(motor) for motor in case.problem.state.motors}
-    return known - motors if causes & motors else known
 
 
 def _left(start: Ground, end: Ground) -> Left:

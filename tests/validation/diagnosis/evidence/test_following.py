@@ -1,0 +1,51 @@
+"""A sensitivity that follows a channel, found among channels, and held against names that explain less."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.state import TEMPERATURE, current_name
+from tests.validation.diagnosis.decision.test_judgement import FOUND, _case
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.decision.judgement import doubts_of, iron_follows_a_channel, unnamed_channels, verdict_of
+from validation.diagnosis.evidence.following import iron_follows
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.localise import Share
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.verdict import Verdict
+
+
+@pytest.fixture(scope="module")
+def warm() -> LinearProblem:
+    """Axes whose sensitivity follows the temperature, late."""
+    given = recording(3000)
+    assert given.temperature_degC is not None
+    late = np.interp(given.time_s - 4.0, given.time_s, given.temperature_degC) - 15
+    return problem(replace(given, mag_nT=given.mag_nT * (1 + 3e-4 * late[:, None] * [1.0, -0.6, 0.8])))
+
+
+def test_of_several_channels_the_one_is_found_that_the_iron_follows(warm: LinearProblem) -> None:
+    found = iron_follows(Ground.of(warm), (TEMPERATURE, current_name(1), current_name(2)))
+    assert found is not None
+    assert found.channel == TEMPERATURE
+    assert found.share > 0.9
+    other = iron_follows(Ground.of(warm), (current_name(1),))
+    assert other is not None
+    assert other.share < 0.3
+    assert iron_follows(Ground.of(warm), ()) is None
+
+
+@pytest.mark.parametrize(("explained", "doubted"), [(0.4, True), (1.0, False)])
+def test_names_that_explain_far_less_are_taken_back(warm: LinearProblem, explained: float, doubted: bool) -> None:
+    where = (Share("time_s", "body", 0.5), Share(TEMPERATURE, "body", 0.3))
+    case = _case(FOUND, clean=False, explained=explained, problem=warm, where=where, left=0 * warm.target)
+    assert verdict_of(case) is Verdict.PARTIAL
+    assert TEMPERATURE in unnamed_channels(case)
+    reason = iron_follows_a_channel(case)
+    assert (reason is not None and TEMPERATURE in reason) == doubted
+    assert bool(doubts_of(case, Verdict.PARTIAL)) == doubted
+    elsewhere = replace(case, where=where[:1])
+    assert iron_follows_a_channel(elsewhere) is None
