@@ -28,6 +28,7 @@ class Clues:
     first_form : a fuller form that it is also looked for with, where its plain one explains too little to be found.
     converter : done by the converter to each value: seen in the values themselves, left out of a smooth prediction.
     source : a field of its own, with a part along the earth's, which no error of the attitude has.
+    turns : an error of the attitude itself, which turns the field and adds nothing along it.
     fastest_nT_s : rate of change, the mean over a recording, that nature does not exceed.
     spectrum : of a slow random disturbance, its density at a level of one.
     """
@@ -45,6 +46,7 @@ class Clues:
     first_form: str = ""
     converter: bool = False
     source: bool = False
+    turns: bool = False
     fastest_nT_s: float | None = None
     spectrum: Density | None = None
 

@@ -151,6 +151,7 @@ class AttitudeMisalignment(Effect):
         remedy="align the navigation anew, or calibrate against the field's strength alone",
         same_as=RegionalField.name,
         lasting=True,
+        turns=True,
     )
 
     angles_deg: Annotated[Vec3, Quantity("deg", -180.0, 180.0, "turn about east, north, up", role="tangent")] = ZERO3

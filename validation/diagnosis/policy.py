@@ -196,6 +196,11 @@ class Policy:
     same_kin: float = number(
         0.03, "the same of its kin beside a white rest: what an error of form gains", run="a trial before this program"
     )
+    same_constant: float = number(
+        0.007, "the same of the simpler effect that one makes too, beside a white rest",
+        run="tuning seed 14: an error of the field that grows by 2 % on the way, 0.002 behind a gradient from afar; a "
+        "gradient of 3 nT/m from 250 m on a hover leads a constant by 0.021",
+    )  # fmt: skip
     same_kin_coloured: float = number(
         0.45, "the same of its kin beside a coloured rest",
         run="a hand-held optical log: its delay of 15 ms gains 0.57 to 0.70 of what nine free columns do",

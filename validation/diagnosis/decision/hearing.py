@@ -14,6 +14,7 @@ from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
 from validation.diagnosis.evidence.lobes import goes_with_heading
+from validation.diagnosis.evidence.smoothly import comes_and_goes
 from validation.diagnosis.evidence.standing import (
     Beside,
     Standing,
@@ -21,6 +22,8 @@ from validation.diagnosis.evidence.standing import (
     gains_along_the_field,
     look_alikes,
 )
+from validation.diagnosis.evidence.turning import TURNS, an_attitude_does_as_well
+from validation.diagnosis.evidence.windowed import comes_again
 from validation.diagnosis.evidence.within import gain_within
 from validation.diagnosis.policy import Policy
 
@@ -49,7 +52,7 @@ def beside_colour(
     tried = sorted(heard, key=lambda one: -one.gain)
     tried = [*_far_better(windowed, tried, beside, ground), *tried]
     trials = _until_one_stands(Hearing(ground, beside, start, is_clean), tried)
-    chosen = _named(trials[-1], tried, beside) if trials and not trials[-1].refusal else None
+    chosen = _chosen(trials, tried, beside, ranking)
     others = [(ranking[i], float(rough[i])) for i in first[most:]]
     return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, ground.problem.policy)])
 
@@ -103,13 +106,22 @@ def added_share(start: Ground, before: Ground, after: Ground) -> float:
 
 @dataclass(frozen=True)
 class Trial:
-    """A candidate tried beside a rest of its own: what chance inflates its evidence by, and why it does not stand."""
+    """A candidate tried beside a rest of its own: what chance inflates its evidence by, and why it does not stand.
+
+    turned : an error of the attitude does as well.
+    """
 
     one: Standing
     inflation: float
     coloured: bool
     needed: float
     refusal: str
+    turned: bool = False
+
+    @property
+    def may_be_less(self) -> bool:
+        """Whether a simpler effect may stand in its place."""
+        return self.coloured or self.turned
 
 
 @dataclass(frozen=True)
@@ -133,19 +145,35 @@ class Hearing:
             refusal = TOO_LITTLE
         elif one.gain <= by_chance.max():
             refusal = "no more than its columns moved in time"
-        elif goes_with_heading(self.ground, one.evidence):
-            refusal = "goes with the heading as well"
         else:
-            refusal = self._refusal_in_colour(one, with_it) if coloured else ""
-        return Trial(one, inflation, coloured, needed, refusal)
+            refusal = (
+                self._refusal_by_course(one.evidence, with_it)
+                or self._refusal_by_share(with_it, coloured)
+                or self._refusal_along_the_field(one, with_it, coloured)
+            )
+        asked = not (refusal or coloured)
+        turned = asked and an_attitude_does_as_well(self.ground, with_it, one.evidence.candidate)
+        return Trial(one, inflation, coloured, needed, refusal, turned)
 
-    def _refusal_in_colour(self, one: Standing, with_it: Ground) -> str:
+    def _refusal_by_course(self, one: Evidence, with_it: Ground) -> str:
+        """Why it is no tone, or has no window."""
+        if goes_with_heading(self.ground, one):
+            return "goes with the heading as well"
+        if course := comes_and_goes(self.ground, one.candidate):
+            return f"comes and goes with {course} as well"
+        return "comes again beside its own window" if comes_again(self.ground, with_it, one.candidate) else ""
+
+    def _refusal_by_share(self, with_it: Ground, coloured: bool) -> str:
+        too_little = added_share(self.start, self.ground, with_it) < self.ground.problem.policy.least_added
+        return "explains next to nothing of the gap" if coloured and too_little else ""
+
+    def _refusal_along_the_field(self, one: Standing, with_it: Ground, coloured: bool) -> str:
+        """Why it is an error of the attitude; what leaves nothing need not show along the field, but not deny it."""
         problem, candidate = self.ground.problem, one.evidence.candidate
-        if added_share(self.start, self.ground, with_it) < problem.policy.least_added:
-            return "explains next to nothing of the gap"
-        if problem.mode != "vector":
+        source = candidate.effect.clues.source
+        if problem.mode != "vector" or not (coloured or source):
             return ""
-        if candidate.effect.clues.source and not gains_along_the_field(self.ground, with_it, candidate.tried):
+        if coloured and source and not gains_along_the_field(self.ground, with_it, candidate.tried):
             return "nothing along the field: an error of the attitude"
         if gained_along_the_field(self.ground, with_it) < -problem.policy.apart:
             return "adds along the field what is not there: an error of the attitude"
@@ -176,6 +204,20 @@ def _unheard(trials: Sequence[Trial], others: Sequence[tuple[Evidence, float]], 
     return [Judged(e, gain / inflation, policy.coloured_nats, "") for e, gain in others]
 
 
+def _chosen(
+    trials: Sequence[Trial], tried: Sequence[Standing], beside: Beside, ranking: Sequence[Evidence]
+) -> Accepted | None:
+    """The one that stands, with what looks like it of those that were not refused, and errors of the attitude."""
+    if not trials or trials[-1].refusal:
+        return None
+    refused = {trial.one for trial in trials if trial.refusal}
+    chosen = _named(trials[-1], [one for one in tried if one not in refused], beside)
+    if not trials[-1].turned:
+        return chosen
+    names = dict.fromkeys((*chosen.alternatives, *(one.name for one in ranking if one.name in TURNS)))
+    return replace(chosen, alternatives=tuple(name for name in names if name != chosen.name))
+
+
 def _named(trial: Trial, tried: Sequence[Standing], beside: Beside) -> Accepted:
     """The simplest of those as good as the best and of its kin, and all others that look like it."""
     policy, best, coloured = beside.rows.policy, trial.one, trial.coloured
@@ -186,7 +228,8 @@ def _named(trial: Trial, tried: Sequence[Standing], beside: Beside) -> Accepted:
     of_its_kin = look_alikes(best, kin, beside, chance, policy.same_kin_coloured if coloured else policy.same_kin)
     alike = look_alikes(best, others, beside, chance, policy.same_coloured) if coloured else []
     within = [one for one in others if one.evidence.name in best.evidence.candidate.effect.clues.contains]
-    simpler = look_alikes(best, within, beside, chance, policy.same_kin) if coloured else []
+    by_form = policy.same_kin if trial.may_be_less else policy.same_constant
+    simpler = look_alikes(best, within, beside, chance, by_form)
     narrow = list(dict.fromkeys([best, *as_good, *of_its_kin, *simpler]))
     chosen = simplest([_deflated(one, trial.inflation) for one in narrow], policy)
     names = dict.fromkeys(one.evidence.name for one in (*narrow, *alike))

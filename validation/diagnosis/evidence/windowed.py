@@ -22,8 +22,8 @@ def windowed(ground: Ground, ranking: Sequence[Evidence], members: dict[str, lis
     of the run the base does not take it up. Listed settings are compared again in the window that was found.
     """
     problem = ground.problem
-    rows = Rows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy)
-    timeline = Timeline.of(rows, rows.taken(ground.inside))
+    timeline = _timeline(problem, ground)
+    rows = timeline.rows
     settings = {name: several[0] for name, several in members.items()} | {e.name: e.candidate for e in ranking}
     iron = {name: several[0] for name, several in changes_of_iron().items()}
     spans = {
@@ -35,6 +35,29 @@ def windowed(ground: Ground, ranking: Sequence[Evidence], members: dict[str, lis
     best = sorted(worth, key=lambda name: -worth[name][1].gain)[: problem.policy.tried_coloured]
     found = [_judged(ground, timeline, members.get(name, []), *worth[name]) for name in best]
     return [one for one in found if one is not None]
+
+
+def comes_again(ground: Ground, with_it: Ground, one: Candidate) -> bool:
+    """Whether beside a candidate in its window as much is left for it in another that overlaps the first.
+
+    What has a window leaves nothing of its own there; what comes and goes in pieces leaves as much as it explains.
+    with_it : the ground with it in.
+    """
+    if one.window is None:
+        return False
+    problem = ground.problem
+    begin_s, end_s = one.window
+    before, after = (_timeline(problem, each) for each in (ground, with_it))
+    columns = before.rows.taken(one.at({SWITCH.name: None}).columns(problem))
+    again = after.best(columns)
+    first = before.gain(columns, Span(begin_s, end_s, 0.0, 0.0))
+    overlaps = again.from_s < end_s and begin_s < again.to_s
+    return overlaps and again.gain > problem.policy.window_share * first
+
+
+def _timeline(problem: LinearProblem, ground: Ground) -> Timeline:
+    rows = Rows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy)
+    return Timeline.of(rows, rows.taken(ground.inside))
 
 
 def _is_worth(span: Span, policy: Policy) -> bool:

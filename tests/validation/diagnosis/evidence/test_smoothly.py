@@ -1,0 +1,67 @@
+"""An effect that comes and goes with a channel is at its most in a part of the run, and has no window."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.effects import EFFECTS
+from sim.effects.values import SWITCH
+from sim.state import TEMPERATURE, Array
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.decision.selection import select
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.localise import TIME
+from validation.diagnosis.evidence.smoothly import comes_and_goes
+from validation.diagnosis.evidence.windowed import comes_again
+from validation.diagnosis.library.candidates import Candidate, changes_of_iron
+from validation.diagnosis.problem.linear import LinearProblem
+
+WARM = next(effect for effect in EFFECTS if any(p.unit == "1/K" for p in effect.parameters()))
+IN_PART = {SWITCH.name: (90.0, 210.0)}
+
+
+def _growing(course: Array) -> LinearProblem:
+    """A sensitivity of two thousandths of a course (n,) that is 0 to 1."""
+    given = recording(len(course))
+    given.mag_nT[:] *= 1 + 2e-3 * course[:, None] * [1.0, -0.6, 0.8]
+    return problem(given)
+
+
+def _window() -> Candidate:
+    iron = (several[0] for several in changes_of_iron().values())
+    return next(one for one in iron if not one.effect.clues.constant).at(IN_PART)
+
+
+@pytest.mark.parametrize(("name", "told"), [("switch", ""), ("bend", TIME), ("warm", TEMPERATURE)])
+def test_a_window_is_one_where_no_course_does_as_well(name: str, told: str) -> None:
+    t, heat = recording(3000).time_s, recording(3000).temperature_degC
+    assert heat is not None
+    x = t / t[-1]
+    courses = {"switch": (t >= 90) & (t < 210), "bend": x * (1 - x) * 4, "warm": (heat - 15) / 3}
+    ground = Ground.of(_growing(courses[name].astype(float)))
+    assert comes_and_goes(ground, _window()) == told
+
+
+@pytest.mark.parametrize(("pieces", "again"), [([(90, 210)], False), ([(80, 90), (210, 220)], True)])
+def test_what_comes_in_pieces_has_no_window(pieces: list[tuple[int, int]], again: bool) -> None:
+    """Between two pulses an offset of the other sign fits best, and about both as much is left."""
+    t = recording(3000).time_s
+    ground = Ground.of(_growing(np.any([(t >= a) & (t < b) for a, b in pieces], axis=0).astype(float)))
+    between = _window().at({SWITCH.name: (min(b for _, b in pieces), 210.0) if again else (90.0, 210.0)})
+    with_it = ground.beside(between.columns(ground.problem))
+    assert comes_again(ground, with_it, between) == again
+    assert not comes_again(ground, with_it, Candidate(WARM))
+
+
+def test_what_acts_all_along_is_not_asked() -> None:
+    ground = Ground.of(_growing(np.zeros(3000)))
+    assert comes_and_goes(ground, Candidate(WARM)) == ""
+
+
+def test_a_sensitivity_that_follows_the_temperature_is_no_other_for_a_time() -> None:
+    """With the effect left out of the library, nothing gets a window, neither as the best nor as its look-alike."""
+    heat = recording(3000).temperature_degC
+    assert heat is not None
+    found = select(_growing((heat - 15) / 3), without=frozenset({WARM.name})).found
+    assert all(one.evidence.candidate.window is None for one in found)

@@ -1,0 +1,45 @@
+"""A window that is none: what grows and shrinks with time or with a channel is at its most in a part of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from sim.effects.values import SWITCH
+from sim.state import Array
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.localise import TIME
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.library.drivers import AT_ONCE, EARLY, Driver, drivers
+from validation.diagnosis.problem.linear import LinearProblem
+
+
+def comes_and_goes(ground: Ground, one: Candidate) -> str:
+    """The course with which an effect of a window grows as well, time or a channel: the best; none without a window.
+
+    Its columns times the powers of time, or times a channel with a lag, against those in the window, on held-out
+    segments.
+    """
+    if one.window is None:
+        return ""
+    problem = ground.problem
+    least = ground.evidence_of(one.columns(problem)) - problem.policy.apart
+    plain = one.at({SWITCH.name: None}).columns(problem)
+    grown = ((ground.evidence_of(_times(plain, terms)), name) for name, terms in _courses(problem))
+    nats, name = max(grown, default=(-np.inf, ""))
+    return name if nats > least else ""
+
+
+def _courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
+    """Time with its powers, and every channel as it is felt: terms (n, j)."""
+    ways = EARLY[:: problem.policy.followed_lags]
+    interval_s, time = problem.state.interval_s, Driver.of(TIME, problem.state.time_s, problem.policy)
+    if time is not None:
+        yield TIME, time.terms(AT_ONCE, interval_s)
+    yield from ((one.name, one.terms(way, interval_s)[:, :1]) for one in drivers(problem) for way in ways)
+
+
+def _times(columns: Array, terms: Array) -> Array:
+    """Columns (n, q, k + k j): as they are, and times each of terms (n, j)."""
+    return np.concatenate([columns, *(columns * term[:, None, None] for term in terms.T)], axis=2)
