@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from validation.diagnosis.decision.choice import Accepted
 from validation.diagnosis.decision.one_course import with_rivals
@@ -16,7 +17,7 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import How, Named, Reach
 from validation.signals.size import rms
-from validation.together.coefficients import Estimate, agreement, foretold, inverse, size_over
+from validation.together.coefficients import Estimate, agreement, foretold, inverse, left_out_gains, size_over
 from validation.together.reach import Finding, There
 from validation.together.selection import Chosen
 from validation.together.values import parameters_of
@@ -99,11 +100,17 @@ def _ratios(several: Sequence[Estimate | None]) -> tuple[tuple[float, float] | N
 
 
 def changes_of_iron(several: Sequence[Sequence[Accepted]], problems: Sequence[LinearProblem]) -> list[Common]:
-    """What of the iron differs from the model in more than one recording."""
+    """What of the iron differs from the model in more than one recording, by sizes that have something in common."""
     policy = problems[0].policy
     names = dict.fromkeys(one.name for found in several for one in found)
     by_name = {name: [next((one for one in found if one.name == name), None) for found in several] for name in names}
-    return [_iron(several, problems, policy) for several in by_name.values() if _several(several)]
+    return [_iron(each, problems, policy) for each in by_name.values() if _several(each) and _foretold(each, policy)]
+
+
+def _foretold(each: Sequence[Accepted | None], policy: Policy) -> bool:
+    """Whether the changes that the others show explain each by enough: the mean of a wander is another in every run."""
+    estimates = [estimate_of(one.evidence) for one in each if one is not None]
+    return float(left_out_gains(estimates).sum()) > policy.accepted_together(len(EFFECTS))
 
 
 def _several(each: Iterable[object]) -> bool:

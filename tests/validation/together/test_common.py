@@ -1,4 +1,4 @@
-"""A course that only rises in every recording of a lot is no name alone."""
+"""What a lot makes of one course in every recording, and of iron that differs in each."""
 
 from __future__ import annotations
 
@@ -8,15 +8,21 @@ import numpy as np
 import pytest
 
 from sim.effects.iron import HardIronDrift
+from sim.scenario import ModelSpec
 from sim.state import TEMPERATURE
-from tests.validation.diagnosis.synthetic import problem, recording
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.result import How, Named
-from validation.together.common import Common, of_one_course
+from validation.diagnosis.workflow import examined
+from validation.together.common import Common, changes_of_iron, of_one_course
 from validation.together.reach import There
 
 N = 2000
 DRIFT = Named(HardIronDrift(rate_nT_h=(900.0, 200.0, 400.0)), (), How.HELD_OUT, 100.0, 1.0)
+MODEL = ModelSpec.model_validate(
+    {"effects": {"white_noise": {"std_nT": [2.0] * 3}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
+)
 UP = np.linspace(0.0, 1.0, N)
 
 
@@ -38,3 +44,13 @@ RISES, COMES_BACK = flown(15 + 5 * np.sqrt(UP)), flown(15 + 5 * np.sin(7 * UP))
 def test_a_channel_is_a_rival_where_it_goes_the_same_way_in_all_that_have_the_effect(problems, there, rivals) -> None:
     one = Common(DRIFT, (DRIFT, DRIFT), there, None, 0, None)
     assert of_one_course(one, problems).rivals == rivals
+
+
+@pytest.mark.parametrize(("offsets_nT", "names"), [((2.0, 2.6), ["hard_iron"]), ((2.0, -2.0), [])])
+def test_iron_that_differs_to_either_side_is_no_name(offsets_nT, names) -> None:
+    """As the mean of a slow wander does."""
+    hidden = [{"hard_iron": {"offset_nT": [by, 0.0, 0.0]}} for by in offsets_nT]
+    problems = [posed(recording(N, seed=i, hidden=one), MODEL, None, None) for i, one in enumerate(hidden)]
+    each = [examined(one, MODEL).belief.iron for one in problems]
+    assert [[one.name for one in found] for found in each] == [["hard_iron"], ["hard_iron"]]
+    assert [one.name for one in changes_of_iron(each, problems)] == names
