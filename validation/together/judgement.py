@@ -110,7 +110,7 @@ class Judged:
     @classmethod
     def of(cls, lot: Lot) -> Judged:
         """The verdict of all recordings as of one case; names are doubted where half of them speak against."""
-        beliefs = tuple(lot.belief(i) for i in range(len(lot.members)))
+        beliefs = _borne_out([lot.belief(i) for i in range(len(lot.members))])
         common = _common(lot, beliefs)
         cases = tuple(_case(lot, i, [one.named for one in common], belief) for i, belief in enumerate(beliefs))
         gaps = tuple(one.gap for one in cases)
@@ -166,6 +166,16 @@ def _common(lot: Lot, beliefs: Sequence[Belief]) -> tuple[Common, ...]:
     noise = [noise_of(belief, [one.named for one in (*effects, *iron)]) for belief in beliefs]
     values = seen_by_values([[*d, *n] for d, n in zip(direct, noise, strict=True)], lot.problems[0].policy)
     return (*effects, *iron, *values)
+
+
+def _borne_out(beliefs: Sequence[Belief]) -> tuple[Belief, ...]:
+    """Slow noise whose nature is not told is none where another recording leaves white noise.
+
+    The sensor's own is in all that it measures; what goes with a motion or a course may look like it in two of them.
+    """
+    if not any(one.after.clean for one in beliefs):
+        return tuple(beliefs)
+    return tuple(one if one.noise is None or one.noise.identified else replace(one, noise=None) for one in beliefs)
 
 
 def joined(gaps: Sequence[GapSize]) -> GapSize:
