@@ -42,16 +42,18 @@ class Pair:
     def apart(self, leg: Flown) -> float:
         """Nats by which the leg by itself tells the two apart, whichever of them is true; zero where it shows one only.
 
-        None where that is no more than an error of form of one kin would make, or the second order of a change of the
-        iron. Of two of which one makes the other too it is the simpler, unless the leg shows more.
+        Zero where that is no more than an error of form of one kin would make, or the second order of a change of the
+        iron; no more than the leg shows of the name at all. Of two of which one makes the other too it is the simpler,
+        unless the leg shows more.
         """
         if not self._is_shown(leg):
             return 0.0
+        size = leg.size(self.one)
         told = [leg.lacks(self.one, self.others)] if self.one.name not in self.second.clues.contains else []
         if self.listed and self.second.name not in self.one.clues.contains:
             told.append(leg.lacks(self.second, self.mine))
-        least = min(told, default=0.0)
-        return least if least > self._form(leg) * leg.size(self.one) else 0.0
+        least = min((size, *told)) if told else 0.0
+        return least if least > self._form(leg) * size else 0.0
 
     def _is_shown(self, leg: Flown) -> bool:
         """Whether a leg holds the causes of both; at rest every change of the iron is one constant."""

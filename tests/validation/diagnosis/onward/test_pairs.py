@@ -9,7 +9,7 @@ import pytest
 
 from sim.effects.base import Effect
 from sim.effects.currents import CurrentRipple
-from sim.effects.earth import FieldGradient
+from sim.effects.earth import FieldGradient, RegionalField
 from sim.effects.iron import HardIron
 from sim.effects.sources import LocalDipole
 from tests.validation.diagnosis.synthetic import problem
@@ -58,3 +58,12 @@ def test_what_acted_in_a_window_acts_all_along_on_the_leg(flown: Flown) -> None:
     assert pair.one == HardIron(offset_nT=switched.offset_nT)
     assert pair.second.active_s is None
     assert pair.apart(replace(flown, iron=False)) > 0
+
+
+def test_a_leg_tells_no_more_than_it_shows_of_the_name(flown: Flown) -> None:
+    """A leg far from where a gradient is nought shows that one well, and next to nothing of a small constant."""
+    error = RegionalField(error_enu_nT=(0.05, -0.03, 0.04))
+    other = FieldGradient(((0.1, 0.0, 0.05), (0.0, -0.3, 0.0), (0.05, 0.0, 0.2)), (5.0, 3.0, -3.0))
+    pair = Pair(error, other, (Candidate(RegionalField),), (Candidate.of(other),), listed=True)
+    assert flown.lacks(other, pair.mine) > 10 * flown.size(error)
+    assert pair.apart(flown) == flown.size(error)
