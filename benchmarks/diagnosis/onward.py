@@ -133,6 +133,8 @@ ALIKE = (
     *(("lines", name) for name in ("hard_iron_drift", "temperature_offset", "nonlinearity")),
 )
 """Motions with what has look-alikes on them that another motion tells from it."""
+CONSTANT = {"hard_iron", "sensor_offset"}
+"""One constant under two names."""
 SIZES = (0.3, 2.0)
 """Least and greatest factor on the size of what is hidden in a drawn trial."""
 
@@ -219,8 +221,12 @@ def asked(row: Row) -> bool:
 
 
 def _count(names: Sequence[str]) -> int:
-    """How many causes a class lists: what says of itself that it is another is one with it."""
-    return sum(not any(are_twins(one, other) for other in names[:i]) for i, one in enumerate(names))
+    """How many causes a class lists: two names that no data tell apart are one."""
+    return sum(not any(_is_one(one, other) for other in names[:i]) for i, one in enumerate(names))
+
+
+def _is_one(one: str, other: str) -> bool:
+    return are_twins(one, other) or {one, other} == CONSTANT
 
 
 def split(row: Row) -> bool:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 import pytest
 
 from benchmarks.diagnosis.lots import EACH, Pool, figures, wrong
 from benchmarks.diagnosis.truth import EQUIVALENT
+from validation.diagnosis.result import How
 
 POOLS = tuple(map(Pool, range(40)))
 
@@ -31,22 +33,37 @@ def test_no_two_recordings_share_their_noise() -> None:
     assert max(seeds.values()) == 1
 
 
-def test_what_one_recording_alone_hides_is_a_wrong_name() -> None:
+def row(pool: Pool, lot: str, *names: str, how: str = "held-out") -> dict[str, Any]:
+    named = [[*names, "transferred", how]] if names else []
+    return {"key": f"{pool.seed}/{lot}", "truths": pool.truths, "names": named}
+
+
+def hiding() -> tuple[Pool, str]:
+    """A pool whose first truth is an effect, and its name."""
     pool = next(one for one in POOLS if one.truths["A"][0] == "same")
-    name = pool.truths["A"][1]
-    named = [[name, "transferred", "held-out"]]
-    assert wrong(pool, "A0p0p1", named) == [name]
-    assert wrong(pool, "A0A1p1", named) == []
+    return pool, pool.truths["A"][1]
+
+
+def test_what_one_recording_alone_hides_is_a_wrong_name() -> None:
+    pool, name = hiding()
+    assert wrong(row(pool, "A0p0p1", name)) == [name]
+    assert wrong(row(pool, "A0A1p1", name)) == []
 
 
 def test_a_truth_among_the_look_alikes_is_right() -> None:
-    pool = next(one for one in POOLS if one.truths["A"][0] == "same")
-    assert wrong(pool, "A0A1A2", [["quantisation", pool.truths["A"][1], "transferred", "held-out"]]) == []
+    pool, name = hiding()
+    assert wrong(row(pool, "A0A1A2", "quantisation", name)) == []
+
+
+def test_iron_differs_only_where_two_recordings_are_disturbed() -> None:
+    pool, _ = hiding()
+    assert wrong(row(pool, "A0B1p2", "scale", how=How.IRON)) == []
+    assert wrong(row(pool, "A0p1p2", "scale", how=How.IRON)) == ["scale"]
+    assert wrong(row(pool, "A0B1p2", "scale")) == ["scale"]
 
 
 def test_figures_count_lots_with_a_wrong_name() -> None:
-    rows = [{"key": f"0/{lot}", "truths": {}, "names": [], "wrong": wrong} for lot, wrong in
-            (("p0p1p2", []), ("A0p0p1", ["latency", "scale"]), ("A1p0p2", []))]  # fmt: skip
-    found = figures(rows)
+    pool, name = hiding()
+    found = figures([row(pool, "p0p1p2"), row(pool, "A0p0p1", name), row(pool, "A1p0p2")])
     assert (found["lots"], found["wrong"]) == (3, 1)
     assert found["by kind"] == {"ppp": [1, 0], "App": [2, 1]}
