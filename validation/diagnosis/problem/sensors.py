@@ -22,8 +22,15 @@ def of_sensor(recording: Recording, sensor: int | None, where: str) -> Recording
         raise InputError(f"an array of {count} sensors", where=where, do="say which with --sensor, counted from 1")
     if sensor is not None and not 1 <= sensor <= count:
         found = "one magnetometer" if array is None else f"the sensors 1 to {count}"
-        raise InputError(f"there is no sensor {sensor}: the recording has {found}", where=where, do="give one of these")
+        raise InputError(f"there is no sensor {sensor}: the recording has {found}", where=where, do=_instead(recording))
     return recording if array is None else recording.sensor((sensor or 1) - 1)
+
+
+def _instead(recording: Recording) -> str:
+    """What to do where a sensor is asked for that is not there."""
+    if recording.array_mag_nT is None and REFERENCE[0] in recording.channels:
+        return f"leave the option out: {REFERENCE[0]} and its like are the reference"
+    return "give one of these"
 
 
 def one_sensor(recording: Recording, sensor: int | None, reference: int | None, path: Path) -> Recording:

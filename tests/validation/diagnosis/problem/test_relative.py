@@ -114,6 +114,12 @@ def test_a_single_magnetometer_has_no_reference() -> None:
         beside_reference(one, None, 1, "test")
 
 
+def test_of_columns_of_a_reference_no_sensor_is_asked_for() -> None:
+    one = beside_reference(two({}, {}, 300), 1, 2, "test")
+    with pytest.raises(InputError, match=r"leave the option out: reference_x_nT"):
+        beside_reference(replace(one, array_mag_nT=None), None, 2, "test")
+
+
 def test_a_reference_has_three_axes_with_a_field_in_every_row() -> None:
     one = beside_reference(two({}, {}, 300), 1, 2, "test")
     first, *others = REFERENCE
