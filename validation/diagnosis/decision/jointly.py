@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from sim.state import Array
 from validation.diagnosis.decision.selection import Progress, Selection, select
+from validation.diagnosis.evidence.judged import taken_back
 from validation.diagnosis.problem.blocks import fit
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.strength import about
@@ -34,7 +37,15 @@ def select_jointly(
         if not again.found or _left(again) > problem.policy.larger_gap * max(1.0, _left(selection)):
             break
         selection = again
-    return selection
+    return without_what_makes_it_worse(selection)
+
+
+def without_what_makes_it_worse(selection: Selection) -> Selection:
+    """Nothing found, where the gap was clean and what the names leave is not."""
+    if not selection.before.clean or selection.after.clean:
+        return selection
+    judged = taken_back(selection.judged, ("what it leaves is not clean, as the gap was",))
+    return replace(selection, found=(), end=selection.start, after=selection.before, judged=judged)
 
 
 def _left(selection: Selection) -> float:

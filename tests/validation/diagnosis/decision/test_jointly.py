@@ -102,3 +102,17 @@ def test_iron_that_leaves_more_than_before_is_not_taken(monkeypatch: pytest.Monk
     monkeypatch.setattr(jointly, "about", worse)
     again = select_jointly(posed, others)
     assert np.array_equal(again.end.residual(), once.end.residual())
+
+
+def test_names_that_leave_more_than_was_there_are_none() -> None:
+    """A white log of a level rover: iron fitted beside an eddy current of a tenth of the noise left a colour."""
+    posed = pose(_turned_by_hand(1, 40.0, gain_nT_A=200.0), None, float(np.hypot(0.42, 0.9075) * FIELD_NT), ())
+    once = select(posed, frozenset(BY_NAME) - {MotorCurrent.name})
+    assert once.found
+    assert not once.before.clean
+    assert jointly.without_what_makes_it_worse(once) is once
+    worse = jointly.without_what_makes_it_worse(replace(once, before=once.after, after=once.before))
+    assert worse.found == ()
+    assert worse.after.clean
+    assert np.array_equal(worse.end.residual(), once.start.residual())
+    assert worse.judged[0].outcome.startswith("not believed")
