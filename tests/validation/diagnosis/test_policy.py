@@ -39,6 +39,7 @@ GUARDS = {
     "separation.py": {"WHOLE"},
     "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
     "result.py": {"NORMAL_95"},
+    "remarks.py": {"EARTH_RADIUS_M"},
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
     "chain.py": {"SCALE_NT"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},

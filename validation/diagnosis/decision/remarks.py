@@ -10,9 +10,13 @@ import numpy as np
 from sim.chain import apply_deterministic
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.track import ALTITUDE
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.verdict import Verdict
 from validation.text import digits
+
+EARTH_RADIUS_M = 6.371e6
+"""Of the sphere; a dipole's field falls with the third power of the distance from its centre."""
 
 
 def remarks(found: Diagnosis) -> tuple[str, ...]:
@@ -37,6 +41,29 @@ def long_track(found: Diagnosis) -> Iterator[str]:
             f"The path is {digits(length_m / 1e3)} km long: over it the Earth's own field changes by some "
             f"{digits(change_nT)} nT, and one vector was given for all of it."
         )
+
+
+def long_climb(found: Diagnosis) -> Iterator[str]:
+    """Heights between which the Earth's own field changes as much, as that of a dipole does: ``3 F h / R``."""
+    problem, policy, gap = found.problem, found.problem.policy, found.gap
+    if problem.track is not None or problem.relative or problem.still or found.verdict is Verdict.NONE:
+        return
+    climb_m = _climb_m(problem)
+    change_nT = 3 * float(np.linalg.norm(problem.state.field_enu_nT)) * climb_m / EARTH_RADIUS_M
+    if change_nT > max(policy.least_share * gap.structure_nT[0], gap.noise_nT):
+        yield (
+            f"The log goes over {digits(climb_m / 1e3)} km of height: over it the Earth's own field changes by some "
+            f"{digits(change_nT)} nT, and one field was given for all of it."
+        )
+
+
+def _climb_m(problem: LinearProblem) -> float:
+    """Between the lowest and the highest of the recorded altitudes, or of the positions."""
+    altitude_m = problem.recording.channels.get(ALTITUDE)
+    if altitude_m is None:
+        return float(np.ptp(problem.state.pos_enu_m[:, 2])) if "position" in problem.has else 0.0
+    known = altitude_m[np.isfinite(altitude_m)]
+    return float(np.ptp(known)) if known.size else 0.0
 
 
 def another_scale(found: Diagnosis) -> Iterator[str]:
@@ -90,4 +117,4 @@ def _anew_nT(problem: LinearProblem) -> Array:
     return np.asarray(np.linalg.norm((problem.recording.mag_nT - offset_nT) @ np.linalg.pinv(problem.turn).T, axis=1))
 
 
-REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (mended, long_track, another_scale)
+REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (mended, long_track, long_climb, another_scale)

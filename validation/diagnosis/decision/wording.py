@@ -8,11 +8,11 @@ import numpy as np
 
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
-from validation.diagnosis.decision.remarks import long_track, remarks
+from validation.diagnosis.decision.remarks import long_climb, long_track, remarks
 from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.evidence.when import Stretch, largest
-from validation.diagnosis.problem.track import LATITUDE, LONGITUDE
+from validation.diagnosis.problem.track import ALTITUDE, LATITUDE, LONGITUDE
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
 from validation.text import digits, short
@@ -75,6 +75,16 @@ def follow_the_track(found: Diagnosis) -> Iterator[str]:
         yield (
             f"Give the log's place, --map {LATITUDE}=COLUMN --map {LONGITUDE}=COLUMN: the field then changes along "
             "the track as IGRF says. A gradient that is named without it may be no more than that."
+        )
+
+
+def follow_the_height(found: Diagnosis) -> Iterator[str]:
+    """A field that falls with height is no effect: the place and the altitude tell it."""
+    if any(long_climb(found)):
+        yield (
+            f"Give the model's [field] by {LATITUDE}, {LONGITUDE} and date, and the log's height, --map "
+            f"{ALTITUDE}=COLUMN: the field then changes with height as IGRF says. What is named without it, and rises "
+            "or falls with height, may be no more than that."
         )
 
 
@@ -145,6 +155,7 @@ Advise = Callable[[Diagnosis], Iterator[str]]
 ADVICE: tuple[Advise, ...] = (
     mend_the_reference,
     follow_the_track,
+    follow_the_height,
     try_an_actuator,
     seek_the_mechanism,
     fly_another_motion,

@@ -70,7 +70,7 @@ def posed(
     Raises InputError as `pose` does, and for a bad effect table of the model.
     """
     effects = model.chain()
-    track = Track.of(recording, None if model.field is None else model.field.date)
+    track = Track.of(recording, model.field)
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
     strength = strength_nT or _strength_nT(recording) if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))

@@ -1,4 +1,4 @@
-"""How the Earth's field changes along a track whose latitude and longitude the recording holds."""
+"""How the Earth's field changes along a track: latitude, longitude and altitude, as far as a recording holds them."""
 
 from __future__ import annotations
 
@@ -37,21 +37,22 @@ class Track:
     change_nT: Array
 
     @classmethod
-    def of(cls, recording: Recording, date: datetime.date | None) -> Track | None:
-        """The track of a recording, None without latitude and longitude; across rows without a place it is a line.
+    def of(cls, recording: Recording, field: FieldSpec | None) -> Track | None:
+        """The track of a recording beside the model's field; across rows without a place it is a line.
 
+        None without latitude and longitude. Of a log with its altitude alone they are the field's, where that is given
+        by its place: a balloon's field falls by some 20 nT in a kilometre. The middle is then the field's own place.
         Raises InputError for values that are no place.
         """
-        there = recording.channels
-        if LATITUDE not in there or LONGITUDE not in there:
-            return None
-        places = np.column_stack([there[LATITUDE], there[LONGITUDE], there.get(ALTITUDE, np.zeros(len(recording)))])
+        stated = _stated_place(field)
+        places = _places(recording, stated)
         known = np.flatnonzero(np.isfinite(places).all(axis=1))
         if not len(known):
             return None
         _check(places, known)
         nodes = known[np.unique(np.linspace(0, len(known) - 1, NODES).astype(int))]
-        middle = places[nodes[len(nodes) // 2]]
+        middle = places[nodes[len(nodes) // 2]] if stated is None or _has_place(recording) else stated
+        date = None if field is None else field.date
         here, *at = earth_field_along(np.vstack([middle, places[nodes]]), date or ANY_DATE)
         strength = np.linalg.norm(at, axis=1) - np.linalg.norm(here)
         change = _between(recording.time_s, nodes, np.column_stack([np.array(at) - here, strength]))
@@ -65,6 +66,27 @@ class Track:
     def field_enu_nT(self, given: FieldSpec) -> Array:
         """The field model's vector (3,) at the middle place on a given date."""
         return np.asarray(earth_field_along(np.array([self.middle]), given.date or ANY_DATE)[0])
+
+
+def _has_place(recording: Recording) -> bool:
+    return LATITUDE in recording.channels and LONGITUDE in recording.channels
+
+
+def _stated_place(field: FieldSpec | None) -> Array | None:
+    """Latitude, longitude and altitude (3,) of a field that is given by its place."""
+    if field is None or field.latitude_deg is None or field.longitude_deg is None:
+        return None
+    return np.array([field.latitude_deg, field.longitude_deg, field.altitude_m])
+
+
+def _places(recording: Recording, stated: Array | None) -> Array:
+    """Latitude, longitude and altitude (n, 3), not finite where unknown; a stated place at the altitudes of the log."""
+    there, n = recording.channels, len(recording)
+    if _has_place(recording):
+        return np.column_stack([there[LATITUDE], there[LONGITUDE], there.get(ALTITUDE, np.zeros(n))])
+    if stated is None or ALTITUDE not in there:
+        return np.full((n, 3), np.nan)
+    return np.column_stack([np.full((n, 2), stated[:2]), there[ALTITUDE]])
 
 
 def _between(time_s: Array, nodes: NDArray[np.intp], values: Array) -> Array:

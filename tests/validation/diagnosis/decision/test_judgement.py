@@ -160,7 +160,7 @@ def test_what_was_confirmed_need_not_be_confirmed_again() -> None:
 def test_without_attitude_attitude_is_asked_for() -> None:
     found = _diagnosis(Verdict.NONE, problem=problem(without_attitude(recording())))
     assert "log attitude" in advice_for(found)[0]
-    assert len(ADVICE) == 10
+    assert len(ADVICE) == 11
 
 
 def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:

@@ -15,11 +15,13 @@ from sim.dataset import Recording
 from sim.field import earth_field_along, earth_field_enu_nT
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import NOISE_NT, recording, without_attitude
+from validation.diagnosis.decision.remarks import long_climb
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.problem.track import ANY_DATE, Track
+from validation.diagnosis.problem.track import Track
 from validation.diagnosis.workflow import diagnose
 
 DATE = datetime.date(2024, 5, 27)
+FIELD = FieldSpec(latitude_deg=12.0, longitude_deg=85.0, date=DATE)
 PLACE = {"latitude_deg": 12.0, "longitude_deg": 85.0, "date": DATE.isoformat()}
 
 
@@ -80,15 +82,15 @@ def test_rows_without_a_place_are_bridged() -> None:
     gaps = given.channels["latitude_deg"].copy()
     gaps[:200] = gaps[700:720] = np.nan
     whole, bridged = (
-        Track.of(given, DATE),
-        Track.of(replace(given, channels=given.channels | {"latitude_deg": gaps}), DATE),
+        Track.of(given, FIELD),
+        Track.of(replace(given, channels=given.channels | {"latitude_deg": gaps}), FIELD),
     )
     assert whole is not None
     assert bridged is not None
     shift = whole.change_enu_nT - bridged.change_enu_nT
     assert np.ptp(shift[200:], axis=0).max() < 1.0
     none = replace(given, channels=given.channels | {"latitude_deg": np.full(len(given), np.nan)})
-    assert Track.of(none, DATE) is None
+    assert Track.of(none, FIELD) is None
 
 
 def test_an_orbit_is_followed() -> None:
@@ -97,11 +99,44 @@ def test_an_orbit_is_followed() -> None:
     places = np.column_stack([80 * np.sin(turn), (np.degrees(turn) / 2) % 360, np.full(len(turn), 7e5)])
     channels = dict(zip(("latitude_deg", "longitude_deg", "altitude_m"), places.T, strict=True))
     mag_nT = np.ones((len(turn), 3))
-    track = Track.of(Recording(np.arange(len(turn), dtype=float), mag_nT, channels=channels), DATE)
+    track = Track.of(Recording(np.arange(len(turn), dtype=float), mag_nT, channels=channels), FIELD)
     assert track is not None
     here = earth_field_along(np.array([track.middle]), DATE)
     at = slice(37, None, 500)
     assert track.change_enu_nT[at] == pytest.approx(earth_field_along(places[at], DATE) - here, abs=1.0)
+
+
+def _risen(*, noise_nT: float = NOISE_NT) -> Recording:
+    """The synthetic turns of a balloon that rises from 200 m to 9 km in the field of the model's own place."""
+    given = recording(1500, noise_nT=0.0)
+    height_m = 200 + 8800 * given.time_s / given.time_s[-1]
+    along = earth_field_along(np.column_stack([np.full(1500, 12.0), np.full(1500, 85.0), height_m]), DATE)
+    assert given.att_q is not None
+    noise = noise_nT * np.random.default_rng(2).normal(size=(1500, 3))
+    mag_nT = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]).inv().apply(along) + noise
+    bare = {"temperature_degC": None, "pos_enu_m": None, "current_A": None}
+    return replace(given, mag_nT=mag_nT, channels={"altitude_m": height_m}, **bare)
+
+
+@pytest.mark.parametrize("attitude", [True, False])
+def test_a_balloons_field_falls_with_its_height(attitude: bool) -> None:
+    """A log with its altitude alone, beside a model that is given by its place."""
+    given = _risen() if attitude else without_attitude(_risen())
+    assert np.sqrt((posed(given, _model(), None, None).target ** 2).mean()) < 1.1
+    bare = replace(given, channels={})
+    assert np.sqrt((posed(bare, _model(), None, None).target ** 2).mean()) > 5
+    track = Track.of(given, FIELD)
+    assert track is not None
+    assert track.middle == (12.0, 85.0, 0.0)  # the place that the given field is of
+
+
+def test_a_height_beside_one_vector_is_told_first() -> None:
+    vector = tuple(earth_field_along(np.array([[12.0, 85.0, 200.0]]), DATE)[0])
+    found = diagnose(_risen(), ModelSpec.model_validate({"field": {"enu_nT": vector}}), fitted_base=True)
+    assert "8.80 km of height" in found.sentence
+    assert any("altitude_m" in line for line in found.advice)
+    level = replace(_risen(), channels={"altitude_m": np.full(1500, 200.0)})
+    assert not any(long_climb(replace(found, problem=replace(found.problem, recording=level))))
 
 
 def test_what_is_no_place_is_refused() -> None:
@@ -109,4 +144,4 @@ def test_what_is_no_place_is_refused() -> None:
     wrong = replace(given, channels=given.channels | {"latitude_deg": given.channels["latitude_deg"] + 90})
     with pytest.raises(InputError, match="latitude_deg"):
         Track.of(wrong, None)
-    assert Track.of(recording(), ANY_DATE) is None
+    assert Track.of(recording(), FIELD) is None
