@@ -87,7 +87,8 @@ def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
     found = judged_at(ground, found_by_search(ground.problem, ground.residual(), list(members)))
     if found is None:
         return None
-    if found.nats <= ground.problem.policy.apart:  # also beside a colour of its own, which may find it in a wander
+    little = found.nats <= ground.problem.policy.apart  # also beside a colour of its own, which may find it in a wander
+    if little or len(members) == 1:  # of a number that has one value nothing else may be tried
         return _at_full_size(ground, found)
     finer = between_neighbours(found.candidate, lambda candidate: misfit(ground, candidate))
     better = judged_at(ground, [finer]) if finer else None

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.numerics.rates import body_rate
 from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
 from sim.effects.values import SWITCH, Parameter, Window
@@ -228,11 +229,17 @@ def _is_measured(effect: type[Effect], problem: LinearProblem) -> bool:
 def _above_noise(effect: type[Effect], name: str, problem: LinearProblem) -> tuple[Any, ...]:
     """The listed values of a parameter; of a size in nT those above the noise, where the course is a measurement.
 
-    Without attitude a loop as narrow as the noise would follow the very noise that it is fitted to.
+    Without attitude a loop as narrow as the noise would follow the very noise that it is fitted to. So would a lag of
+    the field's rate that is the measurement's own: a slope holds nothing of the sample at which it is taken, a slope
+    that comes late does.
     """
     listed = effect.search[name]
     unit = next(p.unit for p in effect.parameters() if p.name == name)
-    if problem.mode != "strength" or unit != "nT":
+    if problem.mode != "strength":
+        return listed
+    if unit == "s" and "rate" in effect.needs and body_rate(problem.recording) is None:
+        return listed[:1]
+    if unit != "nT":
         return listed
     least = problem.policy.least_loop * float(problem.sigma_nT.max())
     return tuple(value for value in listed if np.min(value) >= least) or listed[-1:]

@@ -201,3 +201,14 @@ def test_without_attitude_no_loop_is_as_narrow_as_the_noise() -> None:
     least = min(float(np.min(dict(one.nonlinear)["threshold_nT"])) for one in bare)
     assert least > 15 * 50.0
     assert len(bare) < len(with_it)
+
+
+def test_a_lag_of_the_measurements_own_rate_is_not_tried() -> None:
+    """A rate that comes late holds the noise of its own sample: 40 nats of an eddy current in a white rover's log."""
+    given = without_attitude(recording(300))
+    lagged = [e for e in EFFECTS if "rate" in e.needs and len(e.search) == 1]
+    assert lagged
+    turning = replace(given, gyro_rad_s=np.full((300, 3), 0.1))
+    for effect in lagged:
+        assert len(proposed(problem(given))[effect.name]) == 1
+        assert len(proposed(problem(turning))[effect.name]) == len(next(iter(effect.search.values())))
