@@ -30,6 +30,7 @@ GUARDS = {
     "linear.py": {"LEAST_NOISE"},
     "coefficients.py": {"OPEN"},
     "values.py": {"STEP"},
+    "moments.py": {"PIECE", "OWN_NOISE"},
     "places.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "battery.py": {"MOST_TONES"},
     "spectrum.py": {"WINDOW_LINES"},

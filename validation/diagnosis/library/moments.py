@@ -8,6 +8,12 @@ from sim.state import Array
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.linear import LinearProblem
 
+Sums = tuple[Array, Array, Array]
+PIECE = 20_000
+"""Samples whose products are held at once."""
+OWN_NOISE = 10.0
+"""Times a direction's own noise that it must move for a step to be seen through it: below, noise is fitted to noise."""
+
 
 def moments(problem: LinearProblem, residual: Array, member: Candidate) -> list[Candidate]:
     """The best moment of a step in a residual (n, q) that the base has been fitted to."""
@@ -44,13 +50,53 @@ def _gains(problem: LinearProblem, left: Array) -> Array:
 
 
 def _best_along_field(problem: LinearProblem, left: Array, member: Candidate) -> int:
-    """The sample of the best step that is seen through the field's direction: suffix sums of direction times y."""
-    beyond = _suffix_sums(member.columns(problem)[:, 0, :] * left)
-    n = len(left)
-    count = np.arange(n, 0, -1)
-    gain = (beyond**2).sum(axis=1) / count / (1 - count / (n + 1))
-    edge = max(2, int(n * problem.policy.step_margin))
+    """The sample of the best step that is seen through the field's direction, beside the base."""
+    gain = _gains_along_field(problem, left[:, 0], member.columns(problem)[:, 0, :])
+    edge = max(2, int(len(left) * problem.policy.step_margin))
     return edge + int(np.argmax(gain[edge:-edge]))
+
+
+def _gains_along_field(problem: LinearProblem, left: Array, E: Array) -> Array:
+    """Squares (n,) that a step at each moment explains beside the base, of columns E (n, k) that begin there.
+
+    ``gain_t = z' (E'E - E'B (B'B)^-1 B'E)^-1 z`` with ``z = E'y``, all sums from t on: on long legs iron takes up much
+    of a step, and more of one at the wrong moment. The direction is a measurement too: where a short stretch at rest
+    holds nothing else, its noise is that of the strength, and what it holds is weighed down.
+    From the end in pieces, for all products at once fill the memory.
+    """
+    n, k = E.shape
+    gain, either, own = np.zeros(n), _in_the_shorter_part(problem.usable), _own_noise(problem, E)
+    beyond: Sums = (np.zeros(k), np.zeros((k, k)), np.zeros((problem.base.shape[1], k)))
+    for end in range(n, 0, -PIECE):
+        here = slice(max(end - PIECE, 0), end)
+        y, EE, BE = _summed(problem.base[here], E[here], left[here], beyond)
+        free = EE - np.einsum("npi,pr,nrj->nij", BE, _inverse(problem), BE, optimize=True)
+        free += (either[here] * own)[:, None, None] * np.eye(k)
+        gain[here] = np.einsum("nk,nk->n", y, np.linalg.solve(free, y[:, :, None])[:, :, 0])
+        beyond = (y[0], EE[0], BE[0])
+    return gain
+
+
+def _summed(B: Array, E: Array, left: Array, beyond: Sums) -> Sums:
+    """``E'y, E'E, B'E`` (m, ...) of all samples from each of these on, with what is summed beyond the last."""
+    y, EE, BE = beyond
+    return (
+        y + _suffix_sums(E * left[:, None]),
+        EE + _suffix_sums(E[:, :, None] * E[:, None, :]),
+        BE + _suffix_sums(B[:, :, None] * E[:, None, :]),
+    )
+
+
+def _in_the_shorter_part(usable: Array) -> Array:
+    """Samples (n,) before or from each moment on, whichever are fewer, and one."""
+    after = _suffix_sums(usable)
+    return np.asarray(np.minimum(after, after[0] - after) + 1.0)
+
+
+def _own_noise(problem: LinearProblem, E: Array) -> float:
+    """Square of what the noise of a measured direction makes in a column, times that of `OWN_NOISE`."""
+    noise = float(problem.sigma_nT[0] / np.linalg.norm(problem.state.field_nT[0]))
+    return (OWN_NOISE * noise) ** 2 * float((E**2).mean())
 
 
 def _suffix_sums(values: Array) -> Array:

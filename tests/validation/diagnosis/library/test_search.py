@@ -6,20 +6,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from sim.dataset import Recording
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.values import Role
 from sim.state import Array
-from tests.validation.diagnosis.synthetic import HZ, STRENGTH_NT, problem, recording, without_attitude
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, HZ, STRENGTH_NT, problem, recording, without_attitude
 from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library import moments as moments_module
 from validation.diagnosis.library.candidates import Candidate
-from validation.diagnosis.library.moments import _gains, moments
+from validation.diagnosis.library.moments import _gains, _gains_along_field, moments
 from validation.diagnosis.library.origins import origins
 from validation.diagnosis.library.places import ThinnedPath, places
 from validation.diagnosis.library.search import SEARCHES, between_neighbours, found_by_search
 from validation.diagnosis.library.tones import tones
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.pose import pose
 
 
 def _sought(role: Role) -> type[Effect]:
@@ -69,6 +73,54 @@ def test_a_step_is_found_through_the_strength_alone() -> None:
     member = Candidate(_sought("moment"), (("time_s", 0.0),))
     (found,) = moments(posed, _left(posed), member)
     assert float(_value(found, "moment")) == pytest.approx(180.0, abs=5.0)
+
+
+def _on_long_legs(at: int) -> LinearProblem:
+    """A log without attitude of a vehicle that keeps its heading for long: iron takes up most of a small step."""
+    rng = np.random.default_rng(5)
+    t = np.arange(3000) / HZ
+    yaw = np.repeat(rng.uniform(0, 2 * np.pi, 6), 500) + 0.05 * np.sin(0.4 * t)
+    pitch = 0.45 * np.sign(np.sin(2 * np.pi * t / 170)) + 0.02 * np.sin(0.9 * t)
+    turn = Rotation.from_euler("ZYX", np.column_stack([yaw, pitch, 0.2 * np.sin(0.021 * t)]))
+    mag = turn.inv().apply(FIELD_ENU_NT) + 2.0 * rng.normal(size=(3000, 3))
+    mag[at:] += (6.0, -4.0, 5.0)
+    return problem(Recording(time_s=t, mag_nT=mag))
+
+
+@pytest.mark.parametrize("at", [900, 1700, 2300])
+def test_a_step_is_found_beside_iron_that_takes_up_most_of_it(at: int) -> None:
+    posed = _on_long_legs(at)
+    member = Candidate(_sought("moment"), (("time_s", 0.0),))
+    (found,) = moments(posed, _left(posed), member)
+    assert float(_value(found, "moment")) == pytest.approx(at / HZ, abs=5.0)
+
+
+def test_noise_is_not_fitted_to_itself_where_a_sensor_rests() -> None:
+    """Level and at rest the measured direction holds noise alone, which is that of the strength: 170 nats of none."""
+    rng = np.random.default_rng(7)
+    t = np.arange(4000) / HZ
+    yaw = 0.3 * np.clip(t - 40, 0, None)
+    tilt = 0.01 * rng.normal(size=(4000, 2)) * (t > 40)[:, None]
+    turn = Rotation.from_euler("ZYX", np.column_stack([yaw, tilt]))
+    uneven = np.diag([1.0, 1.1, 2.0])
+    mag = turn.inv().apply([200.0, 41_300.0, 8_300.0]) @ uneven + [0.0, 0.0, 20_000.0] + 45 * rng.normal(size=(4000, 3))
+    posed = pose(Recording(time_s=t, mag_nT=mag), None, 42_100.0, ())
+    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)[:, 0, :]
+    assert _gains_along_field(posed, _left(posed)[:, 0], E)[80:-80].max() / 2 < 15
+
+
+def test_the_gain_along_the_field_is_that_of_dense_least_squares(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the pieces that it is summed in, with samples left out."""
+    monkeypatch.setattr(moments_module, "PIECE", 700)
+    whole = _on_long_legs(1700)
+    posed = whole.without(np.arange(3000) % 7 == 0)
+    left = _left(posed)
+    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)[:, 0, :]
+    for t in (1234, 1701):
+        step = np.r_[np.zeros((t, 3)), E[t:]]
+        step -= posed.base @ np.linalg.lstsq(posed.base, step, rcond=None)[0]
+        y = step @ np.linalg.lstsq(step, left[:, 0], rcond=None)[0]
+        assert _gains_along_field(posed, left[:, 0], E)[t] == pytest.approx(y @ y, rel=1e-3)
 
 
 @pytest.mark.parametrize("tone_hz", [0.3217, 1.2345, 3.9])
