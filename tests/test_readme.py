@@ -38,7 +38,7 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 KEY = re.compile(r"\[([A-Z][A-Za-z]+[12]\d{3})(?:, ([A-Z][A-Za-z]+[12]\d{3}))?\]")
 QUICKEST = "zhou2012"
 """The paper that stands for all where a page reproduces one."""
-LONG = ("own-calibrator.md", "verdicts.md", "report.md", "scores.md", "dataset.md", "gates.md", "compare.md", "plan.md")
+LONG = ("own-calibrator", "verdicts", "report", "scores", "dataset", "gates", "compare", "plan", "diagnosis")
 """Pages whose commands take seven seconds and more: the nightly run follows them."""
 MODULE = re.compile(r"# (\w+\.py)\n")
 """The first line of a snippet that is a file of the reader's."""
@@ -85,7 +85,7 @@ def write(path: Path, header: str, rows: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize(
-    "page", [pytest.param(page, marks=[pytest.mark.slow] * (page.name in LONG), id=page.name) for page in PAGES]
+    "page", [pytest.param(page, marks=[pytest.mark.slow] * (page.stem in LONG), id=page.name) for page in PAGES]
 )
 def test_commands_and_snippets_run(page: Path, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shown: list[Path] = []

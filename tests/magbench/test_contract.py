@@ -27,7 +27,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "gate": ("gate", "gates.toml", "-o", "out"),
     "inspect": ("inspect", "log.csv", "-o", "out"),
     "list": ("list", "effects"),
-    "plan": ("plan", "auv", "--time", "300", "--trials", "0", "-o", "out"),
+    "plan": ("plan", "hand", "--time", "120", "--trials", "0", "-o", "out"),
     "reproduce": ("reproduce", "zhou2012", "--seeds", "2", "-o", "out"),
     "run": ("run", STILL, "-o", "out"),
     "schema": ("schema", "gates"),

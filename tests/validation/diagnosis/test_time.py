@@ -35,7 +35,7 @@ def _moved(time_s: Array, mag_nT: Array, fastest_hz: float) -> Recording:
     return Recording(time_s=time_s, mag_nT=mag_nT, att_q=q, gyro_rad_s=rate)
 
 
-@pytest.mark.parametrize("held", [0.0, 0.29])
+@pytest.mark.parametrize("held", [pytest.param(0.0, marks=pytest.mark.slow), 0.29])
 def test_a_delay_is_one_and_no_low_pass_that_is_taken_twice(held: float) -> None:
     """In hand-held motion at 286 Hz, the field written 15 ms late; three rows in ten repeat the one before."""
     time_s, rng = ROW_S * np.arange(12_000), np.random.default_rng(9)
