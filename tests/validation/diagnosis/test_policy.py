@@ -31,6 +31,7 @@ GUARDS = {
     "coefficients.py": {"OPEN"},
     "values.py": {"STEP"},
     "moments.py": {"PIECE", "OWN_NOISE"},
+    "drivers.py": {"ROUNDING", "LEAST_RANGE"},
     "places.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "battery.py": {"MOST_TONES"},
     "spectrum.py": {"WINDOW_LINES"},

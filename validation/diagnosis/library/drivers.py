@@ -15,6 +15,8 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 
 LAGS_S: tuple[float, ...] = ChannelEffect.search["lag_s"]
+ROUNDING, LEAST_RANGE = 1e-9, 1e-11
+"""Part of a course's size up to which its range is rounding, and the least range in a channel's own unit."""
 
 
 class Way(NamedTuple):
@@ -41,14 +43,14 @@ class Driver:
 
     @classmethod
     def of(cls, name: str, x: Array, policy: Policy) -> Driver | None:
-        """The driver of a course; None for one that is not known throughout, or does not move."""
+        """The driver of a course; None for one that is not known throughout, or does not move but by rounding."""
         if not np.isfinite(x).all():
             return None
-        tail = policy.driver_tail
+        tail, least = policy.driver_tail, max(ROUNDING * float(np.abs(x).max()), LEAST_RANGE)
         low, high = np.quantile(x, [tail, 1 - tail])
-        if high <= low:
+        if high - low <= least:
             low, high = x.min(), x.max()
-        return cls(name, x, float(low + high) / 2, float(high - low) / 2) if high > low else None
+        return cls(name, x, float(low + high) / 2, float(high - low) / 2) if high - low > least else None
 
     def terms(self, way: Way, interval_s: float) -> Array:
         """The powers (n, 3) of the course, centred and scaled, as they are felt."""
