@@ -45,7 +45,7 @@ GUARDS = {
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
     "chain.py": {"SCALE_NT"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
-    "refine.py": {"ROUNDS", "SAME", "IMPOSSIBLE"},
+    "refine.py": {"ROUNDS", "CHAINS", "SAME", "IMPOSSIBLE"},
     "rest.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW", "SAME_STEP", "SETTLED"},
 }
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""

@@ -17,8 +17,9 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted, predict
 from validation.diagnosis.repair.numbers import FreeNumbers
 
-ROUNDS = 60
-"""Evaluations at most: the start is close already, but a gradient and its origin are found along a bent valley."""
+ROUNDS, CHAINS = 60, 1200
+"""Steps at most: the start is close already, but a gradient and its origin are found along a bent valley; and runs of
+the chain at most, one a number in every step."""
 SAME = 1e-6
 """Relative difference of sums of squares that is of no account."""
 IMPOSSIBLE = 1e3
@@ -60,7 +61,8 @@ def refined(
             return np.full(problem.target[use].size, IMPOSSIBLE)
         return _left(problem, predicted, use, refit_iron=refit_iron)
 
-    found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=ROUNDS, xtol=1e-5, ftol=SAME)
+    rounds = min(ROUNDS, 1 + CHAINS // len(start))
+    found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=rounds, xtol=1e-5, ftol=SAME)
     gram = found.jac.T @ found.jac
     std = np.sqrt(variances(gram, problem.policy) * inflation) * scale
     x = without_open_part(found.x, gram, problem.policy)
