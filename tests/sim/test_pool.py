@@ -107,7 +107,8 @@ def _until(true, limit_s: float = 30.0) -> None:  # type: ignore[no-untyped-def]
 
 
 def _alive(pid: int) -> bool:
+    """Whether it still runs; one that ends between the opening of its file and the reading does not."""
     try:
         return (Path("/proc") / str(pid) / "stat").read_text().split(") ")[1][0] != "Z"
-    except FileNotFoundError:
+    except OSError:
         return False
