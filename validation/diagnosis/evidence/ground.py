@@ -43,7 +43,9 @@ class Ground:
     def residual(self, use: NDArray[np.bool_] | None = None) -> Array:
         """What the base and the effects already in leave (n, q), in units of the noise; fitted to the blocks `use`."""
         f = fit(self.sums, self.everything if use is None else use)
-        left = self.problem.target - self.problem.base @ f.beta - np.einsum("nqk,k->nq", self.inside, f.c)
+        target = self.problem.target
+        based = (self.problem.base @ f.beta).reshape(target.shape)
+        left = target - based - np.einsum("nqk,k->nq", self.inside, f.c)
         return np.asarray(left * self.problem.usable[:, None])
 
     def beside(self, columns: Array) -> Ground:

@@ -18,7 +18,9 @@ class Sums:
     """Sums over m blocks of a problem's columns: base B (p), candidates E (k), target y (q outputs).
 
     BB (m, p, p), BE (m, p, q, k), EE (m, k, k), By (m, p, q), Ey (m, k), yy (m,); B1 (m, p), E1 (m, q, k), y1 (m, q)
-    plain sums, for block means; count (m,) samples; q outputs share one base.
+    plain sums, for block means; count (m,) samples; q outputs share one base, with coefficients of their own. Where
+    they have the coefficients in common, each with columns of its own, the outputs are further rows: BE (m, p, 1, k),
+    By (m, p, 1), B1 (m, q, p).
     """
 
     BB: Array
@@ -68,17 +70,19 @@ def held_out(m: int, policy: Policy) -> Iterator[NDArray[np.bool_]]:
 
 
 def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) -> Sums:
-    """The sums of base (n, p), columns (n, q, k) and target (n, q)."""
+    """The sums of base (n, p), or (n, q, p) with common coefficients, columns (n, q, k) and target (n, q)."""
     B, E, y = cut.blocks(base), cut.blocks(columns), cut.blocks(target)
     m, length, q, k = E.shape
-    Bt = B.transpose(0, 2, 1)
-    flat, rows = E.reshape(m, length, q * k), E.reshape(m, length * q, k)
+    each, beside = (length, q) if base.ndim == 2 else (length * q, 1)
+    Bs = B.reshape(m, each, base.shape[-1])
+    Bt = Bs.transpose(0, 2, 1)
+    flat, rows = E.reshape(m, each, beside * k), E.reshape(m, length * q, k)
     weight = cut.blocks(usable)
     return Sums(
-        BB=Bt @ B,
-        BE=(Bt @ flat).reshape(m, B.shape[2], q, k),
+        BB=Bt @ Bs,
+        BE=(Bt @ flat).reshape(m, base.shape[-1], beside, k),
         EE=rows.transpose(0, 2, 1) @ rows,
-        By=Bt @ y,
+        By=Bt @ y.reshape(m, each, beside),
         Ey=np.einsum("mrk,mr->mk", rows, y.reshape(m, length * q)),
         yy=np.einsum("mlq,mlq->m", y, y),
         B1=B.sum(axis=1),
@@ -90,7 +94,7 @@ def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) ->
 
 @dataclass(frozen=True)
 class Fit:
-    """Base coefficients beta (p, q), candidates' c (k,), and the inverse normal matrix of c (k, k)."""
+    """Base coefficients beta (p, q), or common ones (p, 1), candidates' c (k,), and the inverse normal matrix of c."""
 
     beta: Array
     c: Array
@@ -121,7 +125,7 @@ def squares(s: Sums, f: Fit, use: NDArray[np.bool_]) -> float:
 
 def block_sums(s: Sums, f: Fit) -> Array:
     """Sum of the residual in each block (m, q)."""
-    return np.asarray(s.y1 - s.B1 @ f.beta - s.E1 @ f.c)
+    return np.asarray(s.y1 - (s.B1 @ f.beta).reshape(s.y1.shape) - s.E1 @ f.c)
 
 
 def colour(total: Array, count: Array, policy: Policy) -> float:

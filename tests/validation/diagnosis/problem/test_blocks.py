@@ -29,6 +29,23 @@ def test_fit_and_squares_equal_dense_least_squares() -> None:
     assert block_sums(s, f) == pytest.approx(left.reshape(120, 10, q).sum(axis=1))
 
 
+def test_outputs_with_a_base_in_common_are_further_rows() -> None:
+    rng = np.random.default_rng(1)
+    n, q, p, k = 1200, 2, 5, 3
+    base, columns, target = rng.normal(size=(n, q, p)), rng.normal(size=(n, q, k)), rng.normal(size=(n, q))
+    cut = Cut(10, 120)
+    s = sums(cut, base, columns, target, np.ones(n))
+    train = ~list(held_out(cut.m, STANDARD))[2]
+    f = fit(s, train)
+    rows = np.repeat(train, cut.length)
+    dense = np.concatenate([base, columns], axis=2)
+    beta = np.linalg.lstsq(dense[rows].reshape(-1, p + k), target[rows].ravel(), rcond=None)[0]
+    left = target - dense @ beta
+    assert np.concatenate([f.beta[:, 0], f.c]) == pytest.approx(beta)
+    assert squares(s, f, ~train) == pytest.approx(float((left[~rows] ** 2).sum()))
+    assert block_sums(s, f) == pytest.approx(left.reshape(120, 10, q).sum(axis=1))
+
+
 def test_held_out_and_training_blocks_are_apart_and_go_round() -> None:
     held = np.array(list(held_out(200, STANDARD)))
     assert (held.sum(axis=0) == STANDARD.held_segments).all()
