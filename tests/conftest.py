@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a worker a core; before numpy is imported
+    os.environ.setdefault(_name, "1")
 for _number in (signal.SIGINT, signal.SIGHUP):  # ignored under nohup and in the background, and so in every child
     if signal.getsignal(_number) == signal.SIG_IGN:
         signal.signal(_number, signal.default_int_handler if _number == signal.SIGINT else signal.SIG_DFL)
