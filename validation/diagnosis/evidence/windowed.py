@@ -74,7 +74,7 @@ def _judged(
         one = one if at_span is None else at_span.candidate
         plain = one.at({SWITCH.name: None})
         span = timeline.best(timeline.rows.taken(plain.columns(problem)))
-    if _is_one_sided(span, problem.state.time_s) and _is_a_jump(timeline, problem, one, span):
+    if _is_one_sided(span, problem.state.time_s, policy) and _is_a_jump(timeline, problem, one, span):
         return None
     return judged_at(ground, [_in(one, span, policy)])
 
@@ -91,5 +91,8 @@ def _in(one: Candidate, span: Span, policy: Policy) -> Candidate:
     return one.at({SWITCH.name: (span.from_s, span.to_s)}, max(one.tried, 1) * windows)
 
 
-def _is_one_sided(span: Span, time_s: Array) -> bool:
-    return bool(span.from_s <= time_s[0] or span.to_s > time_s[-1])
+def _is_one_sided(span: Span, time_s: Array, policy: Policy) -> bool:
+    """Whether a window ends so near an end of the run that no other window has room between."""
+    begin_s, end_s = float(time_s[0]), float(time_s[-1])
+    beside_s = min(span.from_s - begin_s, end_s - span.to_s)
+    return bool(beside_s < policy.least_window * (end_s - begin_s))

@@ -18,8 +18,10 @@ from tests.validation.diagnosis.synthetic import (
     without_attitude,
 )
 from validation.diagnosis.evidence.rows import Rows
-from validation.diagnosis.evidence.windows import Timeline, _gains
+from validation.diagnosis.evidence.windowed import _is_one_sided
+from validation.diagnosis.evidence.windows import Span, Timeline, _gains
 from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.workflow import diagnose
 from validation.together.confirm import confirmed
 
@@ -107,3 +109,15 @@ def test_a_column_that_is_zero_in_a_window_gains_nothing_there() -> None:
     both = _gains(np.stack([products, whole]), 0)
     assert both[0] == pytest.approx(3.0**2 / 2.0 / 2, rel=1e-4)
     assert both[1] == pytest.approx((3.0**2 / 2.0 + 5.0**2 / 1e6) / 2, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("from_s", "to_s", "one_sided"),
+    [(0.0, 150.0, True), (0.1, 150.0, True), (150.0, 399.0, True), (40.0, 150.0, False), (0.1, 399.9, True)],
+)
+def test_a_window_with_no_room_for_another_beside_it_is_as_a_jump_is(
+    from_s: float, to_s: float, one_sided: bool
+) -> None:
+    """One sample of 400 s at a run's beginning tells no window from what is so until a moment."""
+    time_s = np.arange(4000) / 10.0
+    assert _is_one_sided(Span(from_s, to_s, 50.0, 0.0), time_s, STANDARD) is one_sided
