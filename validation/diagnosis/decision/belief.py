@@ -54,9 +54,12 @@ def believed(selection: Selection) -> Belief:
 
 
 def slow_noise_is_left(belief: Belief) -> Belief:
-    """Slow noise in what the effects leave is one of its own, unless it is as small as the first effect's form."""
+    """Slow noise in what the effects leave is one of its own, unless it is as small as the first effect's form.
+
+    Beside as many effects as are looked for nobody has asked whether what is left is another.
+    """
     selection = belief.selection
-    if selection.after.clean:
+    if selection.after.clean or len(selection.found) == selection.end.problem.policy.most_effects:
         return belief
     noise = wander(selection.end.problem, selection.end.residual())
     if noise is None or not noise.fits or (belief.found and not noise.identified):

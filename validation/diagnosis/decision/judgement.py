@@ -53,7 +53,7 @@ def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
     """Why the names only resemble the cause; empty where nothing speaks against them, or nothing can be told."""
     if case.found and case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma:
         return ("with the names in the model the gap is larger",)
-    mixed = verdict is Verdict.PARTIAL or (verdict is Verdict.COMPOSITE and case.noisy)
+    mixed = verdict is Verdict.PARTIAL or (verdict in (Verdict.COMPOSITE, Verdict.CLASS) and case.noisy)
     if not mixed or case.gap.explained is None:
         return ()
     return tuple(reason for doubt in NAME_DOUBTS if (reason := doubt(case)) is not None)
@@ -115,12 +115,25 @@ def _only_iron_with_rivals(case: Case) -> bool:
     return all(one.how is How.IRON for one in case.named) and any(not BY_NAME[name].clues.absorbed for name in rivals)
 
 
+def _may_be_one_course(case: Case) -> bool:
+    """Whether all beside one name that another channel drives as well is slow noise, or a constant of the iron.
+
+    The curve of that channel may bend so, and its zero lie elsewhere: several causes are then not shown.
+    """
+    alike = [one for one in case.named if one.rivals]
+    others = [one for one in case.named if not one.rivals]
+    constant = [one for one in others if one.how is How.IRON and one.effect.clues.constant]
+    noise = [one for one in others if one.how is How.SPECTRUM]
+    return len(alike) == 1 and len(constant) + len(noise) == len(others)
+
+
 RULES: tuple[tuple[Verdict, Rule], ...] = (
     (Verdict.NONE, lambda case: _nothing(case) and case.clean),
     (Verdict.UNKNOWN, _nothing),
     (Verdict.PARTIAL, lambda case: not case.clean and _explains_some(case)),
     (Verdict.UNKNOWN, lambda case: not case.clean),
     (Verdict.NOT_OBSERVABLE, _only_iron_with_rivals),
+    (Verdict.CLASS, _may_be_one_course),
     (Verdict.COMPOSITE, lambda case: len(case.named) > 1),
     (Verdict.NAMED, lambda case: not case.named[0].others),
     (Verdict.GENERIC, lambda case: case.noisy),

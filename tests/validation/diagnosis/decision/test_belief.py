@@ -186,6 +186,16 @@ def test_slow_noise_beside_effects_must_be_told_and_be_no_form(
     assert _wandering(replace(loud, found=(large,)), monkeypatch, NOISE).noise is None
 
 
+def test_what_is_left_beside_as_many_effects_as_are_looked_for_is_no_slow_noise(
+    driven: Selection, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody has asked whether it is a further effect."""
+    most = driven.end.problem.policy.most_effects
+    for number, noise in ((most - 1, NOISE), (most, None)):
+        several = replace(driven, end=driven.start, found=driven.found * number)
+        assert _wandering(several, monkeypatch, NOISE).noise is noise
+
+
 def test_iron_is_asked_only_where_the_model_knows_it() -> None:
     given = recording()
     moved = replace(given, mag_nT=given.mag_nT + np.array([30.0, -20.0, 10.0]))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sim.effects import EFFECTS
-from sim.effects.iron import HardIron
+from sim.effects.iron import HardIron, SoftIron
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, verdict_of
 from validation.diagnosis.decision.wording import ADVICE, advice_for, sentence_for
@@ -26,6 +26,8 @@ FOUND = Named(EFFECT, (), How.HELD_OUT, 50.0, 1.0)
 IRON = Named(HardIron((3.0, 0.0, 0.0)), (), How.IRON, 50.0, 1.0)
 SEEN = replace(FOUND, how=How.DIRECT, nats=None)
 NOISE = Named(EFFECT, (), How.SPECTRUM, 50.0, 0.0)
+RISING = replace(FOUND, rivals=("temperature_degC",))
+TURN = Named(SoftIron(((0.0, 0.01, 0.0), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0))), (), How.IRON, 50.0, 1.0)
 
 
 def _case(*named: Named, clean: bool = True, explained: float | None = 0.97, **changes: Any) -> Case:
@@ -53,6 +55,11 @@ def _or(named: Named, *others: str) -> Named:
         (_case(IRON), Verdict.NAMED),
         (_case(_or(IRON, "soft_iron")), Verdict.CLASS),
         (_case(_or(IRON, "eddy_current")), Verdict.NOT_OBSERVABLE),
+        (_case(RISING, IRON), Verdict.CLASS),
+        (_case(NOISE, RISING), Verdict.CLASS),
+        (_case(RISING, TURN), Verdict.COMPOSITE),
+        (_case(RISING, FOUND), Verdict.COMPOSITE),
+        (_case(RISING, RISING), Verdict.COMPOSITE),
         (_case(NOISE), Verdict.NAMED),
         (_case(_or(NOISE, "offset_jump")), Verdict.GENERIC),
     ],
