@@ -157,6 +157,11 @@ class Policy:
         20.0, "times the noise that a threshold is at least where the field's course is itself a measurement",
         run="a white log of a rover without attitude: a loop of 1.7 times the noise had 9.9 nats",
     )  # fmt: skip
+    own_course: float = number(
+        5.0, "times the noise by which a sample is off its neighbours' course from which on that is motion",
+        run="loops of 100 nT on a turntable that rests, an attitude that errs by 0.01 to 0.05 degrees: 11 to 69 nats "
+        "from the samples as they are",
+    )  # fmt: skip
     listed_settings: int = number(
         50, "settings beyond which they come from a search over the record, which has a price"
     )

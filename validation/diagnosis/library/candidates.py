@@ -15,6 +15,7 @@ from sim.effects.base import PLAIN, Effect
 from sim.effects.values import SWITCH, Parameter, Window
 from sim.state import Array, State
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.neighbours import as_iron_sees
 
 BY_SAMPLE = frozenset({"time_s", "pos_enu_m", "R_wb", "rate_rad_s", "field_nT", "field_rate_nT_s"})
 """What a state holds of every sample, beside its channels."""
@@ -105,13 +106,17 @@ class Candidate:
 
         The signal that the effect meets there is the field, or for the sensor and its electronics what the base
         predicts; what remembers meets its course by the body's rate, in which an attitude's noise is no motion, and
-        begins anew after a pause.
+        begins anew after a pause. What follows the course in other ways meets it by neighbouring samples.
         """
         state = problem.state
         if self.effect.clues.memory:
             parts = (self._contribution(part(state, one), problem.course_nT[one]) for one in problem.stretches)
             return np.concatenate(list(parts))
-        return self._contribution(state, state.field_nT if self._is_early else problem.clean_nT)
+        if self._is_early:
+            return self._contribution(state, state.field_nT)
+        if not (self.effect.continuous and problem.mode == "vector"):
+            return self._contribution(state, problem.clean_nT)
+        return as_iron_sees(self._contribution(state, problem.beside_nT), problem.beside_nT, problem.clean_nT)
 
     @property
     def _is_early(self) -> bool:

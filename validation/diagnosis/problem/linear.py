@@ -16,6 +16,7 @@ from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.state import Array, State
 from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.neighbours import by_neighbours
 from validation.diagnosis.problem.track import Track
 
 Mode = Literal["vector", "strength"]
@@ -82,6 +83,15 @@ class LinearProblem:
             for one in self.stretches
         ]
         return np.concatenate(parts)
+
+    @cached_property
+    def beside_nT(self) -> Array:
+        """What the base predicts (n, 3) by neighbouring samples, in which a sample's own attitude error has no part.
+
+        What is left has that error. What holds on to small changes of the course, a loop while the vehicle rests,
+        would explain it by itself.
+        """
+        return by_neighbours(self.clean_nT, self.state.time_s, self.policy.own_course * self.sigma_nT)
 
     @cached_property
     def stretches(self) -> list[slice]:

@@ -97,7 +97,7 @@ def test_a_candidate_has_the_columns_of_its_forms_and_gives_their_parameters_bac
     np.testing.assert_allclose(
         fuller.contribution_nT(posed) @ c,
         effect.contribution(posed.state, posed.clean_nT, np.random.default_rng(0), {}),
-        atol=1e-9,
+        atol=0.01,  # of the course by neighbouring samples, and 150 nT
     )
 
 
