@@ -91,7 +91,7 @@ def test_the_small_bench_passes(flight, model) -> None:  # type: ignore[no-untyp
 
 
 def _swap(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(ground, "held_out", lambda m, policy: (~held for held in held_out(m, policy)))
+    patch.setattr(ground, "held_out", lambda policy: (~held for held in held_out(policy)))
 
 
 def _no_deflation(patch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -32,25 +32,35 @@ def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[lis
     One that was taken for what another effect explains by now is given back.
     """
     out, problem = _with_forms_that_tell(found, start), start.problem
-    ground = start.with_all(one.columns(problem) for one in out)
-    after = tests(ground)
+    clean = tests(_with(out, start)).clean
     for i in reversed(range(len(out))):
-        others = start.with_all(one.columns(problem) for one in (*out[:i], *out[i + 1 :]))
-        while not after.clean and (fuller := _fuller(others, out[i].evidence)) is not None:
+        if clean:
+            break
+        others = _with((*out[:i], *out[i + 1 :]), start)
+        while not clean and (fuller := _fuller(others, out[i].evidence)) is not None:
             out[i] = replace(out[i], evidence=fuller)
-            ground = start.with_all(one.columns(problem) for one in out)
-            after = tests(ground)
-    return _as_plain_as_clean(out, start, tests) if after.clean else (out, ground, after)
+            clean = tests(others.beside(out[i].columns(problem))).clean
+    if clean:
+        return _as_plain_as_clean(out, start, tests)
+    ground = _with(out, start)
+    return out, ground, tests(ground)
+
+
+def _with(found: Iterable[Accepted], start: Ground) -> Ground:
+    """The ground with effects in; of a long recording it is large, and kept no longer than needed."""
+    return start.with_all(one.columns(start.problem) for one in found)
 
 
 def _as_plain_as_clean(
     found: Sequence[Accepted], start: Ground, tests: Tests
 ) -> tuple[list[Accepted], Ground, Battery]:
     """Effects that leave nothing, without the forms that do not tell any more, where these leave nothing either."""
-    out, problem = _with_forms_that_tell(found, start), start.problem
-    plainer, whole = (start.with_all(one.columns(problem) for one in each) for each in (out, found))
-    after = tests(plainer)
-    return (out, plainer, after) if after.clean else (list(found), whole, tests(whole))
+    for each in (_with_forms_that_tell(found, start), list(found)):
+        ground = _with(each, start)
+        after = tests(ground)
+        if after.clean:
+            break
+    return each, ground, after
 
 
 def _with_forms_that_tell(found: Sequence[Accepted], start: Ground) -> list[Accepted]:
@@ -60,7 +70,7 @@ def _with_forms_that_tell(found: Sequence[Accepted], start: Ground) -> list[Acce
     """
     out, problem = list(found), start.problem
     for i, one in enumerate(found):
-        others = start.with_all(each.columns(problem) for each in (*out[:i], *out[i + 1 :]))
+        others = _with((*out[:i], *out[i + 1 :]), start)
         for form in reversed(one.evidence.candidate.forms):
             plainer = judged_at(others, [_without(out[i].evidence.candidate, form)])
             whole = judged_at(others, [out[i].evidence.candidate])
@@ -96,7 +106,7 @@ def _lead(fuller: Evidence, plainer: Evidence) -> float:
 
 
 def _squares(one: Evidence) -> float:
-    return squares(one.sums, one.fit, np.ones(len(one.sums.count), bool))
+    return squares(one.sums, one.fit, one.sums.everything)
 
 
 def _fuller(others: Ground, one: Evidence) -> Evidence | None:

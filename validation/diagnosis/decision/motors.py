@@ -24,8 +24,7 @@ def each_by_itself(found: Sequence[Accepted], start: Ground, tests: Tests) -> li
     """
     problem, one = start.problem, found[-1].evidence
     motors, role = problem.state.motors, one.candidate.effect.with_role("motor")
-    with_all = start.with_all(each.columns(problem) for each in found)
-    if role is None or len(motors) < 2 or tests(with_all).clean:
+    if role is None or len(motors) < 2 or tests(start.with_all(each.columns(problem) for each in found)).clean:
         return list(found)
     others = start.with_all(before.columns(problem) for before in found[:-1])
     parts = _parts(others, [one.candidate.at({role: motor}) for motor in motors], one)
@@ -41,7 +40,7 @@ def _parts(others: Ground, settings: Sequence[Candidate], one: Evidence) -> list
     columns = [each.columns(problem) for each in settings]
     joint = others.joined(np.concatenate(columns, axis=2))
     V = inflation(joint, fit(joint, others.everything), problem.policy)
-    gained = others.evidence_of(np.concatenate(columns, axis=2)) - (0.0 if before is None else before.gain / V)
+    gained = others.evidence_in(joint) - (0.0 if before is None else before.gain / V)
     if gained <= problem.policy.accepted(len(EFFECTS)):
         return []
     judged = (

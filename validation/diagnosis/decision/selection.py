@@ -72,6 +72,7 @@ def select(
                 break
             found = _settled_beside(chosen, found, members, start)
         found.append(_as_form(chosen, found))
+        ground = start  # the columns of the last one are let go before others are made
         found, ground, after = _with_forms(found, start)
     return Selection(tuple(found), start, ground, before, after, first, without)
 

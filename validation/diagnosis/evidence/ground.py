@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.state import Array
-from validation.diagnosis.problem.blocks import Cut, Sums, fit, held_out, inflation, squares, sums
+from validation.diagnosis.problem.blocks import Cut, Sums, fit, held_out, inflation, joined, squares, sums
 from validation.diagnosis.problem.linear import LinearProblem
 
 
@@ -32,16 +32,16 @@ class Ground:
 
     @property
     def everything(self) -> NDArray[np.bool_]:
-        """All blocks (m,)."""
-        return np.ones(self.cut.m, bool)
+        """All folds (f,)."""
+        return self.sums.everything
 
     @property
     def splits(self) -> list[NDArray[np.bool_]]:
-        """The blocks (m,) that each split holds out."""
-        return list(held_out(self.cut.m, self.problem.policy))
+        """The folds (f,) that each split holds out."""
+        return list(held_out(self.problem.policy))
 
     def residual(self, use: NDArray[np.bool_] | None = None) -> Array:
-        """What the base and the effects already in leave (n, q), in units of the noise; fitted to the blocks `use`."""
+        """What the base and the effects already in leave (n, q), in units of the noise; fitted to the folds `use`."""
         f = fit(self.sums, self.everything if use is None else use)
         target = self.problem.target
         based = (self.problem.base @ f.beta).reshape(target.shape)
@@ -50,7 +50,8 @@ class Ground:
 
     def beside(self, columns: Array) -> Ground:
         """The ground with further columns (n, q, k) in."""
-        return Ground.of(self.problem, np.concatenate([self.inside, columns], axis=2))
+        inside = np.concatenate([self.inside, columns], axis=2)
+        return replace(self, inside=inside, sums=self.joined(columns))
 
     def with_all(self, several: Iterable[Array]) -> Ground:
         """The ground with the columns (n, q, k) of several effects in, in their order."""
@@ -58,8 +59,7 @@ class Ground:
 
     def joined(self, columns: Array) -> Sums:
         """Sums of the effects already in and further columns (n, q, k), which are not kept."""
-        both = np.concatenate([self.inside, columns], axis=2) if self.inside.size else columns
-        return sums(self.cut, self.problem.base, both, self.problem.target, self.problem.usable)
+        return joined(self.sums, self.cut, self.problem.base, self.inside, columns, self.problem.target)
 
     def held_samples(self) -> NDArray[np.bool_]:
         """The samples (n,) that the first split holds out, in segments short enough to show what is in.
@@ -85,7 +85,10 @@ class Ground:
 
     def evidence_of(self, columns: Array) -> float:
         """Evidence D of columns (n, q, k) that belong to no effect: nats on held-out segments over the inflation."""
-        joint = self.joined(columns)
+        return self.evidence_in(self.joined(columns))
+
+    def evidence_in(self, joint: Sums) -> float:
+        """The same of what is in the sums beside what is in the ground."""
         gains = [
             (squares(self.sums, fit(self.sums, ~held), held) - squares(joint, fit(joint, ~held), held)) / 2
             for held in self.splits

@@ -35,7 +35,7 @@ def _with_constant(problem: LinearProblem, residual: Array, about: Candidate) ->
     constant = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), about.effect.stage)
     cut = Cut.of(len(residual), problem.state.interval_s, problem.policy)
     s = sums(cut, problem.base, np.concatenate([linear, constant], axis=2), residual, problem.usable)
-    found = fit(s, np.ones(cut.m, bool)).c
+    found = fit(s, s.everything).c
     return _matrix(about.effect, found[:-3]), found[-3:]
 
 

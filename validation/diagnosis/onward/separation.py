@@ -18,9 +18,6 @@ from validation.diagnosis.problem.blocks import Cut, Sums, fit, squares, sums
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.chain import joined
 
-WHOLE = np.ones(1, bool)
-"""The one block that a recording is."""
-
 
 @dataclass(frozen=True, eq=False)
 class Flown:
@@ -71,7 +68,8 @@ class Flown:
         """The effect of another candidate's best setting as it is fitted where one is true."""
         target = self.target(true)
         best = min(wrong, key=lambda one: self._left(target, one))
-        return best.made(fit(self._sums(target, best), WHOLE).c)
+        s = self._sums(target, best)
+        return best.made(fit(s, s.everything).c)
 
     def _sums(self, target: Array, one: Candidate) -> Sums:
         return sums(Cut(len(target), 1), self.base, one.columns(self.problem), target, self.problem.usable)
@@ -79,7 +77,7 @@ class Flown:
     def _left(self, target: Array, one: Candidate) -> float:
         """Squares that a candidate leaves of a target (n, q)."""
         s = self._sums(target, one)
-        return squares(s, fit(s, WHOLE), WHOLE)
+        return squares(s, fit(s, s.everything), s.everything)
 
     def _moved(self, one: Candidate, target: Array) -> Candidate:
         """A body at the place near its own that fits a target (n, q) best, a listed value between its neighbours."""

@@ -1,9 +1,9 @@
-"""Least squares cut into blocks of time: sums once, then every split, fit and held-out score from them alone."""
+"""Least squares cut into folds and blocks of time: sums once, then every fit and held-out score from them alone."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,65 @@ from validation.diagnosis.policy import Policy
 
 
 @dataclass(frozen=True)
-class Sums:
-    """Sums over m blocks of a problem's columns: base B (p), candidates E (k), target y (q outputs).
+class Cut:
+    """How n samples are cut: `length` samples a block, `m` whole blocks; what is left at the end is not used.
 
-    BB (m, p, p), BE (m, p, q, k), EE (m, k, k), By (m, p, q), Ey (m, k), yy (m,); B1 (m, p), E1 (m, q, k), y1 (m, q)
-    plain sums, for block means; count (m,) samples; q outputs share one base, with coefficients of their own. Where
-    they have the coefficients in common, each with columns of its own, the outputs are further rows: BE (m, p, 1, k),
-    By (m, p, 1), B1 (m, q, p).
+    Every `segment` blocks are one segment, which is held out or trained on as a whole; the segments go round `folds`
+    folds.
+    """
+
+    length: int
+    m: int
+    segment: int = 1
+    folds: int = 1
+
+    @classmethod
+    def of(cls, n: int, interval_s: float, policy: Policy) -> Cut:
+        """Blocks of `block_s`, shorter where the record has not `least_blocks` of them."""
+        length = max(2, min(round(policy.block_s / interval_s), n // policy.least_blocks))
+        return cls(length, n // length, policy.segment_blocks, policy.splits)
+
+    @property
+    def fold(self) -> NDArray[np.intp]:
+        """The fold (m,) of each block."""
+        return np.asarray(np.arange(self.m) // self.segment % self.folds)
+
+    def blocks(self, values: Array) -> Array:
+        """(n, ...) as (m, length, ...)."""
+        return values[: self.m * self.length].reshape(self.m, self.length, *values.shape[1:])
+
+    def means(self, values: Array) -> Array:
+        """Means (m, ...) of values (n, ...) over the blocks."""
+        return np.asarray(self.blocks(values).mean(axis=1))
+
+    def products(self, left: Array, right: Array) -> Array:
+        """``sum left^T right`` (folds, a, b) over the rows of each fold, of left (n, r, a) and right (n, r, b)."""
+        long, whole = self.segment * self.length, self.m // self.segment
+        out = np.zeros((self.folds, left.shape[2], right.shape[2]))
+        split = whole * long
+        L, R = (one[:split].reshape(whole, long * one.shape[1], one.shape[2]) for one in (left, right))
+        each = L.transpose(0, 2, 1) @ R
+        for fold in range(self.folds):
+            out[fold] = each[fold :: self.folds].sum(axis=0)
+        last = slice(split, self.m * self.length)
+        out[whole % self.folds] += np.einsum("nra,nrb->ab", left[last], right[last], optimize=True)
+        return out
+
+
+def held_out(policy: Policy) -> Iterator[NDArray[np.bool_]]:
+    """Which folds (splits,) each split holds out; the others are trained on."""
+    for split in range(policy.splits):
+        yield np.asarray((np.arange(policy.splits) - split) % policy.splits < policy.held_segments)
+
+
+@dataclass(frozen=True)
+class Sums:
+    """Sums of a problem's columns: base B (p), candidates E (k), target y (q outputs).
+
+    BB (f, p, p), BE (f, p, q, k), EE (f, k, k), By (f, p, q), Ey (f, k), yy (f,): products over each of f folds; B1
+    (m, p), E1 (m, q, k), y1 (m, q): plain sums over each of m blocks, for their means; count (m,) samples.
+    The outputs share one base, with coefficients of their own. Where they have the coefficients in common, each with
+    columns of its own, the outputs are further rows: BE (f, p, 1, k), By (f, p, 1), B1 (m, q, p).
     """
 
     BB: Array
@@ -39,57 +91,50 @@ class Sums:
         """How many candidate columns there are."""
         return int(self.EE.shape[1])
 
-
-@dataclass(frozen=True)
-class Cut:
-    """How n samples are cut: `length` samples a block, `m` whole blocks; what is left at the end is not used."""
-
-    length: int
-    m: int
-
-    @classmethod
-    def of(cls, n: int, interval_s: float, policy: Policy) -> Cut:
-        """Blocks of `block_s`, shorter where the record has not `least_blocks` of them."""
-        length = max(2, min(round(policy.block_s / interval_s), n // policy.least_blocks))
-        return cls(length, n // length)
-
-    def blocks(self, values: Array) -> Array:
-        """(n, ...) as (m, length, ...)."""
-        return values[: self.m * self.length].reshape(self.m, self.length, *values.shape[1:])
-
-    def means(self, values: Array) -> Array:
-        """Means (m, ...) of values (n, ...) over the blocks."""
-        return np.asarray(self.blocks(values).mean(axis=1))
-
-
-def held_out(m: int, policy: Policy) -> Iterator[NDArray[np.bool_]]:
-    """Which of m blocks (m,) each split holds out: segments of some blocks go round, the others are trained on."""
-    segment = np.arange(m) // policy.segment_blocks
-    for split in range(policy.splits):
-        yield np.asarray((segment - split) % policy.splits < policy.held_segments)
+    @property
+    def everything(self) -> NDArray[np.bool_]:
+        """All folds (f,)."""
+        return np.ones(len(self.yy), bool)
 
 
 def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) -> Sums:
     """The sums of base (n, p), or (n, q, p) with common coefficients, columns (n, q, k) and target (n, q)."""
-    B, E, y = cut.blocks(base), cut.blocks(columns), cut.blocks(target)
-    m, length, q, k = E.shape
-    each, beside = (length, q) if base.ndim == 2 else (length * q, 1)
-    Bs = B.reshape(m, each, base.shape[-1])
-    Bt = Bs.transpose(0, 2, 1)
-    flat, rows = E.reshape(m, each, beside * k), E.reshape(m, length * q, k)
-    weight = cut.blocks(usable)
-    return Sums(
-        BB=Bt @ Bs,
-        BE=(Bt @ flat).reshape(m, base.shape[-1], beside, k),
-        EE=rows.transpose(0, 2, 1) @ rows,
-        By=Bt @ y.reshape(m, each, beside),
-        Ey=np.einsum("mrk,mr->mk", rows, y.reshape(m, length * q)),
-        yy=np.einsum("mlq,mlq->m", y, y),
-        B1=B.sum(axis=1),
-        E1=E.sum(axis=1),
-        y1=y.sum(axis=1),
-        count=weight.sum(axis=1),
+    n, q = target.shape
+    B, y = _beside(base, target[:, :, None])
+    f, p, r = cut.folds, B.shape[2], y.shape[2]
+    bare = Sums(
+        BB=cut.products(B, B),
+        BE=np.zeros((f, p, r, 0)),
+        EE=np.zeros((f, 0, 0)),
+        By=cut.products(B, y),
+        Ey=np.zeros((f, 0)),
+        yy=cut.products(target[:, :, None], target[:, :, None])[:, 0, 0],
+        B1=cut.blocks(base).sum(axis=1),
+        E1=np.zeros((cut.m, q, 0)),
+        y1=cut.blocks(target).sum(axis=1),
+        count=cut.blocks(usable).sum(axis=1),
     )
+    return joined(bare, cut, base, np.zeros((n, q, 0)), columns, target)
+
+
+def joined(s: Sums, cut: Cut, base: Array, inside: Array, columns: Array, target: Array) -> Sums:
+    """The sums with further columns (n, q, k) behind those (n, q, j) that they are of."""
+    across, own = cut.products(inside, columns), cut.products(columns, columns)
+    taken = cut.products(*_beside(base, columns)).reshape(*s.BE.shape[:3], columns.shape[2])
+    upper, lower = np.concatenate([s.EE, across], axis=2), np.concatenate([across.transpose(0, 2, 1), own], axis=2)
+    return replace(
+        s,
+        BE=np.concatenate([s.BE, taken], axis=3),
+        EE=np.concatenate([upper, lower], axis=1),
+        Ey=np.concatenate([s.Ey, cut.products(columns, target[:, :, None])[:, :, 0]], axis=1),
+        E1=np.concatenate([s.E1, cut.blocks(columns).sum(axis=1)], axis=2),
+    )
+
+
+def _beside(base: Array, columns: Array) -> tuple[Array, Array]:
+    """Rows of base (n, r, p) and columns (n, q, k): all outputs beside one row, or each beside its own."""
+    n, q, k = columns.shape
+    return (base[:, None, :], columns.reshape(n, 1, q * k)) if base.ndim == 2 else (base, columns)
 
 
 @dataclass(frozen=True)
@@ -102,7 +147,7 @@ class Fit:
 
 
 def fit(s: Sums, use: NDArray[np.bool_]) -> Fit:
-    """Least squares on the blocks `use` (m,): c from the base's orthogonal complement, then beta."""
+    """Least squares on the folds `use` (f,): c from the base's orthogonal complement, then beta."""
     BB, BE, EE = s.BB[use].sum(axis=0), s.BE[use].sum(axis=0), s.EE[use].sum(axis=0)
     By, Ey = s.By[use].sum(axis=0), s.Ey[use].sum(axis=0)
     inverse = np.linalg.pinv(BB, rcond=1e-13, hermitian=True)
@@ -115,7 +160,7 @@ def fit(s: Sums, use: NDArray[np.bool_]) -> Fit:
 
 
 def squares(s: Sums, f: Fit, use: NDArray[np.bool_]) -> float:
-    """Sum of squared residuals on the blocks `use`."""
+    """Sum of squared residuals on the folds `use` (f,)."""
     pulled = f.c @ s.EE[use].sum(axis=0) @ f.c - 2 * f.c @ s.Ey[use].sum(axis=0)
     BB, By = s.BB[use].sum(axis=0), s.By[use].sum(axis=0)
     based = np.einsum("pq,pr,rq->", f.beta, BB, f.beta) - 2 * np.einsum("pq,pq->", f.beta, By)

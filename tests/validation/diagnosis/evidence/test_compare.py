@@ -30,8 +30,8 @@ def _dense_gain(ground: Ground, columns: Array) -> float:
     both = np.concatenate([base, columns.reshape(n * q, k)], axis=1)
     y, total = posed.target.ravel(), 0.0
     used = ground.cut.m * ground.cut.length
-    for held in held_out(ground.cut.m, posed.policy):
-        rows = np.repeat(np.repeat(held, ground.cut.length), q)
+    for held in held_out(posed.policy):
+        rows = np.repeat(np.repeat(held[ground.cut.fold], ground.cut.length), q)
         rows = np.concatenate([rows, np.zeros((n - used) * q, bool)])
         train = ~rows & (np.arange(n * q) < used * q)
         for design, sign in ((base, 1), (both, -1)):
