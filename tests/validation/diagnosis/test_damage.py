@@ -12,7 +12,7 @@ import pytest
 from sim.processes import GaussMarkov
 from sim.rotation import multiply_q, q_from_rotation_vector
 from sim.scenario import ModelSpec
-from validation.diagnosis.decision import choice
+from validation.diagnosis.decision import hearing
 from validation.diagnosis.evidence import compare, ground
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import judge, judged_at
@@ -103,8 +103,8 @@ def _anything_is_clean(patch: pytest.MonkeyPatch) -> None:
 
 
 def _weakest_first(patch: pytest.MonkeyPatch) -> None:
-    first_look = choice._first_look
-    patch.setattr(choice, "_first_look", lambda *given: first_look(*given)[-1:])
+    in_order = hearing._until_one_stands
+    patch.setattr(hearing, "_until_one_stands", lambda one, tried: in_order(one, tried[::-1]))
 
 
 @pytest.mark.parametrize(

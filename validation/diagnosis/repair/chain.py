@@ -38,10 +38,17 @@ def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
 
 
 def left_with_iron_refitted(problem: LinearProblem, predicted_nT: Array, train: NDArray[np.bool_]) -> Array:
-    """Measured minus predicted (n, 3) in units of the noise, hard and soft iron refitted on the samples `train`."""
+    """Measured minus predicted (n, 3) in units of the noise, hard and soft iron refitted on the samples `train`.
+
+    At rest a constant alone: a matrix would take up whatever the new effects predict.
+    """
+    measured_nT = problem.recording.mag_nT
+    if problem.still:
+        used = train & (problem.usable > 0)
+        return _left(problem, predicted_nT + (measured_nT - predicted_nT)[used].mean(axis=0))
     base = np.column_stack([predicted_nT / SCALE_NT, np.ones(len(predicted_nT))])
     weighted = base * (train * problem.usable)[:, None]
-    beta = np.linalg.lstsq(weighted.T @ base, weighted.T @ problem.recording.mag_nT, rcond=1e-13)[0]
+    beta = np.linalg.lstsq(weighted.T @ base, weighted.T @ measured_nT, rcond=1e-13)[0]
     return _left(problem, base @ beta)
 
 

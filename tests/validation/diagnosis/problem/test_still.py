@@ -29,7 +29,8 @@ def test_a_coil_as_strong_as_the_field_is_named_with_its_gain() -> None:
     found = diagnose(_bench(), ModelSpec(), strength_nT=48_000.0, fitted_base=True)
     assert found.problem.still
     assert [one.name for one in found.named] == ["motor_current"]
-    assert np.array(found.named[0].effect.gain_nT_A) == pytest.approx(GAIN, abs=10.0)  # type: ignore[attr-defined]
+    assert np.array(found.named[0].effect.gain_nT_A) == pytest.approx(GAIN, abs=5.0)  # type: ignore[attr-defined]
+    assert found.named[0].spread["gain_nT_A"] == pytest.approx(30.0 / np.sqrt(3000 / 4), rel=0.2)
 
 
 def test_rest_is_told_from_motion() -> None:
