@@ -28,7 +28,7 @@ GUARDS = {
     "windows.py": {"NOTHING"},
     "iron_by_strength.py": {"MOST_STEPS", "SETTLED", "FIRST_DAMPING", "DAMPING_FACTOR", "ROUNDS", "PAIRS"},
     "linear.py": {"LEAST_NOISE"},
-    "neighbours.py": {"PLACES", "MOST_WEIGHT"},
+    "neighbours.py": {"PLACES", "MOST_WEIGHT", "MOST_SAMPLES"},
     "coefficients.py": {"OPEN"},
     "values.py": {"STEP"},
     "moments.py": {"PIECE", "OWN_NOISE"},

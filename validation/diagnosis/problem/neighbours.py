@@ -11,6 +11,9 @@ PLACES = (-2, -1, 1, 2)
 MOST_WEIGHT = 2.0
 """Sum of the cubic's weights' sizes beyond which uneven times make noise large: 5/3 where times are even."""
 
+MOST_SAMPLES = 5000
+"""Samples, spread evenly, from which it is read what of a column is linear in the signal."""
+
 
 def by_neighbours(signal: Array, time_s: Array, most: Array) -> Array:
     """A signal (n, 3) at times (n,), each sample read from a cubic through two on either side of it.
@@ -33,11 +36,13 @@ def by_neighbours(signal: Array, time_s: Array, most: Array) -> Array:
 def as_iron_sees(columns: Array, read: Array, signal: Array) -> Array:
     """Columns (n, 3, k) made of a signal as it is read (n, 3), with what is linear in that made of the signal (n, 3).
 
-    The base has the signal itself, and would make the difference of the two, which is the sample's own error.
+    The base has the signal itself, and would make the difference of the two, which is the sample's own error. What is
+    linear is read from some of the samples: all of a loop that never closes is.
     """
-    n = len(signal)
-    design = np.column_stack([read, np.full(n, np.abs(read).max())])
-    linear = np.linalg.lstsq(design.T @ design, design.T @ columns.reshape(n, -1), rcond=1e-12)[0][:3]
+    some = slice(None, None, -(-len(signal) // MOST_SAMPLES))
+    design = np.column_stack([read[some], np.full(len(read[some]), np.abs(read).max())])
+    flat = columns[some].reshape(len(design), -1)
+    linear = np.linalg.lstsq(design.T @ design, design.T @ flat, rcond=1e-12)[0][:3]
     return np.asarray(columns + ((signal - read) @ linear).reshape(columns.shape))
 
 

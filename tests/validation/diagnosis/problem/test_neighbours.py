@@ -49,11 +49,11 @@ def test_two_samples_at_one_time_stay_as_they_are_and_so_does_a_short_series() -
 def test_what_is_linear_in_the_course_is_what_the_base_takes_up() -> None:
     """A loop that never closes is the course itself, and nothing beside the iron."""
     rng = np.random.default_rng(2)
-    signal = 1e4 * rng.normal(size=(300, 3))
-    read = signal + rng.normal(size=(300, 3))
+    signal = 1e4 * rng.normal(size=(12_000, 3))
+    read = signal + rng.normal(size=(12_000, 3))
     columns = np.stack([read @ rng.normal(size=(3, 3)) + 7.0 for _ in range(2)], axis=2)
-    seen = as_iron_sees(columns, read, signal).reshape(300, -1)
-    base = np.column_stack([signal, np.ones(300)])
+    seen = as_iron_sees(columns, read, signal).reshape(12_000, -1)
+    base = np.column_stack([signal, np.ones(12_000)])
     assert np.abs(seen - base @ np.linalg.lstsq(base, seen, rcond=None)[0]).max() < 1e-6
 
 
