@@ -63,6 +63,9 @@ class Policy:
     compass_condition: float = number(
         5.0, "ratio of its axes to the calibration's above which a motion does not determine how a heading was made"
     )
+    least_level: float = number(
+        0.05, "level part of a given field over its strength below which there is no dip to compare: 87 degrees"
+    )
     earth_gradient_nT_m: float = number(
         0.005, "change of the Earth's own field along a level path",
         run="IGRF at 40 places: 1.6 to 13 nT/km, 5.3 in the median",

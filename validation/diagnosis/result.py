@@ -193,7 +193,7 @@ class Diagnosis:
         return {
             "verdict": self.verdict,
             "sentence": self.sentence,
-            "mode": self.problem.mode,
+            "mode": self.problem.compared,
             "reference": [one.words for one in self.problem.instead],
             "effects": [_effect(one) | _when(self.stretch(one)) for one in self.named],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],

@@ -12,8 +12,8 @@ from sim.effects import BY_NAME
 from sim.scenario import Model
 from sim.state import Array
 from validation.diagnosis.decision.belief import Belief, believed
+from validation.diagnosis.decision.dip import select_beside_dip
 from validation.diagnosis.decision.iron import absorbed_effects
-from validation.diagnosis.decision.jointly import select_jointly
 from validation.diagnosis.decision.judgement import Case, doubts_of, verdict_of
 from validation.diagnosis.decision.one_course import with_rivals
 from validation.diagnosis.decision.wording import advice_for, sentence_for
@@ -76,7 +76,7 @@ def examined(
 ) -> Examined:
     """What is believed of a problem that was posed with a model, wrong samples left out."""
     measured, direct = measured_rows(whole, without)
-    selection = select_jointly(settled(measured), without, say)
+    selection = select_beside_dip(settled(measured), without, say)
     return Examined(model, selection.end.problem, direct, believed(selection))
 
 

@@ -82,15 +82,11 @@ class Asked:
         """Rms of what its own coefficients add after the base is refitted, in units of the noise."""
         rows = self.beside.rows
         added = np.einsum("nqk,k->nq", self.columns, self.estimate.c)
-        left = [
-            y - B @ np.linalg.lstsq(B, y, rcond=None)[0] for B, y in zip(_by_output(rows.base), added.T, strict=True)
-        ]
+        by_output = zip(rows.base.transpose(1, 0, 2), added.T, strict=True)
+        each = [(rows.base.reshape(added.size, -1), added.ravel())] if rows.common else by_output
+        left = [y - B @ np.linalg.lstsq(B, y, rcond=None)[0] for B, y in each]
         squares = sum((float(one @ one) for one in left), 0.0)
         return float(np.sqrt(squares / (rows.count.sum() * added.shape[1])))
-
-
-def _by_output(base: Array) -> Array:
-    return base.transpose(1, 0, 2)
 
 
 def estimate(products: Array, inflation: float = 1.0) -> Estimate:

@@ -56,7 +56,7 @@ class Together:
         return {
             "verdict": self.verdict,
             "sentence": self.sentence,
-            "mode": self.each[0].problem.mode,
+            "mode": self.each[0].problem.compared,
             "effects": [self._effect(one) for one in self.common],
             "not_borne_out": [self._effect(one) for one in self.single],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],

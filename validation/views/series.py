@@ -8,6 +8,7 @@ import numpy as np
 
 from sim.chain import apply_deterministic
 from sim.state import Array
+from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import Diagnosis, How
 
 MOST_PLACES, PLACE_S = 4000, 1.0
@@ -18,7 +19,8 @@ MOST_PLACES, PLACE_S = 4000, 1.0
 class Sides:
     """Measured and simulated (n, q) in nT: the model as given, and the new one, along the measured motion.
 
-    q = 3: body axes, each model as it stands. q = 1, without attitude: the field's strength, iron fitted anew.
+    q = 3: body axes, each model as it stands. q = 1, without attitude: the field's strength, iron fitted anew; q = 2,
+    with roll and pitch: also its dip, as an angle times the strength.
     """
 
     measured_nT: Array
@@ -38,18 +40,26 @@ class Places:
 
 
 def axes_of(found: Diagnosis) -> tuple[str, ...]:
-    """Names of the compared values: body axes, or the field's strength."""
-    return ("x", "y", "z") if found.problem.mode == "vector" else ("strength",)
+    """Names of the compared values: body axes, or the field's strength, or this and its dip."""
+    return found.problem.outputs
 
 
 def sides(found: Diagnosis) -> Sides:
     """Both sides of the comparison at every sample."""
     problem = found.problem
     if problem.mode == "strength":
-        measured = np.linalg.norm(problem.state.field_nT, axis=1)[:, None] + problem.target * problem.sigma_nT
+        measured = _given_nT(problem) + problem.target * problem.sigma_nT
         return Sides(measured, measured - found.before_nT, measured - found.after_nT)
     smooth = [effect for effect in found.model.chain() if not effect.clues.converter]
     return Sides(problem.recording.mag_nT, problem.predicted_nT, apply_deterministic(smooth, problem.state)[0])
+
+
+def _given_nT(problem: LinearProblem) -> Array:
+    """The given strength (n, 1), and with a level beside it the dip times the strength (n, 2)."""
+    strength_nT = np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
+    if problem.level is None:
+        return np.asarray(strength_nT)
+    return np.concatenate([strength_nT, strength_nT * problem.level.given_rad(problem.track)[:, None]], axis=1)
 
 
 def as_they_stand(found: Diagnosis) -> bool:

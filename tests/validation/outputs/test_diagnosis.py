@@ -21,7 +21,9 @@ import validation.views.recording.diagnosis as diagnosis_recording
 from magbench.cli import Ended
 from magbench.tables import show_diagnosis
 from scenarios.errors import InputError
-from sim.scenario import load_model
+from sim.scenario import ModelSpec, load_model
+from tests.validation.diagnosis.own_compass import with_own_compass
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT
 from tests.validation.views.page import without_scripts
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis
@@ -120,6 +122,23 @@ def test_without_position_or_attitude_the_recording_has_what_there_is(strength: 
     used = found.problem.usable > 0
     assert (measured - after)[used] == pytest.approx(found.after_nT[used, 0], abs=1e-6)
     assert "along the path" not in page_html(found, "Diagnosis")
+
+
+def test_strength_and_dip_stand_beside_each_other(tmp_path: Path) -> None:
+    given = with_own_compass(0.05, np.eye(3), gain_nT_A=30.0)
+    found = diagnose(given, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True)
+    path = recorded(found, tmp_path)
+    verify(path)
+    _, north, up = FIELD_ENU_NT
+    dip_nT = np.arctan2(-up, np.hypot(FIELD_ENU_NT[0], north)) * np.linalg.norm(FIELD_ENU_NT)
+    for a, (name, size_nT) in enumerate((("strength", np.linalg.norm(FIELD_ENU_NT)), ("dip", dip_nT))):
+        measured, after = (read_series(path, f"{name}/{side}")[1] for side in ("measured", "after"))
+        assert measured.mean() == pytest.approx(size_nT, rel=2e-3)
+        assert (measured - after)[found.problem.usable > 0] == pytest.approx(
+            found.after_nT[found.problem.usable > 0, a], abs=1e-6
+        )
+    assert read_series(path, "residual/after")[1].shape == (len(given), 2)
+    assert "strength and dip were compared" in without_scripts(page_html(found, "Diagnosis"))
 
 
 def test_long_recordings_are_thinned_by_block_means(

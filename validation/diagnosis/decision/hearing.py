@@ -171,9 +171,10 @@ class Hearing:
         """Why it is an error of the attitude; what leaves nothing need not show along the field, but not deny it."""
         problem, candidate = self.ground.problem, one.evidence.candidate
         source = candidate.effect.clues.source
-        if problem.mode != "vector" or not (coloured or source):
+        if not problem.sees_across or not (coloured or source):
             return ""
-        if coloured and source and not gains_along_the_field(self.ground, with_it, candidate.tried):
+        turned = source or problem.level is not None  # all that the dip has may be an error of roll and pitch
+        if coloured and turned and not gains_along_the_field(self.ground, with_it, candidate.tried):
             return "nothing along the field: an error of the attitude"
         if gained_along_the_field(self.ground, with_it) < -problem.policy.apart:
             return "adds along the field what is not there: an error of the attitude"

@@ -70,5 +70,7 @@ def disturbance_nT(selection: Selection) -> Array:
 def _moved(before: LinearProblem, after: LinearProblem) -> float:
     """Rms by which the target moves beside what the base takes up, in units of the noise."""
     moved = (after.target - before.target) * before.usable[:, None]
-    both = np.hstack([before.base, after.base])
-    return rms(moved - both @ np.linalg.lstsq(both, moved, rcond=1e-10)[0])
+    both = np.concatenate([before.base, after.base], axis=-1)
+    flat = both.reshape(-1, both.shape[-1])
+    rows = moved.reshape(len(flat), -1)  # outputs with coefficients in common are further rows
+    return rms(rows - flat @ np.linalg.lstsq(flat, rows, rcond=1e-10)[0])

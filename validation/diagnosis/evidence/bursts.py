@@ -24,11 +24,12 @@ def highest_of_bursts(problem: LinearProblem, left_nT: Array) -> Mask:
     """
     found, policy = np.zeros(left_nT.shape, bool), problem.policy
     by_strength = problem.mode == "strength"
-    seen_nT = problem.target * problem.sigma_nT if by_strength else left_nT
-    settled = (np.median(np.abs(seen_nT), axis=0) < policy.quiet_sigma * problem.sigma_nT).all()
+    seen_nT = problem.off_strength_nT if by_strength else left_nT
+    sigma_nT = problem.sigma_nT[: seen_nT.shape[1]]
+    settled = (np.median(np.abs(seen_nT), axis=0) < policy.quiet_sigma * sigma_nT).all()
     if problem.still or not settled:
         return found
-    for column, first, end, at in _runs(seen_nT / problem.sigma_nT, policy):
+    for column, first, end, at in _runs(seen_nT / sigma_nT, policy):
         if (1 if by_strength else 2) <= end - first <= policy.most_burst:
             found[at, _farthest(problem.recording.mag_nT, first, end, at) if by_strength else column] = True
     return found

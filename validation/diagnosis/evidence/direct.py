@@ -101,9 +101,14 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     single: Mask = np.asarray(where.any(axis=1))
     if _across_the_field(problem, left, single):
         return None
-    seen = np.abs(problem.target if problem.mode == "strength" else left / problem.sigma_nT)
+    seen = _seen(problem, left)
     far = (seen > policy.far_sigma).any(axis=1) & (single | _quiet(seen, policy)) & ~beside
     return _possible(Spikes, single | far, rate_hz=rate_hz, amplitude_nT=mean_nT)
+
+
+def _seen(problem: LinearProblem, left: Array) -> Array:
+    """Size (n, q) of what the base leaves (n, 3), or of what the strength is off by, in units of the noise."""
+    return np.abs(problem.target[:, :1] if problem.mode == "strength" else left / problem.sigma_nT)
 
 
 def _across_the_field(problem: LinearProblem, left: Array, samples: Mask) -> bool:
@@ -131,7 +136,7 @@ def _standing_out(problem: LinearProblem, left: Array, steps: Array) -> Mask:
     raw = spikes(problem.recording.mag_nT, steps, gaps)
     if problem.still:
         return raw
-    along = problem.target * problem.sigma_nT if problem.mode == "strength" else left
+    along = problem.off_strength_nT if problem.mode == "strength" else left
     return raw & spikes(along, steps if problem.mode == "vector" else None, gaps)
 
 
@@ -156,8 +161,8 @@ def _quiet(seen: Array, policy: Policy) -> bool:
 def held_rows(problem: LinearProblem) -> Mask:
     """Rows (n,) that repeat the row before because nothing new was measured."""
     mag_nT = problem.recording.mag_nT
-    left = problem.target if problem.mode == "strength" else mag_nT - problem.clean_nT
-    return held(mag_nT, left * (problem.sigma_nT if problem.mode == "strength" else 1.0), problem.policy)
+    left = problem.off_strength_nT if problem.mode == "strength" else mag_nT - problem.clean_nT
+    return held(mag_nT, left, problem.policy)
 
 
 def _beside(problem: LinearProblem, samples: Mask) -> Mask:

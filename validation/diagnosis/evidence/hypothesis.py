@@ -17,7 +17,7 @@ GONE = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """``y = B beta + E c + rest`` on rows: the rest, beta (q, p), c (k,), and the log-likelihoods.
+    """``y = B beta + E c + rest`` on rows: the rest, beta (q, p) or (1, p) of all outputs, c (k,), and log-likelihoods.
 
     held: of the rows that each fold holds out, with c of the others; whole: of all rows. The base is fitted to all rows
     in both: it is not what is asked, and beside a slow rest a part of them does not determine it.
@@ -34,7 +34,7 @@ class Hypothesis:
         """The hypothesis with columns (n, q, k) and a rest that is known: generalised least squares."""
         stacked = np.concatenate([rows.base, columns, rows.target[:, :, None]], axis=2)
         z, ln_S = rest.whitened(rows.row_s, rows.count, stacked)
-        free, through = _without_base(z, rows.base.shape[2])
+        free, through = _without_base(z, rows)
         products = np.stack([_products(free[rows.fold == fold]) for fold in range(rows.policy.folds)])
         total = products.sum(axis=0)
         held = [_squares(one, _solved(total - one)) for one in products]
@@ -58,7 +58,8 @@ class Hypothesis:
 
     def residual(self, rows: Rows, columns: Array) -> Array:
         """What base and effects leave (n, q)."""
-        left = rows.target - np.einsum("nqp,qp->nq", rows.base, self.beta)
+        beta = np.broadcast_to(self.beta, rows.base.shape[1:])
+        left = rows.target - np.einsum("nqp,qp->nq", rows.base, beta)
         return np.asarray(left - np.einsum("nqk,k->nq", columns, self.c))
 
 
@@ -75,7 +76,7 @@ def informations(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest
     """
     stacked = np.concatenate([rows.base, inside, *several, rows.target[:, :, None]], axis=2)
     z, _ = rest.whitened(rows.row_s, rows.count, stacked)
-    N, k = _products(_without_base(z, rows.base.shape[2])[0]), inside.shape[2]
+    N, k = _products(_without_base(z, rows)[0]), inside.shape[2]
     left = N[k:, k:] - N[k:, :k] @ _taken(N, k)
     some = np.diag(left) > GONE * np.diag(N)[k:]
     N = left * np.outer(some, some)
@@ -88,7 +89,7 @@ def information_by_part(rows: Rows, inside: Array, columns: Array, rest: Rest, p
     """The same products (k + 1, k + 1) of one group of columns, summed over each of so many parts of the rows."""
     stacked = np.concatenate([rows.base, inside, columns, rows.target[:, :, None]], axis=2)
     z, _ = rest.whitened(rows.row_s, rows.count, stacked)
-    free, k = _without_base(z, rows.base.shape[2])[0], inside.shape[2]
+    free, k = _without_base(z, rows)[0], inside.shape[2]
     left = free[:, :, k:] - free[:, :, :k] @ _taken(_products(free), k)
     return [_products(part) for part in np.array_split(left, parts)]
 
@@ -101,13 +102,19 @@ def _taken(products: Array, k: int) -> Array:
     return np.asarray(through * size[k:] / size[:k, None])
 
 
-def _without_base(z: Array, p: int) -> tuple[Array, Array]:
-    """Columns (n, q, j) less their part along the first p, each output by itself, and that part's coefficients."""
+def _without_base(z: Array, rows: Rows) -> tuple[Array, Array]:
+    """Columns (n, q, j) less their part along the first p, those of the base, and that part's coefficients (q, p, .).
+
+    Each output by itself; outputs that have the coefficients in common are further rows, and these (1, p, .).
+    """
+    shape, p = z.shape, rows.base.shape[2]
+    z = z.reshape(-1, 1, shape[2]) if rows.common else z
     B, others = z[:, :, :p], z[:, :, p:]
     BB = np.einsum("nqi,nqj->qij", B, B, optimize=True)
     inverse = np.linalg.pinv(BB, rcond=1e-13, hermitian=True)
     through = inverse @ np.einsum("nqi,nqj->qij", B, others, optimize=True)
-    return others - np.einsum("nqp,qpj->nqj", B, through, optimize=True), through
+    free = others - np.einsum("nqp,qpj->nqj", B, through, optimize=True)
+    return free.reshape(*shape[:2], -1), through
 
 
 def _products(free: Array) -> Array:

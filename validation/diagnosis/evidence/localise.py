@@ -31,7 +31,7 @@ def localise(problem: LinearProblem, residual: Array) -> tuple[Share, ...]:
     length = max(1, min(round(policy.channel_mean_s / problem.state.interval_s), n // policy.least_channel_means))
     cut = Cut(length, n // length)
     mean = cut.means(residual)
-    frames = {"body" if problem.mode == "vector" else "strength": mean}
+    frames = {"body" if problem.mode == "vector" else problem.compared: mean}
     if problem.mode == "vector":
         R = problem.state.R_wb[: cut.m * length : length]
         frames["earth"] = np.einsum("nij,nj->ni", R, mean)
@@ -55,6 +55,8 @@ def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
         yield from _columns("rate_{}", "xyz", state.rate_rad_s)
     if recording.att_q is not None:
         yield from _angles(matrix_from_q(np.ascontiguousarray(recording.att_q)))
+    if problem.level is not None:
+        yield from _tilts(-problem.level.down)
     if recording.pos_enu_m is not None:
         yield from _columns("pos_{}_m", ("east", "north", "up"), recording.pos_enu_m)
     yield from state.channels.items()
@@ -67,8 +69,13 @@ def _columns(name: str, parts: Iterator[str] | tuple[str, ...] | str, values: Ar
 
 def _angles(R_wb: Array) -> Iterator[tuple[str, Array]]:
     yield "heading", np.arctan2(R_wb[:, 1, 0], R_wb[:, 0, 0])
-    yield "pitch", np.arcsin(np.clip(-R_wb[:, 2, 0], -1, 1))
-    yield "roll", np.arctan2(R_wb[:, 2, 1], R_wb[:, 2, 2])
+    yield from _tilts(R_wb[:, 2])
+
+
+def _tilts(up: Array) -> Iterator[tuple[str, Array]]:
+    """Pitch and roll from the direction up in the body frame (n, 3)."""
+    yield "pitch", np.arcsin(np.clip(-up[:, 0], -1, 1))
+    yield "roll", np.arctan2(up[:, 1], up[:, 2])
 
 
 def explained_share(channel: Array, left: Array, policy: Policy) -> float:

@@ -10,11 +10,15 @@ from sim.dataset import Recording
 from sim.rotation import to_body
 from sim.state import Array
 from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.linear import Instead, LinearProblem, sample_noise
 from validation.diagnosis.problem.pose import pose
 from validation.signals.size import column_rms, rms
+from validation.text import digits
 
-COMPASS = "The heading was computed from this very magnetometer: only the field's strength was compared."
+OWN_HEADING = "The heading was computed from this very magnetometer"
+COMPASS = f"{OWN_HEADING}: only the field's strength and dip were compared."
+STEEP = f"{OWN_HEADING}: only the field's strength was compared."
 LEAST_SHOWN_NT = 0.01
 """Noise below which a heading is of no other instrument for certain, nT."""
 MISREAD = {
@@ -27,21 +31,35 @@ MISREAD = {
 def settled(problem: LinearProblem) -> LinearProblem:
     """The problem as it is, or posed anew where its reference is wrong, with what was done in `instead`.
 
-    A field that was misread is read right. A heading that was made from this magnetometer is left out with the whole
-    attitude, so that the strength is compared.
+    A field that was misread is read right. A heading that was made from this magnetometer is left out: of the attitude
+    roll and pitch stay, which tell where down is, so that the field's strength and dip are compared.
     """
     if (misread := misread_field(problem)) is not None:
         problem = _anew(problem, problem.recording, misread.field_enu_nT, misread.instead)
     if (east := own_compass(problem)) is not None:
-        bare = replace(problem.recording, att_q=None)
-        problem = _anew(problem, bare, None, east.instead(problem.state.field_enu_nT))
+        given, bare = problem.state.field_enu_nT, replace(problem.recording, att_q=None)
+        level = Level.of(problem.state.R_wb, given, problem.policy)
+        problem = _anew(problem, bare, None, east.instead(given, STEEP if level is None else COMPASS), level)
     return problem
 
 
-def _anew(problem: LinearProblem, recording: Recording, field_enu_nT: Array | None, done: Instead) -> LinearProblem:
-    """The problem of a recording and a field, None for its strength alone, with all else as it was."""
+def by_strength_alone(problem: LinearProblem, dip_nT: float) -> LinearProblem:
+    """A problem of strength and dip posed anew without the dip, which is off by so much in a way that has no name."""
+    *before, done = problem.instead
     strength_nT = float(np.linalg.norm(done.field_enu_nT))
-    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track)
+    words = (
+        f"{OWN_HEADING}, and the dip is off by {digits(dip_nT)} nT ({np.degrees(dip_nT / strength_nT):.2g} degrees), "
+        "as roll and pitch that err make it: only the field's strength was compared."
+    )
+    return _anew(replace(problem, instead=tuple(before)), problem.recording, None, replace(done, words=words))
+
+
+def _anew(
+    problem: LinearProblem, recording: Recording, field_enu_nT: Array | None, done: Instead, level: Level | None = None
+) -> LinearProblem:
+    """The problem of a recording and a field, None for its strength (and dip) alone, with all else as it was."""
+    strength_nT = float(np.linalg.norm(done.field_enu_nT))
+    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
     std_rad, known = problem.attitude_std_rad, problem.iron_known
     kept = replace(anew, attitude_std_rad=std_rad, iron_known=known, instead=(*problem.instead, done))
     return kept.without(problem.usable == 0)
@@ -96,15 +114,15 @@ class East:
     beside_noise_nT: float
     beside_rms_nT: float
 
-    def instead(self, field_enu_nT: Array) -> Instead:
-        """What is said of it."""
+    def instead(self, field_enu_nT: Array, words: str) -> Instead:
+        """What is said of it, after what was compared in words."""
         noise_nT = max(self.noise_nT, LEAST_SHOWN_NT)
         figures = (
             "Log a heading of another instrument: towards magnetic east, where a heading shows, the field has "
             f"{noise_nT:.3g} nT of noise, elsewhere {self.beside_noise_nT:.3g} nT. The logged one repeats the "
-            "magnetometer's errors, so that the attitude was left out."
+            "magnetometer's errors, and was left out."
         )
-        return Instead(COMPASS, figures, field_enu_nT)
+        return Instead(words, figures, field_enu_nT)
 
     def is_silent(self, policy: Policy) -> bool:
         """Whether east has less noise than the sensor itself, and less of a gap."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,14 +29,15 @@ SAME_STEP, SETTLED = 1e-6, 1e-12
 class Rest:
     """``r = white + sum_j OU(tau_j)`` of q outputs: variances `white` (q,) and `slow` (q, J), memories `tau_s` (J,).
 
-    Where one output is a vector seen along a direction `sight` (n, 3), also ``sight . (OU_x, OU_y, OU_z)(tau_j)``: a
-    wander of the sensor's axes, of variances `turning` (J,), which comes and goes with the motion.
+    Where an output is a vector seen along a direction `sight` (n, q, 3), also ``sight . (OU_x, OU_y, OU_z)(tau_j)``: a
+    wander of the sensor's axes, of variances `turning` (q, J), which comes and goes with the motion. Of two outputs
+    each has a wander of its own.
     """
 
     tau_s: Array
     white: Array
     slow: Array
-    turning: Array = field(default_factory=lambda: np.zeros(0))
+    turning: Array = field(default_factory=lambda: np.zeros((0, 0)))
     sight: Array | None = None
 
     @classmethod
@@ -50,40 +52,53 @@ class Rest:
             policy.shortest_memory * interval_s, policy.longest_memory * n * interval_s, policy.memories
         )
         f, power, lines = _bands(residual, interval_s, policy)
-        seen = np.zeros((0, len(f))) if sight is None else seen_density(sight, tau_s, interval_s, policy)
-        shapes = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s), seen])
+        same = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s)])
         total = residual.var(axis=0)
-        variance = np.outer(total, np.full(len(shapes), 1.0 / len(shapes)))
-        variance = _fitted(variance, shapes, power, lines)
+        variance = np.concatenate(
+            [
+                _fitted(np.full((1, len(shapes)), total[a] / len(shapes)), shapes, power[a : a + 1], lines)
+                for a, shapes in enumerate(_with_wander(same, len(total), tau_s, interval_s, sight, policy))
+            ]
+        )
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
         last = 1 + len(tau_s)
-        return cls(tau_s, white, variance[:, 1:last], variance[0, last:], sight)
+        return cls(tau_s, white, variance[:, 1:last], variance[:, last:], sight)
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
         """Columns (n, q, w) as innovations over their standard deviation, and ln S (n, q) of the innovations.
 
         A Kalman filter with transition exp(-dt / tau_j) at the true times; rows that are not usable teach nothing.
         """
-        if self.sight is not None and len(self.turning):
-            return self._whitened_through(self.sight, time_s, usable, columns)
         out, ln_S = np.zeros(columns.shape), np.zeros(columns.shape[:2])
         for a, (white, slow) in enumerate(zip(self.white, self.slow, strict=True)):
+            if self.sight is not None and self.turning.size:
+                out[:, a], ln_S[:, a] = self._whitened_through(self.sight[:, a], a, time_s, usable, columns[:, a])
+                continue
             there = slow > LEAST_SLOW * white
             one, ln = _filter(time_s, usable, columns[:, a].copy(), self.tau_s[there], slow[there], float(white))
             out[:, a], ln_S[:, a] = one, ln
         return out, ln_S
 
-    def _whitened_through(self, sight: Array, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
-        """The same of one output, with the wander of three axes along the line of sight."""
-        white = float(self.white[0])
-        slow, turning = self.slow[0] > LEAST_SLOW * white, self.turning > LEAST_SLOW * white
+    def _whitened_through(
+        self, sight: Array, a: int, time_s: Array, usable: Array, columns: Array
+    ) -> tuple[Array, Array]:
+        """The same of one output (n, w), with the wander of three axes along its line of sight (n, 3)."""
+        white = float(self.white[a])
+        slow, turning = self.slow[a] > LEAST_SLOW * white, self.turning[a] > LEAST_SLOW * white
         tau_s = np.concatenate([self.tau_s[slow], np.repeat(self.tau_s[turning], 3)])
-        variance = np.concatenate([self.slow[0, slow], np.repeat(self.turning[turning], 3)])
+        variance = np.concatenate([self.slow[a, slow], np.repeat(self.turning[a, turning], 3)])
         seen = np.hstack([np.ones((len(sight), slow.sum())), np.tile(sight, turning.sum())])
         decay = np.exp(-np.diff(time_s)[:, None] / tau_s)
         processes = (variance, decay, (1 - decay**2) * variance)
-        one, ln = innovations(columns[:, 0].copy(), seen, processes, white, usable)
-        return one[:, None], ln[:, None]
+        return innovations(columns.copy(), seen, processes, white, usable)
+
+
+def _with_wander(
+    same: Array, q: int, tau_s: Array, interval_s: float, sight: Array | None, policy: Policy
+) -> Iterator[Array]:
+    """The spectra (J, m) that q outputs have in common, each with those of a wander along its own line of sight."""
+    for a in range(q):
+        yield same if sight is None else np.concatenate([same, seen_density(sight[:, a], tau_s, interval_s, policy)])
 
 
 def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:

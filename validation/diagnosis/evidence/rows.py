@@ -16,9 +16,10 @@ from validation.diagnosis.policy import Policy
 class Rows:
     """Samples (N,) taken together so that no series is longer than `most_rows`; white noise keeps its variance.
 
-    time_s (N,), usable (N,) of the samples; base (n, q, p) and target (n, q) of the rows, each output with its base;
-    sight (n, 3): the direction that a target of one output is seen along, where it is part of a vector; fold_s: length
-    of a segment of a fold, 0: the policy's.
+    time_s (N,), usable (N,) of the samples; base (n, q, p) and target (n, q) of the rows, each output with its base,
+    whose coefficients the outputs have in common or of their own;
+    sight (n, q, 3): the directions that the outputs are seen along, where each is part of a vector; fold_s: length of a
+    segment of a fold, 0: the policy's.
     """
 
     time_s: Array
@@ -29,6 +30,7 @@ class Rows:
     policy: Policy
     sight: Array | None = None
     fold_s: float = 0.0
+    common: bool = False
 
     @classmethod
     def of(
@@ -40,12 +42,13 @@ class Rows:
         policy: Policy,
         sight: Array | None = None,
     ) -> Rows:
-        """The rows of samples: base (N, p) for all outputs or (N, q, p), target (N, q), 0 where nothing is usable."""
+        """The rows of samples: base (N, p), or (N, q, p) with common coefficients, target (N, q), 0 if not usable."""
         starts = np.arange(0, len(time_s), -(-len(time_s) // policy.most_rows))
         rows = cls(time_s, usable, starts, np.zeros(0), np.zeros(0), policy)
         each = base if base.ndim == 3 else np.repeat(base[:, None], target.shape[1], axis=1)
         along = None if sight is None else _directions(np.add.reduceat(sight, starts, axis=0))
-        return cls(time_s, usable, starts, rows.taken(each), rows.taken(target), policy, along)
+        taken = rows.taken(each), rows.taken(target)
+        return cls(time_s, usable, starts, *taken, policy, along, common=base.ndim == 3)
 
     def taken(self, values: Array) -> Array:
         """Sums (n, ...) of values (N, ...) over rows, over the root of their number of usable samples."""
@@ -102,5 +105,5 @@ class Rows:
 
 
 def _directions(vectors: Array) -> Array:
-    """Unit vectors (n, 3) along vectors (n, 3)."""
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+    """Unit vectors (n, q, 3) along vectors (n, q, 3)."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=2, keepdims=True))

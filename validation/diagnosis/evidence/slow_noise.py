@@ -49,8 +49,11 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
     policy, interval_s = problem.policy, problem.state.interval_s
     if turns_the_field(problem, residual):
         return None
+    base = problem.base
+    if problem.level is not None:  # the dip has the slow errors of roll and pitch too
+        residual, base = residual[:, :1], base[:, 0]
     first = SlowSpectrum.of(residual, interval_s, policy)
-    residual = _refitted(residual, problem.base, interval_s, first.density)
+    residual = _refitted(residual, base, interval_s, first.density)
     spectrum = SlowSpectrum.of(residual, interval_s, policy)
     steps = Steps.of(residual, interval_s, policy)
     score, sizes, innovations = steps.fit(spectrum.level, spectrum.shape)
@@ -59,7 +62,7 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
         return None
     level = spectrum.effect.with_role("level")
     assert level is not None
-    std = np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT, 3)
+    std = np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT[: len(sizes)], 3)
     return SlowNoise(
         spectrum.effect(**{level: tuple(std.tolist())}),
         spectrum.others,
@@ -72,17 +75,16 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
 
 def turns_the_field(problem: LinearProblem, residual: Array) -> bool:
     """Whether the slow part of a residual (n, q) has nothing along the field, as an error of the attitude has."""
-    return (
-        problem.mode == "vector"
-        and not (problem.still or problem.relative)
-        and along_field(problem, residual) < problem.policy.least_along_field
-    )
+    return problem.sees_across and along_field(problem, residual) < problem.policy.least_along_field
 
 
 def along_field(problem: LinearProblem, residual: Array) -> float:
     """Share of the slow residual's power that lies along the field."""
     length = max(1, round(problem.policy.slow_mean_s / problem.state.interval_s))
     cut = Cut(length, len(residual) // length)
+    if problem.level is not None:
+        power = (cut.means(residual * problem.sigma_nT) ** 2).sum(axis=0)
+        return float(power[0] / max(power.sum(), 1e-300))
     turned = problem.state.field_nT @ problem.turn.T
     direction = turned / np.linalg.norm(turned, axis=1, keepdims=True)
     nT, u = cut.means(residual * problem.sigma_nT), cut.means(direction)

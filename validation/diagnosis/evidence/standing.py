@@ -40,8 +40,8 @@ class Beside:
     @classmethod
     def of(cls, problem: LinearProblem, inside: Array) -> Beside:
         """The rows of a problem, with effects' columns (N, q, k) in."""
-        sight = problem.state.field_nT if problem.mode == "strength" else None
-        rows = Rows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy, sight)
+        state, sight = problem.state, problem.sight
+        rows = Rows.of(state.time_s, problem.usable, problem.base, problem.target, problem.policy, sight)
         return cls.in_rows(rows, rows.taken(inside))
 
     @classmethod
@@ -138,13 +138,21 @@ def along_the_field(ground: Ground) -> Array:
     """
     problem = ground.problem
     u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
-    back = u @ np.linalg.inv(problem.turn) * problem.sigma_nT
-    unit = np.linalg.norm(back, axis=1)
-    along = np.einsum("ni,ni->n", back, ground.residual()) / unit
+    along, unit = _along(ground, u)
     length = max(1, min(round(problem.policy.slow_mean_s / problem.state.interval_s), len(along) // 2))
     cut = Cut(length, len(along) // length)
     base, means = cut.means(strength_columns(u) * (problem.usable / unit)[:, None]), cut.means(along)
     return np.asarray(np.sqrt(length) * (means - base @ np.linalg.lstsq(base, means, rcond=1e-9)[0]))
+
+
+def _along(ground: Ground, u: Array) -> tuple[Array, Array]:
+    """What a ground leaves (n,) along unit directions (n, 3) over its noise, and that noise (n,) in nT or none."""
+    problem, left = ground.problem, ground.residual()
+    if problem.sight is not None:
+        return left[:, 0], np.full(len(left), problem.sigma_nT[0])
+    back = u @ np.linalg.inv(problem.turn) * problem.sigma_nT
+    unit = np.linalg.norm(back, axis=1)
+    return np.einsum("ni,ni->n", back, left) / unit, unit
 
 
 def look_alikes(

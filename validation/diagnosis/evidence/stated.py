@@ -18,8 +18,11 @@ def as_stated(problem: LinearProblem, residual: Array) -> bool:
     nine columns of a strength fit taken off, must be white beside the model's own slow noises, and the part across
     must be as small as the stated error makes it. Without a stated attitude error every axis must be so.
     """
-    if problem.attitude_std_rad == 0 or problem.mode != "vector":
+    if problem.attitude_std_rad == 0 or not problem.sees_across:
         return states_wander(problem) and _as_white_and_wander(problem, residual)
+    if problem.level is not None:
+        dip_nT = residual[:, 1:] * problem.sigma_nT[1:]
+        return _as_white_and_wander(problem, residual[:, :1]) and _small_across(problem, dip_nT, angles=1)
     back = np.linalg.inv(problem.turn)
     u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
     nT = (residual * problem.sigma_nT) @ back.T
@@ -42,8 +45,13 @@ def _wander(problem: LinearProblem, f: Array) -> Array:
         shape, level = effect.clues.spectrum, effect.with_role("level")
         if shape is not None and level is not None:
             std = np.array(getattr(effect, level))
-            total += float(((std / problem.sigma_nT) ** 2).mean()) * shape(f)
+            total += float(((std / _noise_nT(problem)) ** 2).mean()) * shape(f)
     return total
+
+
+def _noise_nT(problem: LinearProblem) -> Array:
+    """Noise of the axes, or of the strength."""
+    return problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]
 
 
 def _as_white_and_wander(problem: LinearProblem, values: Array) -> bool:
@@ -60,12 +68,15 @@ def _without_strength(along: Array, u: Array, usable: Array) -> Array:
     return np.asarray(along - design @ np.linalg.lstsq(design, along, rcond=1e-9)[0])
 
 
-def _small_across(problem: LinearProblem, across_nT: Array) -> bool:
-    """Whether means of the part across the field are as small as the stated attitude error and the noise make them."""
+def _small_across(problem: LinearProblem, across_nT: Array, angles: int = 2) -> bool:
+    """Whether means of the part across the field are as small as the stated attitude error and the noise make them.
+
+    angles : how many of the attitude's turn the field to what is seen of that part.
+    """
     policy = problem.policy
     length = max(1, round(policy.slow_mean_s / problem.state.interval_s))
     means = Cut(length, len(across_nT) // length).means(across_nT)
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
-    turned = 2 * (problem.attitude_std_rad * strength_nT) ** 2
-    white = float((problem.sigma_nT**2).sum()) / length
+    turned = angles * (problem.attitude_std_rad * strength_nT) ** 2
+    white = float((problem.sigma_nT[-across_nT.shape[1] :] ** 2).sum()) / length
     return bool((means**2).sum(axis=1).mean() < policy.stated_margin**2 * (turned + white))

@@ -40,11 +40,8 @@ class Timeline:
     @classmethod
     def of(cls, rows: Rows, inside: Array) -> Timeline:
         """The timeline of rows, with effects' columns (n, q, k) in."""
-        n, q, p = rows.base.shape
-        base = np.zeros((n, q, q, p))
-        for a in range(q):
-            base[:, a, a] = rows.base[:, a]
-        known = np.concatenate([base.reshape(n * q, q * p), inside.reshape(n * q, -1)], axis=1)
+        n, q, _ = rows.base.shape
+        known = np.concatenate([_of_all(rows), inside.reshape(n * q, -1)], axis=1)
         known = known / np.maximum(np.linalg.norm(known, axis=0), 1e-300)
         u, size, _ = np.linalg.svd(known, full_matrices=False)
         Q = u[:, size > 1e-6 * size.max()]
@@ -92,6 +89,17 @@ class Timeline:
         width = others.shape[2]
         parts = [columns[a:b].reshape(-1, k).T @ others[a:b].reshape(-1, width) for a, b in itertools.pairwise(edges)]
         return np.concatenate([np.zeros((1, k, width)), np.cumsum(parts, axis=0)])
+
+
+def _of_all(rows: Rows) -> Array:
+    """The base of all outputs (n q, .): one output after the other, or with the coefficients in common."""
+    n, q, p = rows.base.shape
+    if rows.common:
+        return rows.base.reshape(n * q, p)
+    base = np.zeros((n, q, q, p))
+    for a in range(q):
+        base[:, a, a] = rows.base[:, a]
+    return base.reshape(n * q, q * p)
 
 
 def around(at: int, step: int, n: int, count: int) -> Places:

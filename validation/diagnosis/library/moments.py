@@ -28,12 +28,13 @@ def moments(problem: LinearProblem, residual: Array, member: Candidate) -> list[
 
 
 def _without_base(problem: LinearProblem, residual: Array) -> Array:
-    B = problem.base
-    return np.asarray(residual - B @ (_inverse(problem) @ (B.T @ residual)))
+    B = problem.base.reshape(-1, problem.base.shape[-1])
+    y = residual.reshape(len(B), -1)
+    return np.asarray(y - B @ (_inverse(problem) @ (B.T @ y))).reshape(residual.shape)
 
 
 def _inverse(problem: LinearProblem) -> Array:
-    B = problem.base
+    B = problem.base.reshape(-1, problem.base.shape[-1])
     return np.asarray(np.linalg.pinv(B.T @ B, rcond=1e-13, hermitian=True))
 
 
@@ -51,25 +52,26 @@ def _gains(problem: LinearProblem, left: Array) -> Array:
 
 def _best_along_field(problem: LinearProblem, left: Array, member: Candidate) -> int:
     """The sample of the best step that is seen through the field's direction, beside the base."""
-    gain = _gains_along_field(problem, left[:, 0], member.columns(problem)[:, 0, :])
+    gain = _gains_along_field(problem, left, member.columns(problem))
     edge = max(2, int(len(left) * problem.policy.step_margin))
     return edge + int(np.argmax(gain[edge:-edge]))
 
 
 def _gains_along_field(problem: LinearProblem, left: Array, E: Array) -> Array:
-    """Squares (n,) that a step at each moment explains beside the base, of columns E (n, k) that begin there.
+    """Squares (n,) that a step at each moment explains beside the base, of columns E (n, q, k) that begin there.
 
     ``gain_t = z' (E'E - E'B (B'B)^-1 B'E)^-1 z`` with ``z = E'y``, all sums from t on: on long legs iron takes up much
     of a step, and more of one at the wrong moment. The direction is a measurement too: where a short stretch at rest
     holds nothing else, its noise is that of the strength, and what it holds is weighed down.
     From the end in pieces, for all products at once fill the memory.
     """
-    n, k = E.shape
+    n, q, k = E.shape
     gain, either, own = np.zeros(n), _in_the_shorter_part(problem.usable), _own_noise(problem, E)
-    beyond: Sums = (np.zeros(k), np.zeros((k, k)), np.zeros((problem.base.shape[1], k)))
+    B = problem.base.reshape(n, q, -1)  # of one output, or with the coefficients in common
+    beyond: Sums = (np.zeros(k), np.zeros((k, k)), np.zeros((B.shape[2], k)))
     for end in range(n, 0, -PIECE):
         here = slice(max(end - PIECE, 0), end)
-        y, EE, BE = _summed(problem.base[here], E[here], left[here], beyond)
+        y, EE, BE = _summed(B[here], E[here], left[here], beyond)
         free = EE - np.einsum("npi,pr,nrj->nij", BE, _inverse(problem), BE, optimize=True)
         free += (either[here] * own)[:, None, None] * np.eye(k)
         gain[here] = np.einsum("nk,nk->n", y, np.linalg.solve(free, y[:, :, None])[:, :, 0])
@@ -81,9 +83,9 @@ def _summed(B: Array, E: Array, left: Array, beyond: Sums) -> Sums:
     """``E'y, E'E, B'E`` (m, ...) of all samples from each of these on, with what is summed beyond the last."""
     y, EE, BE = beyond
     return (
-        y + _suffix_sums(E * left[:, None]),
-        EE + _suffix_sums(E[:, :, None] * E[:, None, :]),
-        BE + _suffix_sums(B[:, :, None] * E[:, None, :]),
+        y + _suffix_sums(np.einsum("nqk,nq->nk", E, left)),
+        EE + _suffix_sums(np.einsum("nqi,nqj->nij", E, E)),
+        BE + _suffix_sums(np.einsum("nqp,nqk->npk", B, E)),
     )
 
 
@@ -96,7 +98,7 @@ def _in_the_shorter_part(usable: Array) -> Array:
 def _own_noise(problem: LinearProblem, E: Array) -> float:
     """Square of what the noise of a measured direction makes in a column, times that of `OWN_NOISE`."""
     noise = float(problem.sigma_nT[0] / np.linalg.norm(problem.state.field_nT[0]))
-    return (OWN_NOISE * noise) ** 2 * float((E**2).mean())
+    return (OWN_NOISE * noise) ** 2 * float((E**2).sum(axis=1).mean())
 
 
 def _suffix_sums(values: Array) -> Array:

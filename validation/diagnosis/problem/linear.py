@@ -16,6 +16,7 @@ from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.state import Array, State
 from validation.diagnosis.policy import STANDARD, Policy
+from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.neighbours import by_neighbours
 from validation.diagnosis.problem.track import Track
 
@@ -42,16 +43,18 @@ class LinearProblem:
 
     mode "vector": q = 3, y the measured axes less a first fit of B = [predicted field, 1] on each axis: hard and soft
     iron fitted anew, which also takes up a fixed turn of the sensor. mode "strength": q = 1, y = |h| - F of the
-    calibrated field h, B the nine changes of offset and symmetric matrix. y (n, q) is divided by the noise of a
-    sample, `sigma_nT` (q,); `base` B (n, p); `usable` (n,) is 0 where a sample is no measurement (repeated, clipped, a
-    spike), else 1.
+    calibrated field h, B the nine changes of offset and symmetric matrix; with a `level` q = 2, the dip too, as an
+    angle times F. `sight` (n, q, 3) are then the directions that the outputs are seen along. y (n, q) is divided by
+    the noise of a sample, `sigma_nT` (q,); `base` B (n, p), of which each output has coefficients of its own, or
+    (n, q, p), in units of the noise, where they have them in common; `usable` (n,) is 0 where a sample is no
+    measurement (repeated, clipped, a spike), else 1.
     `turn` (3, 3): from the undisturbed to the measured field; `clean_nT` (n, 3): what the fitted base predicts;
     `predicted_nT` (n, 3): what the model as given predicts. `has`: what was measured, see `Effect.needs`.
     `attitude_std_rad`: the error of navigation's attitude that the model states, 0 if none. `iron_known`: whether the
     model's iron is the instrument's, so that a difference from it is a finding. `policy`: what is held for evidence.
     `still`: the sensor is at rest, and y is the measured axes about a constant. `relative`: the field is another
     magnetometer's reading. `instead`: what was done about a reference that was wrong. `track`: along which the
-    field changes with the place.
+    field changes with the place. `level`: which way is down, where roll and pitch are known and the heading is not.
     """
 
     recording: Recording
@@ -73,6 +76,36 @@ class LinearProblem:
     relative: bool = False
     instead: tuple[Instead, ...] = ()
     track: Track | None = None
+    level: Level | None = None
+    sight: Array | None = None
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """What is compared of every sample, by name."""
+        if self.sight is None:
+            return ("x", "y", "z")
+        return ("strength", "dip")[: self.sight.shape[1]]
+
+    @property
+    def compared(self) -> str:
+        """The mode in words: "vector", "strength", "strength+dip"."""
+        return self.mode if self.sight is None else "+".join(self.outputs)
+
+    @property
+    def sees_across(self) -> bool:
+        """Whether what lies across the field is compared beside what lies along it: an error of the attitude shows."""
+        return self.level is not None or (self.mode == "vector" and not self.still and not self.relative)
+
+    @property
+    def fitted(self) -> int:
+        """How many coefficients the base has in all."""
+        each = int(self.base.shape[-1])
+        return each * self.target.shape[1] if self.base.ndim == 2 else each
+
+    @property
+    def off_strength_nT(self) -> Array:
+        """By how much the strength is off (n, 1), where the heading is not known."""
+        return np.asarray(self.target[:, :1] * self.sigma_nT[:1])
 
     @cached_property
     def course_nT(self) -> Array:
@@ -112,19 +145,19 @@ class LinearProblem:
     def whitened(self, contribution_nT: Array, stage: str) -> Array:
         """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""
         early = stage in ("field", "vehicle")
-        if self.mode == "vector":
+        if self.sight is None:
             columns = self.turn @ contribution_nT if early else contribution_nT.copy()
             columns *= (self.usable[:, None] / self.sigma_nT)[:, :, None]
             return columns
-        direction = self.state.field_nT / np.linalg.norm(self.state.field_nT, axis=1, keepdims=True)
-        inward = direction if early else direction @ np.linalg.inv(self.turn)
-        scalar = np.einsum("ni,nik->nk", inward, contribution_nT)[:, None, :]
-        return np.asarray(scalar / self.sigma_nT * self.usable[:, None, None])
+        inward = self.sight if early else self.sight @ np.linalg.inv(self.turn)
+        seen = np.einsum("nqi,nik->nqk", inward, contribution_nT)
+        return np.asarray(seen * (self.usable[:, None] / self.sigma_nT)[:, :, None])
 
     def without(self, samples: NDArray[np.bool_]) -> LinearProblem:
         """The same problem with some samples (n,) left out."""
         keep = self.usable * ~samples
-        return replace(self, base=self.base * keep[:, None], target=self.target * keep[:, None], usable=keep)
+        base = self.base * keep.reshape(-1, *[1] * (self.base.ndim - 1))
+        return replace(self, base=base, target=self.target * keep[:, None], usable=keep)
 
 
 def pauses_after(time_s: Array, policy: Policy) -> NDArray[np.intp]:

@@ -15,6 +15,7 @@ from sim.scenario import Model, Scenario
 from sim.state import Array
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.channels import without_their_noise
+from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.relative import recorded_reference, relative_problem
 from validation.diagnosis.problem.still import at_rest, still_problem
@@ -33,11 +34,13 @@ def pose(
     effects: tuple[Effect, ...],
     policy: Policy = STANDARD,
     track: Track | None = None,
+    level: Level | None = None,
 ) -> LinearProblem:
     """The problem of a recording; with attitude and the field's vector in vector mode, else with its strength only.
 
-    Another magnetometer is the reference where there is one. At rest without attitude every axis is compared with a
-    constant. With a track the field and its strength are those of its middle place, and change along it.
+    With a level in place of an attitude the dip is compared beside the strength. Another magnetometer is the reference
+    where there is one. At rest without attitude every axis is compared with a constant. With a track the field and its
+    strength are those of its middle place, and change along it.
 
     Raises InputError for a recording too short to cut into training and held-out segments, and in strength mode for
     one whose motion does not determine an ellipsoid.
@@ -49,10 +52,10 @@ def pose(
         return relative_problem(recording, reference_nT, effects, policy)
     if recording.att_q is not None and field_enu_nT is not None:
         problem = vector_problem(recording, field_enu_nT, effects, policy, track)
-    elif at_rest(recording, strength_nT, policy):
+    elif level is None and at_rest(recording, strength_nT, policy):
         problem = still_problem(recording, effects, policy)
     else:
-        problem = strength_problem(recording, strength_nT, effects, policy, track=track)
+        problem = strength_problem(recording, strength_nT, effects, policy, track=track, level=level)
     return without_their_noise(problem)
 
 

@@ -1,4 +1,4 @@
-"""The problem of a recording without attitude: only the field's strength is compared."""
+"""The problem of a recording whose heading is not known: the field's strength is compared, with a level its dip too."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from sim.rotation import cross
 from sim.state import SCALAR, Array, State
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.held import noise_of_neighbours
-from validation.diagnosis.problem.iron_by_strength import Iron, fitted_iron
+from validation.diagnosis.problem.iron_by_dip import fitted_iron_and_dip
+from validation.diagnosis.problem.iron_by_strength import fitted_iron
+from validation.diagnosis.problem.iron_task import Iron
+from validation.diagnosis.problem.level import Level, dip_rad, upright
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
 from validation.diagnosis.problem.track import Track
@@ -27,48 +30,65 @@ def strength_problem(
     policy: Policy,
     disturbance_nT: Array | None = None,
     track: Track | None = None,
+    level: Level | None = None,
 ) -> LinearProblem:
     """The problem of the strength, see `LinearProblem`, about iron fitted beside a known part of the disturbance.
 
     With the part d (n, 3) of the measurement m out, ``h = M (m - d - o)`` and ``u = h / |h|``; y is
     ``|h| - F + u M d``: the same to first order wherever d is, so that effects and iron are found jointly in steps. A
     scalar magnetometer beside it is the strength F sample by sample, whatever was given: it must be compensated.
+    With a level the dip is compared too: ``F (dip(h) - I) + v M d``, v the direction across u in which the dip grows.
     """
     F = _strength(recording, strength_nT, track)
-    known = np.zeros((len(recording), 3)) if disturbance_nT is None else disturbance_nT
-    iron = _iron(recording, known, F[:, 0], policy)
-    direction, size = _direction_and_size(iron.field_nT(recording.mag_nT - known))
-    sigma = noise_of_neighbours(size - F, recording.mag_nT, recording.time_s, policy)
-    residual = size - F + np.einsum("ni,ni->n", direction, known @ iron.matrix)[:, None]
-    turn = _inverse(iron.matrix)
-    state = _state(recording, direction * F, float(np.median(F)) if track is None else strength_nT)
-    clean = state.field_nT @ turn.T + iron.offset_nT
+    known = np.zeros_like(recording.mag_nT) if disturbance_nT is None else disturbance_nT
+    iron = _iron(replace(recording, mag_nT=recording.mag_nT - known), F[:, 0], policy, track, level)
+    sight, left = _compared(iron.field_nT(recording.mag_nT - known), F, track, level)
+    sigma = _noise_nT(left, recording, policy)
+    residual = left + np.einsum("nqi,ni->nq", sight, known @ iron.matrix.T)
+    state = _state(recording, sight[:, 0] * F, _given(float(np.median(F)) if track is None else strength_nT, level))
+    clean = iron.measured_nT(state.field_nT)
     return LinearProblem(
         recording=recording,
         state=state,
         effects=effects,
         mode="strength",
-        base=strength_columns(direction),
+        base=_base(sight, sigma),
         target=residual / sigma,
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
-        turn=turn,
+        turn=iron.turn,
         clean_nT=clean,
         predicted_nT=clean,
         has=measured(recording) | {"rate"},  # of the field that is measured
         policy=policy,
         track=track,
+        level=level,
+        sight=sight,
     )
 
 
-def _inverse(matrix: Array) -> Array:
-    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
-
-
-def _direction_and_size(field_nT: Array) -> tuple[Array, Array]:
-    """Unit vectors (n, 3) and sizes (n, 1)."""
+def _compared(field_nT: Array, F: Array, track: Track | None, level: Level | None) -> tuple[Array, Array]:
+    """Directions (n, q, 3) that strength and dip of a field (n, 3) are seen along, and by how much they err (n, q)."""
     size = np.linalg.norm(field_nT, axis=1, keepdims=True)
-    return field_nT / size, np.asarray(size)
+    direction = field_nT / size
+    if level is None:
+        return direction[:, None], np.asarray(size - F)
+    off_rad = dip_rad(field_nT, level.down) - level.given_rad(track)
+    dip_nT = F[:, 0] * (off_rad - np.median(off_rad))
+    return np.stack([direction, upright(direction, level.down)], axis=1), np.column_stack([size - F, dip_nT])
+
+
+def _noise_nT(left_nT: Array, recording: Recording, policy: Policy) -> Array:
+    """Noise of a sample (q,) of each of what is compared (n, q)."""
+    each = (noise_of_neighbours(one[:, None], recording.mag_nT, recording.time_s, policy) for one in left_nT.T)
+    return np.concatenate(list(each))
+
+
+def _given(strength_nT: float, level: Level | None) -> Array:
+    """The given field (3,); of a strength alone one to the north."""
+    if level is None:
+        return np.array([0.0, strength_nT, 0.0])
+    return np.asarray(level.field_enu_nT / np.linalg.norm(level.field_enu_nT)) * strength_nT
 
 
 def _strength(recording: Recording, given_nT: float, track: Track | None) -> Array:
@@ -97,7 +117,13 @@ def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     """A strength problem about iron that was fitted with a disturbance (n, 3) of the measurement out."""
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
     anew = strength_problem(
-        problem.recording, strength_nT, problem.effects, problem.policy, disturbance_nT, problem.track
+        problem.recording,
+        strength_nT,
+        problem.effects,
+        problem.policy,
+        disturbance_nT,
+        problem.track,
+        problem.level,
     )
     state = replace(anew.state, channels=problem.state.channels)
     std_rad, known = problem.attitude_std_rad, problem.iron_known
@@ -105,10 +131,12 @@ def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     return kept.without(problem.usable == 0)
 
 
-def _iron(recording: Recording, known_nT: Array, strength_nT: Array, policy: Policy) -> Iron:
+def _iron(recording: Recording, strength_nT: Array, policy: Policy, track: Track | None, level: Level | None) -> Iron:
     interval_s = float(np.median(np.diff(recording.time_s)))
     block = max(1, round(policy.block_s / interval_s))
-    return fitted_iron(recording.mag_nT - known_nT, strength_nT, block, policy)
+    if level is None:
+        return fitted_iron(recording.mag_nT, strength_nT, block, policy)
+    return fitted_iron_and_dip(recording.mag_nT, strength_nT, level.down, level.given_rad(track), block, policy)
 
 
 def strength_columns(direction: Array) -> Array:
@@ -117,13 +145,30 @@ def strength_columns(direction: Array) -> Array:
     return np.column_stack([*(direction[:, i] * direction[:, j] for i, j in pairs), direction])
 
 
-def _state(recording: Recording, field: Array, strength_nT: float) -> State:
+def _base(sight: Array, sigma: Array) -> Array:
+    """The base (n, 9) of the strength, or (n, 2, 13) of strength and dip, seen along directions (n, q, 3)."""
+    return strength_columns(sight[:, 0]) if sight.shape[1] == 1 else dip_columns(sight) / sigma[:, None]
+
+
+def dip_columns(sight: Array) -> Array:
+    """Changes (n, 2, 13) of strength and dip with a matrix, an offset, and a constant error of the given dip.
+
+    sight (n, 2, 3): unit directions of the field, and across it where the dip grows. Both have the coefficients in
+    common.
+    """
+    n, q, _ = sight.shape
+    elements = (sight[:, :, :, None] * sight[:, :1, None, :]).reshape(n, q, 9)
+    constant = np.tile([[0.0], [1.0]], (n, 1, 1))
+    return np.concatenate([elements, sight, constant], axis=2)
+
+
+def _state(recording: Recording, field: Array, field_enu_nT: Array) -> State:
     n = len(recording)
     rate = body_rate(recording)
     return State(
         R_wb=np.tile(np.eye(3), (n, 1, 1)),
         rate_rad_s=np.zeros((n, 3)) if rate is None else rate,
-        field_enu_nT=np.array([0.0, strength_nT, 0.0]),
+        field_enu_nT=field_enu_nT,
         field_nT=field,
         field_rate_nT_s=smoothed_derivative(field, recording.time_s) if rate is None else -cross(rate, field),
         **course(recording),

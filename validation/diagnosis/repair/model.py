@@ -82,10 +82,11 @@ def outside_windows(problem: LinearProblem, effects: Sequence[Effect]) -> Linear
         return problem
     keep = ~np.logical_or.reduce(acting) & (problem.usable > 0)
     clean, track = problem.recording.taken(keep), None if problem.track is None else problem.track.at(keep)
+    level = None if problem.level is None else problem.level.at(keep)
     enu_nT = problem.state.field_enu_nT
     given = enu_nT if problem.mode == "vector" and not problem.still else None
     try:
-        return pose(clean, given, float(np.linalg.norm(enu_nT)), problem.effects, problem.policy, track)
+        return pose(clean, given, float(np.linalg.norm(enu_nT)), problem.effects, problem.policy, track, level)
     except InputError:
         return problem
 

@@ -52,8 +52,9 @@ def diagnosis_recording(found: Diagnosis, title: str) -> bytes:
     `mag`, `simulated/before`, `simulated/after` (the models as they stand, along the measured motion), `difference/…`
     (measured minus these) and `residual/…` (the same with hard and soft iron fitted anew: what the verdict rests on),
     x, y, z in nT, body frame; without attitude `mag`, and `strength/measured`, `strength/before`, `strength/after`,
-    `residual/…` as one value. `channel/<name>`: what the gap goes with. Where recorded, `world`: path (m, ENU, from
-    its first point), attitude, and the gap along them. What is no measurement (a spike) is left out of the gap.
+    `residual/…` as one value; with roll and pitch `dip/…` too, and `residual/…` as two. `channel/<name>`: what the gap
+    goes with. Where recorded, `world`: path (m, ENU, from its first point), attitude, and the gap along them. What is
+    no measurement (a spike) is left out of the gap.
     """
     length = length_for(len(found.problem.recording), MOST_ROWS)
     series, where = _series(found), places(found)
@@ -63,7 +64,7 @@ def diagnosis_recording(found: Diagnosis, title: str) -> bytes:
         static(stream, "notes", rr.TextDocument(_notes(found, length), media_type="text/markdown"))
         time_s = block_means(found.problem.state.time_s, length)
         for name, values in series.items():
-            usable = found.problem.usable if name.startswith(("residual/", "strength/")) else None
+            usable = found.problem.usable if name.startswith(("residual/", "strength/", "dip/")) else None
             labels, colours = _style(name, values)
             scalars(stream, name, time_s, block_means(values, length, usable), labels, colours)
         _send_space(stream, found, where)
@@ -86,8 +87,12 @@ def _series(found: Diagnosis) -> Series:
             "difference/after": both.measured_nT - both.after_nT,
         }
     else:
-        strength = {"measured": both.measured_nT, "before": both.before_nT, "after": both.after_nT}
-        compared = {"mag": problem.recording.mag_nT, **{f"strength/{name}": v for name, v in strength.items()}}
+        parts = {"measured": both.measured_nT, "before": both.before_nT, "after": both.after_nT}
+        compared = {"mag": problem.recording.mag_nT} | {
+            f"{output}/{name}": values[:, a : a + 1]
+            for a, output in enumerate(problem.outputs)
+            for name, values in parts.items()
+        }
     every = dict(channels(problem))
     goes_with = {f"channel/{name_part(name)}": every[name] for name, _, _ in found.where if name in every}
     return compared | gap | goes_with
@@ -96,6 +101,8 @@ def _series(found: Diagnosis) -> Series:
 def _style(name: str, values: Array) -> tuple[list[str], tuple[str, ...]]:
     if values.ndim == 2 and values.shape[1] == 3:
         return ["x", "y", "z"], XYZ
+    if values.ndim == 2 and values.shape[1] == 2:
+        return ["strength", "dip"], XYZ[:2]
     kind = name.rpartition("/")[2]
     return [kind], ({"before": BEFORE, "after": AFTER, "measured": RAW}.get(kind, LINES[2]),)
 
@@ -193,8 +200,9 @@ def _plots(found: Diagnosis, series: Series) -> list[rrb.Grid | rrb.TimeSeriesVi
     tabs = [pair("residual", "Gap, iron fitted anew")]
     tabs += [pair("difference", "Gap as the models stand")] if vector else []
     tabs = tabs[::-1] if as_they_stand(found) else tabs
-    both = ("mag", "simulated/**") if vector else ("strength/**",)
-    tabs.append(time_view("Measured and simulated (nT)", time_s, *both))
+    together = [("mag", "simulated/**")] if vector else [(f"{one}/**",) for one in found.problem.outputs]
+    views = [time_view("Measured and simulated (nT)", time_s, *each) for each in together]
+    tabs.append(views[0] if len(views) == 1 else rrb.Grid(*views, grid_columns=1, name="Measured and simulated (nT)"))
     beside = [time_view(name.partition("/")[2], time_s, name) for name in series if name.startswith("channel/")]
     return [*tabs, *([rrb.Grid(*beside, grid_columns=2, name="Channels it goes with")] if beside else [])]
 

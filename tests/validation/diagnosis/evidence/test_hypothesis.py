@@ -51,6 +51,26 @@ def test_coefficients_are_those_of_generalised_least_squares() -> None:
     assert found.residual(rows, columns).shape == rows.target.shape
 
 
+def test_outputs_with_a_base_in_common_share_its_coefficients() -> None:
+    rng = np.random.default_rng(7)
+    n, q, p = 90, 2, 4
+    base, target, columns = rng.normal(size=(n, q, p)), rng.normal(size=(n, q)), rng.normal(size=(n, q, 3))
+    rows = Rows.of(np.arange(float(n)), np.ones(n), base, target, STANDARD)
+    rest = Rest(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
+    found = Hypothesis.given(rows, columns, rest)
+    N, g = np.zeros((7, 7)), np.zeros(7)
+    for a in range(q):
+        X, C = np.concatenate([base[:, a], columns[:, a]], axis=1), covariance(rest, rows.row_s, a)
+        N, g = N + X.T @ np.linalg.solve(C, X), g + X.T @ np.linalg.solve(C, target[:, a])
+    solution = np.linalg.solve(N, g)
+    np.testing.assert_allclose(np.concatenate([found.beta.ravel(), found.c]), solution, rtol=1e-8)
+    both = np.concatenate([base, columns], axis=2)
+    np.testing.assert_allclose(found.residual(rows, columns), target - both @ solution, rtol=1e-8, atol=1e-10)
+    (nats,) = gains(rows, columns[:, :, :0], [columns], rest)
+    without = Hypothesis.given(rows, columns[:, :, :0], rest)
+    assert nats == pytest.approx(found.whole - without.whole, rel=1e-9)
+
+
 def test_rows_keep_the_variance_of_white_noise_and_the_sum_of_what_is_usable() -> None:
     rng = np.random.default_rng(6)
     usable = (rng.random(30_000) > 0.3).astype(float)

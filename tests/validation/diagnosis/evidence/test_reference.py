@@ -11,15 +11,15 @@ from scipy.spatial.transform import Rotation
 from sim.dataset import Recording, read_recording
 from sim.scenario import ModelSpec
 from sim.state import Array
+from tests.validation.diagnosis.own_compass import IRON, with_own_compass
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, problem, recording
 from validation.diagnosis.evidence.reference import misread_field, own_compass, settled
+from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.pose import pose, posed
 from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import diagnose
 
 EAST, NORTH, UP = FIELD_ENU_NT
-IRON = np.array([[1.05, 0.02, -0.03], [0.01, 0.96, 0.02], [-0.02, 0.01, 1.03]])
-OFFSET_NT = np.array([900.0, -600.0, 400.0])
 GAPS = {
     "nothing": {},
     "a vertical wave": {"diurnal_drift": {"amplitude_enu_nT": [0.0, 0.0, 60.0], "period_s": 200.0}},
@@ -77,39 +77,32 @@ def test_on_level_circles_neither_can_be_told() -> None:
     assert own_compass(wrong) is None
 
 
-def _with_compass(tilt_error_deg: float, calibration: Array, gain_nT_A: float = 0.0) -> Recording:
-    """Iron before the sensor's noise; roll and pitch a little off, the heading tilt-compensated from a calibration."""
-    given, rng = recording(noise_nT=0.0), np.random.default_rng(3)
-    n = len(given)
-    mag_nT = given.mag_nT @ IRON.T + OFFSET_NT + rng.normal(scale=50.0, size=(n, 3))
-    assert given.current_A is not None
-    mag_nT += gain_nT_A * given.current_A[:, :1] * [1.0, -0.5, 0.7]
-    assert given.att_q is not None
-    angles = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]).as_euler("ZYX")
-    angles[:, 1:] += np.radians(tilt_error_deg) * rng.normal(size=(n, 2))
-    level = Rotation.from_euler("YX", angles[:, 1:]).apply((mag_nT - OFFSET_NT) @ np.linalg.inv(calibration).T)
-    angles[:, 0] = np.arctan2(NORTH, EAST) - np.arctan2(level[:, 1], level[:, 0])
-    made = Rotation.from_euler("ZYX", angles)
-    return replace(given, mag_nT=mag_nT, att_q=made.as_quat()[:, [3, 0, 1, 2]])
-
-
 @pytest.mark.parametrize("calibration", [IRON, np.eye(3)], ids=["calibrated", "raw"])
 def test_a_heading_made_from_the_magnetometer_is_known(calibration: Array) -> None:
-    found = own_compass(pose(_with_compass(0.3, calibration), FIELD_ENU_NT, STRENGTH_NT, ()))
+    found = own_compass(pose(with_own_compass(0.3, calibration), FIELD_ENU_NT, STRENGTH_NT, ()))
     assert found is not None
     assert found.noise_nT < 1
     assert found.beside_noise_nT > 40
 
 
-def test_beside_a_heading_of_its_own_compass_a_current_is_found_by_the_strength() -> None:
+def test_beside_a_heading_of_its_own_compass_a_current_is_found_by_strength_and_dip() -> None:
     given = {"field_enu_nT": FIELD_ENU_NT, "fitted_base": True}
-    quiet = diagnose(_with_compass(0.3, IRON), ModelSpec(), **given)
+    quiet = diagnose(with_own_compass(0.3, IRON), ModelSpec(), **given)
     assert quiet.verdict is Verdict.NONE
-    assert quiet.problem.mode == "strength"
-    assert "very magnetometer" in quiet.sentence
-    found = diagnose(_with_compass(0.3, IRON, gain_nT_A=60.0), ModelSpec(), **given)
+    assert quiet.problem.compared == quiet.as_dict()["mode"] == "strength+dip"
+    assert "very magnetometer: only the field's strength and dip were compared" in quiet.sentence
+    found = diagnose(with_own_compass(0.3, IRON, gain_nT_A=60.0), ModelSpec(), **given)
     assert [one.name for one in found.named] == ["motor_current"]
     assert found.model.field.enu_nT == pytest.approx(FIELD_ENU_NT)
+    (gain,) = (one.effect.gain_nT_A for one in found.named)
+    assert gain == pytest.approx((60.0, -30.0, 42.0), abs=3.0)
+
+
+def test_in_a_field_that_stands_upright_there_is_no_dip_to_compare() -> None:
+    posed = pose(with_own_compass(0.3, IRON), FIELD_ENU_NT, STRENGTH_NT, (), replace(STANDARD, least_level=0.9))
+    mended = settled(posed)
+    assert mended.compared == "strength"
+    assert "only the field's strength was compared" in mended.instead[0].words
 
 
 def test_a_noisy_heading_of_its_own_is_not_taken_for_it() -> None:

@@ -100,9 +100,25 @@ def test_a_wander_seen_along_a_turning_direction_has_the_likelihood_of_its_dense
     apart = np.abs(time_s[:, None] - time_s)
     C = noise * np.eye(n) + 2.0 * np.exp(-apart / 3.0) + 5.0 * np.exp(-apart / 40.0) * (sight @ sight.T)
     y = np.linalg.cholesky(C) @ rng.normal(size=n)
-    z, ln_S = Rest(tau_s, np.array([noise]), slow, turning, sight).whitened(time_s, np.ones(n), y[:, None, None])
+    rest = Rest(tau_s, np.array([noise]), slow, turning[None], sight[:, None])
+    z, ln_S = rest.whitened(time_s, np.ones(n), y[:, None, None])
     assert (z**2).sum() == pytest.approx(y @ np.linalg.solve(C, y), rel=1e-9)
     assert ln_S.sum() == pytest.approx(np.linalg.slogdet(C)[1], rel=1e-9)
+
+
+def test_of_two_outputs_each_has_the_wander_that_it_sees() -> None:
+    rng = np.random.default_rng(8)
+    n, tau_s, white = 90, np.array([20.0]), np.array([0.7, 3.0])
+    slow, turning = np.array([[2.0], [1.0]]), np.array([[5.0], [9.0]])
+    time_s = np.cumsum(rng.uniform(0.5, 1.5, n))
+    sight = rng.normal(size=(n, 2, 3))
+    sight /= np.linalg.norm(sight, axis=2, keepdims=True)
+    kept, y = np.exp(-np.abs(time_s[:, None] - time_s) / 20.0), rng.normal(size=(n, 2))
+    z, ln_S = Rest(tau_s, white, slow, turning, sight).whitened(time_s, np.ones(n), y[:, :, None])
+    for a in range(2):
+        C = white[a] * np.eye(n) + kept * (slow[a] + turning[a] * sight[:, a] @ sight[:, a].T)
+        assert (z[:, a] ** 2).sum() == pytest.approx(y[:, a] @ np.linalg.solve(C, y[:, a]), rel=1e-9)
+        assert ln_S[:, a].sum() == pytest.approx(np.linalg.slogdet(C)[1], rel=1e-9)
 
 
 def test_the_expected_spectrum_of_a_turning_wander_is_that_of_many() -> None:

@@ -12,6 +12,7 @@ from sim.dataset import Recording
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.values import Role
+from sim.rotation import matrix_from_q
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, HZ, STRENGTH_NT, problem, recording, without_attitude
 from validation.diagnosis.evidence.ground import Ground
@@ -22,6 +23,8 @@ from validation.diagnosis.library.origins import origins
 from validation.diagnosis.library.places import ThinnedPath, places
 from validation.diagnosis.library.search import SEARCHES, between_neighbours, found_by_search
 from validation.diagnosis.library.tones import tones
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
 
@@ -105,8 +108,8 @@ def test_noise_is_not_fitted_to_itself_where_a_sensor_rests() -> None:
     uneven = np.diag([1.0, 1.1, 2.0])
     mag = turn.inv().apply([200.0, 41_300.0, 8_300.0]) @ uneven + [0.0, 0.0, 20_000.0] + 45 * rng.normal(size=(4000, 3))
     posed = pose(Recording(time_s=t, mag_nT=mag), None, 42_100.0, ())
-    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)[:, 0, :]
-    assert _gains_along_field(posed, _left(posed)[:, 0], E)[80:-80].max() / 2 < 15
+    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)
+    assert _gains_along_field(posed, _left(posed), E)[80:-80].max() / 2 < 15
 
 
 def test_the_gain_along_the_field_is_that_of_dense_least_squares(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,13 +117,30 @@ def test_the_gain_along_the_field_is_that_of_dense_least_squares(monkeypatch: py
     monkeypatch.setattr(moments_module, "PIECE", 700)
     whole = _on_long_legs(1700)
     posed = whole.without(np.arange(3000) % 7 == 0)
-    left = _left(posed)
-    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)[:, 0, :]
-    for t in (1234, 1701):
-        step = np.r_[np.zeros((t, 3)), E[t:]]
-        step -= posed.base @ np.linalg.lstsq(posed.base, step, rcond=None)[0]
-        y = step @ np.linalg.lstsq(step, left[:, 0], rcond=None)[0]
-        assert _gains_along_field(posed, left[:, 0], E)[t] == pytest.approx(y @ y, rel=1e-3)
+    _as_dense(posed, (1234, 1701))
+
+
+def test_so_it_is_of_strength_and_dip(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(moments_module, "PIECE", 700)
+    given = recording(hidden={"offset_jump": {"time_s": 170.0, "step_nT": [3.0, -5.0, 4.0]}})
+    assert given.att_q is not None
+    level = Level.of(matrix_from_q(given.att_q), FIELD_ENU_NT, STANDARD)
+    posed = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
+    _as_dense(posed.without(np.arange(4000) % 7 == 0), (1234, 1701))
+    (found,) = moments(posed, _left(posed), Candidate(_sought("moment")))
+    assert dict(found.nonlinear)["time_s"] == pytest.approx(170.0, abs=1.0)
+
+
+def _as_dense(posed: LinearProblem, at: tuple[int, ...]) -> None:
+    """Whether the gain at these samples is that of dense least squares over all outputs."""
+    left, n = _left(posed), len(posed.target)
+    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)
+    base = posed.base.reshape(left.size, -1)
+    for t in at:
+        step = np.where((np.arange(n) >= t)[:, None, None], E, 0.0).reshape(left.size, 3)
+        step -= base @ np.linalg.lstsq(base, step, rcond=None)[0]
+        y = step @ np.linalg.lstsq(step, left.ravel(), rcond=None)[0]
+        assert _gains_along_field(posed, left, E)[t] == pytest.approx(y @ y, rel=1e-3)
 
 
 @pytest.mark.parametrize("tone_hz", [0.3217, 1.2345, 3.9])

@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from sim.state import Array
 from validation.diagnosis.policy import STANDARD
-from validation.diagnosis.problem.iron_by_strength import _left, _slopes, fitted_iron
+from validation.diagnosis.problem.iron_by_strength import ByStrength, fitted_iron
 
 FIELD_NT, NOISE_NT, BLOCK = 50_000.0, 20.0, 50
 KNOWN_NT = np.full(4000, FIELD_NT)
@@ -64,8 +64,6 @@ def test_measurements_in_another_unit_are_brought_to_the_field_s() -> None:
 def test_slopes_are_those_of_small_differences() -> None:
     rng = np.random.default_rng(4)
     theta, y = np.r_[1.1, 0.9, 1.0, 0.02, -0.01, 0.03, 0.1, -0.2, 0.05], rng.normal(size=(20, 3))
-    step = 1e-6 * np.eye(9)
-    differences = np.stack(
-        [(_left(theta + one, y, np.ones(20)) - _left(theta - one, y, np.ones(20))) / 2e-6 for one in step], axis=1
-    )
-    assert np.allclose(_slopes(theta, y), differences, atol=1e-8)
+    task = ByStrength(y, np.ones(20), STANDARD)
+    differences = [(task.left(theta + one) - task.left(theta - one)) / 2e-6 for one in 1e-6 * np.eye(9)]
+    assert np.allclose(task.slopes(theta), np.stack(differences, axis=2), atol=1e-8)

@@ -1,0 +1,41 @@
+"""Beside roll and pitch that err the strength alone is believed, and the answer says so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.effects.currents import MotorCurrent
+from sim.scenario import ModelSpec
+from tests.validation.diagnosis.own_compass import IRON, with_own_compass
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT
+from validation.diagnosis.evidence.slow_noise import turns_the_field
+from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.verdict import Verdict
+from validation.diagnosis.workflow import diagnose
+
+
+def _found(gain_nT_A: float, wander_deg: float) -> Diagnosis:
+    given = with_own_compass(0.05, IRON, gain_nT_A=gain_nT_A, wander_deg=wander_deg)
+    return diagnose(given, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True)
+
+
+@pytest.mark.parametrize(("gain_nT_A", "verdict"), [(0.0, Verdict.NONE), (60.0, Verdict.NAMED)])
+def test_where_roll_and_pitch_wander_the_strength_alone_is_believed(gain_nT_A: float, verdict: Verdict) -> None:
+    found = _found(gain_nT_A, wander_deg=0.3)
+    assert found.verdict is verdict
+    assert {one.name for one in found.named} == ({MotorCurrent.name} if gain_nT_A else set())
+    assert found.problem.compared == "strength"
+    assert "only the field's strength was compared" in found.sentence
+    (words,) = found.as_dict()["reference"]
+    off_nT = float(words.split("off by ")[1].split(" nT")[0])
+    assert off_nT == pytest.approx(np.radians(0.3) * np.linalg.norm(FIELD_ENU_NT), rel=0.3)
+
+
+def test_a_current_across_the_field_is_named_by_the_dip() -> None:
+    """Of half the noise: the strength in a steep field shows little of what lies level."""
+    found = _found(12.0, wander_deg=0.0)
+    assert found.problem.compared == "strength+dip"
+    assert [one.name for one in found.named] == [MotorCurrent.name]
+    assert found.after.clean
+    assert not turns_the_field(found.problem, found.before_nT / found.problem.sigma_nT)
