@@ -22,6 +22,7 @@ import tables
 
 import magbench.viewer
 import sim.scenario
+import validation.planning.refine
 from magbench.cli import main
 from scenarios.load import catalogue
 from sim.dataset import read_manifest
@@ -57,7 +58,7 @@ def shell_lines(page: Path) -> list[str]:
 
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A directory to work in, with the logs that the pages speak of; the catalogue's scenarios are cut short."""
+    """A directory to work in, with the logs that the pages speak of; scenarios and searches are cut short."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HF_HUB_OFFLINE", "1")
     load = sim.scenario.load
@@ -66,6 +67,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         return load(name, [*overrides, *(cuts(str(name)) if str(name) in catalogue() else ())])
 
     monkeypatch.setattr(sim.scenario, "load", short)
+    monkeypatch.setattr(validation.planning.refine, "STEPS_DEG", validation.planning.refine.STEPS_DEG[:1])
+    monkeypatch.setattr(validation.planning.refine, "MOST_ROUNDS", 1)
     rng = np.random.default_rng(0)
     field = rng.standard_normal((300, 3))
     field *= 48.152 / np.linalg.norm(field, axis=1, keepdims=True)

@@ -152,8 +152,10 @@ def test_too_few_samples(name, standard):
 
 
 @ALL
-@pytest.mark.parametrize("n", [3600, pytest.param(36_000, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("seed", [None, 7])
+@pytest.mark.parametrize(
+    ("seed", "n"),
+    [(None, 3600), (7, 1200), *(pytest.param(seed, 36_000, marks=pytest.mark.slow) for seed in (None, 7))],
+)
 def test_level_turns_say_nothing_of_the_vertical(name, seed, n, standard):
     result = fit(name, standard, standard.level_turns(n, seed))
     assert result.status.kind == "unobservable"
