@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from scenarios.errors import InputError
 from sim.effects.base import Effect
@@ -16,12 +15,11 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted, predict
 from validation.diagnosis.repair.numbers import FreeNumbers
+from validation.diagnosis.repair.squares import SAME, Squares
 
 ROUNDS, CHAINS = 60, 1200
 """Steps at most: the start is close already, but a gradient and its origin are found along a bent valley; and runs of
 the chain at most, one a number in every step."""
-SAME = 1e-6
-"""Relative difference of sums of squares that is of no account."""
 IMPOSSIBLE = 1e3
 """Residual, in units of the noise, of numbers that an effect does not take together."""
 
@@ -61,13 +59,13 @@ def refined(
             return np.full(problem.target[use].size, IMPOSSIBLE)
         return _left(problem, predicted, use, refit_iron=refit_iron)
 
-    rounds = min(ROUNDS, 1 + CHAINS // len(start))
-    found = least_squares(residual, np.zeros(len(start)), diff_step=1e-4, max_nfev=rounds, xtol=1e-5, ftol=SAME)
-    gram = found.jac.T @ found.jac
+    squares = Squares(residual)
+    best = squares.least(np.zeros(len(start)), min(ROUNDS, 1 + CHAINS // len(start)))
+    gram = squares.gram(best)
     std = np.sqrt(variances(gram, problem.policy) * inflation) * scale
-    x = without_open_part(found.x, gram, problem.policy)
-    as_good = (residual(x) ** 2).sum() / 2 <= found.cost * (1 + SAME)
-    return Refined(numbers.at(start + (x if as_good else found.x) * scale), numbers.spread(std))
+    x = without_open_part(best, gram, problem.policy)
+    as_good = squares.half(x) <= squares.half(best) * (1 + SAME)
+    return Refined(numbers.at(start + (x if as_good else best) * scale), numbers.spread(std))
 
 
 def without_open_part(x: Array, gram: Array, policy: Policy) -> Array:

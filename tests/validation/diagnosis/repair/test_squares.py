@@ -1,0 +1,46 @@
+"""The search on normal equations ends where a dense least squares does, also in a bent valley."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from sim.state import Array
+from validation.diagnosis.repair.squares import Squares
+
+
+def test_a_bent_valley_is_followed_to_its_end() -> None:
+    def rosenbrock(x: Array) -> Array:
+        return np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]])
+
+    assert Squares(rosenbrock).least(np.array([-1.2, 1.0]), 60) == pytest.approx([1.0, 1.0], abs=1e-3)
+
+
+def test_of_noisy_data_it_is_the_dense_solution() -> None:
+    rng = np.random.default_rng(0)
+    t = np.linspace(0, 10, 400)
+
+    def residual(x: Array) -> Array:
+        return np.asarray((1 + x[0]) * np.exp(-t / np.exp(x[1])) + x[2] * np.cos(t) - y)
+
+    y = np.zeros(400)
+    y = residual(np.array([1.0, 0.7, -0.5])) + 0.1 * rng.normal(size=400)
+    dense = least_squares(residual, np.zeros(3), xtol=1e-12, ftol=1e-12)
+    squares = Squares(residual)
+    best = squares.least(np.zeros(3), 60)
+    gram = dense.jac.T @ dense.jac
+    assert np.abs((best - dense.x) / np.sqrt(np.diag(np.linalg.inv(gram)))).max() < 0.1
+    assert squares.gram(best) == pytest.approx(gram, rel=0.02)
+    assert squares.gradient(best) == pytest.approx(np.zeros(3), abs=0.01 * np.sqrt(gram.max()))
+
+
+def test_no_more_rounds_than_allowed() -> None:
+    runs: list[Array] = []
+
+    def residual(x: Array) -> Array:
+        runs.append(x)
+        return np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]])
+
+    Squares(residual).least(np.array([-1.2, 1.0]), 3)
+    assert len(runs) <= 3 * (1 + 2) + 1 + 2

@@ -1,0 +1,91 @@
+"""Least squares of long residuals: a trust region on the normal equations, for which one Jacobian is held at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import OptimizeResult, minimize
+
+from sim.state import Array
+
+SAME, SMALLEST_STEP = 1e-6, 1e-5
+"""Relative difference of sums of squares that is of no account, and step of the numbers that ends the search."""
+DIFFERENCE = 1e-6
+"""Step of a number, over its scale, by which a slope is taken; it is off by more than a slope's seventh digit."""
+ROWS = 100_000
+"""Rows of a Jacobian that are multiplied at a time."""
+
+
+@dataclass
+class Squares:
+    """Half the sum of squares of ``residual(x)`` (n,), its gradient and its Gauss-Newton matrix, of numbers x (k,).
+
+    Those of the last x are kept. A decomposition of the Jacobian (n, k) would hold it three times more: 2 GB for ten
+    hours and 40 numbers.
+    """
+
+    residual: Callable[[Array], Array]
+    _left: tuple[Array, Array] | None = None
+    _slope: tuple[Array, Array, Array] | None = None
+
+    def half(self, x: Array) -> float:
+        """Half the sum of squares."""
+        left = self._left_at(x)
+        return float(left @ left) / 2
+
+    def gradient(self, x: Array) -> Array:
+        """``J^T r`` (k,)."""
+        return self._slopes(x)[1]
+
+    def gram(self, x: Array) -> Array:
+        """``J^T J`` (k, k)."""
+        return self._slopes(x)[2]
+
+    def least(self, start: Array, rounds: int) -> Array:
+        """Numbers (k,) near a start that make it least, after so many rounds at most."""
+        end = _End(start, self.half(start))
+        found = minimize(
+            self.half,
+            start,
+            jac=self.gradient,
+            hess=self.gram,
+            method="trust-exact",
+            callback=end,
+            options={"maxiter": rounds, "gtol": 0.0},
+        )
+        return np.asarray(found.x)
+
+    def _left_at(self, x: Array) -> Array:
+        if self._left is None or not np.array_equal(x, self._left[0]):
+            self._left = x.copy(), self.residual(x)
+        return self._left[1]
+
+    def _slopes(self, x: Array) -> tuple[Array, Array, Array]:
+        if self._slope is None or not np.array_equal(x, self._slope[0]):
+            left = self._left_at(x)
+            J = np.empty((len(x), len(left)), np.float32)
+            for i, one in enumerate(np.eye(len(x))):
+                J[i] = (self.residual(x + DIFFERENCE * one) - left) / DIFFERENCE
+            products = np.zeros((len(x), len(x) + 1))
+            for part in (slice(first, first + ROWS) for first in range(0, len(left), ROWS)):
+                rows = J[:, part].astype(np.float64)
+                products += rows @ np.vstack([rows, left[part]]).T
+            self._slope = x.copy(), products[:, -1], products[:, :-1]
+        return self._slope
+
+
+@dataclass
+class _End:
+    """Ends a search where a step that was taken changes numbers and squares by nothing of account."""
+
+    x: Array
+    half: float
+
+    def __call__(self, intermediate_result: OptimizeResult) -> None:
+        x, half = np.array(intermediate_result.x), float(intermediate_result.fun)
+        step, gained = np.linalg.norm(x - self.x), self.half - half
+        self.x, self.half = x, half
+        if 0 < step < SMALLEST_STEP or (step > 0 and gained < SAME * half):
+            raise StopIteration
