@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sim.effects import EFFECTS
 from sim.state import TEMPERATURE, current_name
 from tests.validation.diagnosis.decision.test_judgement import FOUND, _case
 from tests.validation.diagnosis.synthetic import problem, recording
@@ -49,3 +50,15 @@ def test_names_that_explain_far_less_are_taken_back(warm: LinearProblem, explain
     assert bool(doubts_of(case, Verdict.PARTIAL)) == doubted
     elsewhere = replace(case, where=where[:1])
     assert iron_follows_a_channel(elsewhere) is None
+
+
+@pytest.mark.parametrize("channel", [TEMPERATURE, current_name(1)])
+def test_what_a_name_has_for_its_cause_is_not_asked(warm: LinearProblem, channel: str) -> None:
+    """To an effect of the currents all motors are one."""
+    motors = {current_name(motor) for motor in warm.state.motors}
+    assert len(motors) > 1
+    caused = next(cls(**cls.example) for cls in EFFECTS if channel in cls(**cls.example).causes)
+    case = _case(replace(FOUND, effect=caused), problem=warm)
+    known = motors if channel in motors else {channel}
+    assert set(warm.state.channels) - unnamed_channels(case) == known
+    assert set(warm.state.channels) == unnamed_channels(replace(case, named=()))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,23 +11,32 @@ from sim.effects import EFFECTS
 from sim.effects.values import SWITCH
 from sim.state import TEMPERATURE, Array
 from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.decision.hearing import Hearing
 from validation.diagnosis.decision.selection import select
+from validation.diagnosis.evidence.compare import judged_at
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME
 from validation.diagnosis.evidence.smoothly import comes_and_goes
 from validation.diagnosis.evidence.windowed import comes_again
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron
+from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
 
 WARM = next(effect for effect in EFFECTS if any(p.unit == "1/K" for p in effect.parameters()))
 IN_PART = {SWITCH.name: (90.0, 210.0)}
 
 
-def _growing(course: Array) -> LinearProblem:
-    """A sensitivity of two thousandths of a course (n,) that is 0 to 1."""
+def _growing(course: Array, size: float = 2e-3, policy: Policy = STANDARD) -> LinearProblem:
+    """A sensitivity, of two thousandths where nothing else is said, of a course (n,) that is 0 to 1."""
     given = recording(len(course))
-    given.mag_nT[:] *= 1 + 2e-3 * course[:, None] * [1.0, -0.6, 0.8]
-    return problem(given)
+    given.mag_nT[:] *= 1 + size * course[:, None] * [1.0, -0.6, 0.8]
+    return problem(given, policy=policy)
+
+
+def _pulses(*pieces: tuple[float, float]) -> Array:
+    """A course (n,) that is 1 in pieces of the run."""
+    t = recording(3000).time_s
+    return np.any([(t >= a) & (t < b) for a, b in pieces], axis=0).astype(float)
 
 
 def _window() -> Candidate:
@@ -46,12 +57,38 @@ def test_a_window_is_one_where_no_course_does_as_well(name: str, told: str) -> N
 @pytest.mark.parametrize(("pieces", "again"), [([(90, 210)], False), ([(80, 90), (210, 220)], True)])
 def test_what_comes_in_pieces_has_no_window(pieces: list[tuple[int, int]], again: bool) -> None:
     """Between two pulses an offset of the other sign fits best, and about both as much is left."""
-    t = recording(3000).time_s
-    ground = Ground.of(_growing(np.any([(t >= a) & (t < b) for a, b in pieces], axis=0).astype(float)))
+    ground = Ground.of(_growing(_pulses(*pieces)))
     between = _window().at({SWITCH.name: (min(b for _, b in pieces), 210.0) if again else (90.0, 210.0)})
     with_it = ground.beside(between.columns(ground.problem))
     assert comes_again(ground, with_it, between) == again
     assert not comes_again(ground, with_it, Candidate(WARM))
+
+
+def test_what_is_left_elsewhere_is_another_window() -> None:
+    ground = Ground.of(_growing(_pulses((40, 90), (210, 260))))
+    first = _window().at({SWITCH.name: (40.0, 90.0)})
+    assert not comes_again(ground, ground.beside(first.columns(ground.problem)), first)
+
+
+def test_a_course_that_the_data_do_not_tell_from_a_window_is_held_for_one() -> None:
+    weak = [_growing(_pulses((90, 210)), 5e-5, policy) for policy in (STANDARD, replace(STANDARD, alpha=1e-300))]
+    assert [comes_and_goes(Ground.of(one), _window()) == "" for one in weak] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("pieces", "span", "told"),
+    [([(90, 210)], (90, 210), ""), ([(60, 90), (210, 240)], (90, 210), "comes again beside its own window")],
+)
+def test_a_hearing_says_why_it_is_no_window(
+    pieces: list[tuple[float, float]], span: tuple[float, float], told: str
+) -> None:
+    posed = _growing(_pulses(*pieces))
+    ground = Ground.of(replace(posed, state=replace(posed.state, channels={})))
+    one = judged_at(ground, [_window().at({SWITCH.name: span})])
+    assert one is not None
+    with_it = ground.beside(one.candidate.columns(ground.problem))
+    hearing = Hearing(ground, None, ground, lambda *_: True)  # type: ignore[arg-type]
+    assert hearing._refusal_by_course(one, with_it) == told
 
 
 def test_what_acts_all_along_is_not_asked() -> None:
