@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from sim.effects import EFFECTS
+from sim.effects.kernels import first_order_lag
 from sim.state import TEMPERATURE, current_name
 from tests.validation.diagnosis.decision.test_judgement import FOUND, _case
-from tests.validation.diagnosis.synthetic import problem, recording
+from tests.validation.diagnosis.synthetic import HZ, problem, recording, without_attitude
 from validation.diagnosis.decision.judgement import doubts_of, iron_follows_a_channel, unnamed_channels, verdict_of
 from validation.diagnosis.evidence.following import iron_follows
 from validation.diagnosis.evidence.ground import Ground
@@ -37,6 +38,23 @@ def test_of_several_channels_the_one_is_found_that_the_iron_follows(warm: Linear
     assert other is not None
     assert other.share < 0.3
     assert iron_follows(Ground.of(warm), ()) is None
+
+
+@pytest.mark.parametrize("way", ["late", "squared"])
+def test_a_channel_is_followed_late_and_with_its_powers(way: str) -> None:
+    given = recording(3000)
+    assert given.current_A is not None
+    swing = given.current_A[:, :1] - 2
+    course = first_order_lag(swing, 3.0, 1 / HZ, {}) if way == "late" else swing**2
+    posed = problem(replace(given, mag_nT=given.mag_nT * (1 + 1e-3 * course * [1.0, -0.6, 0.8])))
+    found = iron_follows(Ground.of(posed), (current_name(1),))
+    assert found is not None
+    assert found.share > 0.7
+
+
+def test_the_strength_alone_has_no_axes_of_which_one_follows() -> None:
+    posed = problem(without_attitude(recording(500)))
+    assert iron_follows(Ground.of(posed), (TEMPERATURE,)) is None
 
 
 @pytest.mark.parametrize(("explained", "doubted"), [(0.4, True), (1.0, False)])

@@ -1,0 +1,28 @@
+"""Curves of channels stand in the place of names where they explain much more, and no name follows the channel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.state import current_name
+from tests.validation.diagnosis.decision.test_curves import disturbed, load
+from tests.validation.diagnosis.decision.test_judgement import FOUND, _case
+from tests.validation.diagnosis.synthetic import problem
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.localise import Share
+from validation.diagnosis.repair.curves import followed_instead
+
+
+@pytest.mark.parametrize(
+    ("channel", "explained", "instead"),
+    [("load", 0.3, True), ("load", 1.0, False), (current_name(1), 0.3, False)],
+    ids=["much more", "hardly more", "a name follows it"],
+)
+def test_curves_stand_for_names_where_they_explain_much_more(channel: str, explained: float, instead: bool) -> None:
+    posed = problem(disturbed(3 * np.tanh(2 * load(0)), load=load(0)))
+    case = _case(FOUND, clean=False, explained=explained, problem=posed, where=(Share(channel, "body", 0.5),))
+    found = followed_instead(Ground.of(posed), case)
+    assert (found is not None) == instead
+    assert not instead or "load" in {cause for one in found.named for cause in one.effect.causes}
+    assert followed_instead(Ground.of(posed), _case(FOUND, clean=False, problem=posed)) is None
