@@ -1,6 +1,6 @@
 """Wrong names of three recordings together, cheaply: recordings of a pool are diagnosed once, lots drawn from it.
 
-    python -m benchmarks.diagnosis.lots --pools 25 -o out/lots
+    python -m benchmarks.diagnosis.lots --first 24 --pools 50 -o out/lots
 
 A pool has twelve short recordings of one vehicle: three plain, three coloured, three of each of two truths that are
 drawn for it. Its lots share recordings, but no two the same three. What two or more of a lot have may be named, and
@@ -149,13 +149,14 @@ def figures(rows: Sequence[Row]) -> dict[str, Any]:
 def main() -> None:
     """Run the lots that are not in the log yet, and print their figures."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis.lots")
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--pools", type=int, default=25)
     parser.add_argument("-o", "--out", type=Path, default=Path("out/lots"))
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     log = given.out / "trials.jsonl"
     done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
-    wanted = [(pool, lot) for pool in map(Pool, range(given.pools)) for lot in pool.lots]
+    wanted = [(pool, lot) for pool in map(Pool, range(given.first, given.first + given.pools)) for lot in pool.lots]
     with log.open("a") as file:
         for pool, lot in wanted:
             key = f"{pool.seed}/{lot}"
