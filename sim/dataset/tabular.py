@@ -19,6 +19,11 @@ from sim.dataset.files import system_errors_about
 PARQUET_MARK = b"PAR1"
 _TEXT_SUFFIXES = (".csv", ".tsv", ".txt")
 _RAGGED = re.compile(r"(?:Row #(\d+): )?Expected (\d+) columns, got (\d+)")
+_AUTOPILOTS = {
+    ".ulg": "convert it with ulog2csv of pyulog, and join attitude and currents to the magnetometer's times",
+    ".bin": "convert it with mavlogdump.py of pymavlink, and join attitude and currents to the magnetometer's times",
+}
+"""What turns an autopilot's own log into a table, by the suffix."""
 _FORMATS = "give a Parquet file (.parquet) or a text table with a header line (.csv, .tsv, .txt)"
 
 
@@ -38,7 +43,8 @@ def load_table(path: Path, wanted: Callable[[str], bool]) -> pa.Table:
     elif path.suffix.lower() in _TEXT_SUFFIXES:
         table = _load_csv(path)
     else:
-        raise InputError("is neither Parquet nor CSV", where=str(path), do=_FORMATS)
+        do = _AUTOPILOTS.get(path.suffix.lower(), _FORMATS)
+        raise InputError("is neither Parquet nor CSV", where=str(path), do=do)
     return table.select([name for name in table.column_names if wanted(name)])
 
 

@@ -92,12 +92,22 @@ def not_applicable(results: Mapping[str, Calibration]) -> list[str]:
     return [f"{name} was not applicable: {status.reason}" for name, status in refused.items()]
 
 
-def reference_of(file: Path, strength_nT: float | None, enu: Sequence[float] | None) -> Reference:
-    """The reference that the caller states, else the field that a simulated run's file names; InputError for none."""
+def reference_of(file: Path, strength_nT: float | None, enu: Sequence[float] | None, otherwise: str = "") -> Reference:
+    """The reference that the caller states, else the field that a simulated run's file names.
+
+    Raises InputError for none, with what else would do `otherwise`.
+    """
     if strength_nT is not None or enu is not None:
         return stated_reference(str(file), strength_nT, enu)
     known = parameters_of(file).get("field_enu_nT")
+    if known is None:
+        raise _unknown_field(str(file), otherwise)
     return stated_reference(str(file), None, known, f"{file}: field_enu_nT of its metadata")
+
+
+def _unknown_field(where: str, otherwise: str = "") -> InputError:
+    do = f"give --field-strength-nT F or --field-enu-nT E,N,U{otherwise}"
+    return InputError("the field at this place is not known", where=where, do=do)
 
 
 def stated_reference(
@@ -105,8 +115,7 @@ def stated_reference(
 ) -> Reference:
     """The reference of a strength, of a vector (east, north, up), or of both, nT; InputError for neither."""
     if strength_nT is None and enu is None:
-        do = "give --field-strength-nT F or --field-enu-nT E,N,U"
-        raise InputError("the field at this place is not known", where=where, do=do)
+        raise _unknown_field(where)
     if strength_nT is not None:
         _check_strength(strength_nT, "--field-strength-nT")
     if enu is None:

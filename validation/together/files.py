@@ -19,7 +19,7 @@ from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.actuators import with_actuators
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.problem.relative import needs_field
+from validation.diagnosis.problem.relative import BY_MODEL, needs_field
 from validation.diagnosis.problem.sensors import model_of_sensor, one_sensor
 from validation.together.array import diagnose_sensors
 from validation.together.result import Together
@@ -127,7 +127,7 @@ def diagnose_files(
         whole_one = read_recording(one.file, run=one.run, maps=maps)
         read = one_sensor(whole_one, one.sensor, one.reference, one.file)
         if needs_field(read, spec, stated=enu is not None or strength_nT is not None):
-            known = reference_of(one.file, strength_nT, enu)
+            known = reference_of(one.file, strength_nT, enu, BY_MODEL)
             vector = None if known.field_enu_nT is None else np.array(known.field_enu_nT)
             strength = known.strength_nT
         recording = with_actuators(read, actuators, one.file)

@@ -16,7 +16,7 @@ from validation.calibrating.fitting import reference_of
 from validation.diagnosis.onward.advice import advised
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.actuators import with_actuators
-from validation.diagnosis.problem.relative import needs_field
+from validation.diagnosis.problem.relative import BY_MODEL, needs_field
 from validation.diagnosis.problem.sensors import model_of_sensor, one_sensor
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.workflow import diagnose
@@ -52,7 +52,7 @@ def diagnose_file(
     return diagnose_against(
         model,
         partial(read, file),
-        partial(reference_of, file, strength_nT, enu),
+        partial(reference_of, file, strength_nT, enu, BY_MODEL),
         stated=enu is not None or strength_nT is not None,
         confirm=None if confirm is None else partial(read, confirm),
         sensor=sensor,

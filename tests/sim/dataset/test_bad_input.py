@@ -142,6 +142,7 @@ CASES: dict[str, tuple[Make, list[str], tuple[str, ...]]] = {
     "damaged inside": (overwritten, [], ("cut off or damaged",)),
     "text called parquet": (content(b"time_s,mag\n1,2\n", "log.parquet"), [], ("neither Parquet nor CSV",)),
     "other kind": (content(b"MATLAB 5.0 MAT-file", "log.mat"), [], ("neither Parquet nor CSV", ".csv")),
+    "autopilot's log": (content(b"ULog\x01\x12\x35", "log.ulg"), [], ("neither Parquet nor CSV", "ulog2csv")),
     "binary called csv": (content(b"\xff\xfe\x00\x12" * 99, "log.csv"), [], ("not a text table",)),
     "zip called csv": (content(b"PK\x03\x04\x00\x00" * 99, "log.csv"), [], ("not a text table",)),
     "no header": (csv(lambda lines: lines[1:]), [], ("has no header", "0.000000,30000", "first line")),

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scenarios.errors import InputError
 from sim.dataset import write_recording
 from sim.effects.iron import HardIron
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
@@ -35,3 +36,8 @@ def test_iron_that_a_model_lacks_is_a_finding(measured: Path) -> None:
     bare.write_text(f"field.enu_nT = {FIELD_ENU_NT.tolist()}\neffects.white_noise.std_nT = {[NOISE_NT] * 3}\n")
     (one,) = diagnose_file(measured, str(bare)).named
     assert HardIron.name in (one.name, *one.alternatives)
+
+
+def test_without_a_field_everything_that_would_tell_it_is_said(measured: Path) -> None:
+    with pytest.raises(InputError, match=r"--field-enu-nT.*--model whose \[field\] has latitude_deg"):
+        diagnose_file(measured, None)

@@ -47,7 +47,8 @@ def pose(
     """
     if len(recording) < policy.least_samples:
         what = f"{len(recording)} samples, at least {policy.least_samples} are needed"
-        raise InputError(what, where="recording", do="give a longer recording")
+        do = "give a longer recording; magbench calibrate needs ten samples only"
+        raise InputError(what, where="recording", do=do)
     if (reference_nT := recorded_reference(recording)) is not None:
         return relative_problem(recording, reference_nT, effects, policy)
     if recording.att_q is not None and field_enu_nT is not None:

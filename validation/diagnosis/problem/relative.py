@@ -42,6 +42,10 @@ def recorded_reference(recording: Recording) -> Array | None:
     return reference_nT
 
 
+BY_MODEL = ", or a --model whose [field] has latitude_deg, longitude_deg and date"
+"""What a diagnosis may be told of the field in place of itself."""
+
+
 def needs_field(recording: Recording, model: Model, *, stated: bool) -> bool:
     """Whether the earth's field is to be asked for; InputError where it is stated beside another reference."""
     if recorded_reference(recording) is None:
