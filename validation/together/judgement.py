@@ -165,7 +165,13 @@ def _common(lot: Lot, beliefs: Sequence[Belief]) -> tuple[Common, ...]:
     direct = [[Named(d.effect, (), How.DIRECT, None, 0.0) for d in one.seen.direct] for one in lot.members]
     noise = [noise_of(belief, [one.named for one in (*effects, *iron)]) for belief in beliefs]
     values = seen_by_values([[*d, *n] for d, n in zip(direct, noise, strict=True)], lot.problems[0].policy)
-    return (*effects, *iron, *values)
+    return (*effects, *iron, *(one for one in values if _is_the_sensors(one)))
+
+
+def _is_the_sensors(one: Common) -> bool:
+    """Slow noise of the sensor is of one size in all recordings; what is of another in each comes from elsewhere."""
+    slow = one.named.how is How.SPECTRUM and one.named.effect.clues.spectrum is not None
+    return not slow or one.reach is Reach.TRANSFERRED
 
 
 def _borne_out(beliefs: Sequence[Belief]) -> tuple[Belief, ...]:

@@ -8,7 +8,9 @@ from typing import Any
 
 import pytest
 
-from validation.together.judgement import _borne_out
+from sim.effects import BY_NAME
+from validation.diagnosis.result import How, Reach
+from validation.together.judgement import _borne_out, _is_the_sensors
 
 TOLD, OPEN = SimpleNamespace(identified=True), SimpleNamespace(identified=False)
 
@@ -32,3 +34,18 @@ class Leaves:
 def test_noise_of_open_nature_is_none_where_another_recording_is_white(noise: Any, third: Leaves, stays: bool) -> None:
     found = _borne_out([Leaves(False, noise), Leaves(False, noise), third])  # type: ignore[list-item]
     assert [one.noise for one in found] == ([noise, noise, None] if stays else [None] * 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "how", "reach", "stays"),
+    [
+        ("offset_random_walk", How.SPECTRUM, Reach.TRANSFERRED, True),
+        ("offset_random_walk", How.SPECTRUM, Reach.NOT_TRANSFERRED, False),
+        ("flicker_noise", How.SPECTRUM, Reach.SOME, False),
+        ("white_noise", How.SPECTRUM, Reach.SOME, True),
+        ("motor_current", How.HELD_OUT, Reach.NOT_TRANSFERRED, True),
+    ],
+)
+def test_slow_noise_of_the_sensor_has_one_size_in_all(name: str, how: How, reach: Reach, stays: bool) -> None:
+    named = SimpleNamespace(how=how, effect=BY_NAME[name])
+    assert _is_the_sensors(SimpleNamespace(named=named, reach=reach)) is stays  # type: ignore[arg-type]
