@@ -38,12 +38,21 @@ class Policy:
         0.05, "rms of the strength over the field's, with fitted iron, below which a sensor turns",
         run="measured logs: 0.004 to 0.018 for four gliders with pitch and roll, 0.14 for torque rods at rest",
     )  # fmt: skip
+    still_left: float = number(
+        5.0, "what channels leave over what such iron leaves of the strength, below which a sensor is at rest",
+        run="28 to 65 for four gliders; 1.2 to 2 for two rods on a bench, on or off: iron fits any four fields",
+    )  # fmt: skip
     still_line: float = number(
         0.1, "second axis of the field's spread over the first below which it moves on a line, as one coil moves it"
     )
     still_rate: float = number(0.02, "mean rate in rad/s above which a sensor turns")
     held_rows: float = number(0.02, "share of repeated rows from which on they are no measurements")
     held_odds: float = number(5.0, "times that rounding alone explains so many repeated rows")
+    start_s: float = number(
+        1.0, "time after a start or a pause in which a late measurement still shows the field before it",
+        run="a hand-held log of 150 s, 50 ms late from the start: its first two samples made it an eddy current",
+    )  # fmt: skip
+    start_share: float = number(0.02, "share of the samples that are left out for that at most")
     pause: float = number(5.0, "intervals, in medians, beyond which nothing is carried on from one sample to the next")
     base_outlier: float = number(8.0, "medians of the rest beyond which a sample is left out of the first fit of iron")
     most_base_outliers: float = number(
@@ -70,6 +79,10 @@ class Policy:
         0.005, "change of the Earth's own field along a level path",
         run="IGRF at 40 places: 1.6 to 13 nT/km, 5.3 in the median",
     )  # fmt: skip
+    turned_axes_deg: float = number(
+        20.0,
+        "angle between the fitted turn of a sensor and one of its axes for others up to which it is told as that",
+    )
     other_iron: float = number(
         1.1,
         "ratio of what the model's iron leaves of the strength to what fitted iron leaves from which on they differ",
@@ -175,6 +188,10 @@ class Policy:
     offset_prior: float = number(
         0.5, "the same of its offset about zero, in strengths of the field",
         run="level turns with a current of 2000 nT: with 4 the offset went to three times the field",
+    )  # fmt: skip
+    fastest_turn: float = number(
+        6.0, "rate in rad/s, in the median, beyond which a field without attitude or gyro is in no sensor that turns",
+        run="4.2 for a hand in a hurry; 7 to 9 for magnets that a wheel turns beside a satellite's sensor at rest",
     )  # fmt: skip
     other_unit: float = number(2.0, "factor between measurements and the field from which on their unit is another")
     joint_passes: int = number(3, "times at most that the iron is fitted anew beside what was found")
@@ -375,8 +392,10 @@ class Policy:
 
     # parameters
     open_eigenvalue: float = number(
-        1e-8, "eigenvalue of the parameters' correlation below which their combination is left open", run=TUNED
-    )
+        1e-5, "eigenvalue of the parameters' correlation below which their combination is left open",
+        run="an error of the field beside fitted iron, whose part along the field is open: 3e-13 to 9e-7, by the steps "
+        "of the derivative",
+    )  # fmt: skip
     open_part: float = number(
         1e-3, "part of a parameter in such a combination from which on it has no interval", run=TUNED
     )

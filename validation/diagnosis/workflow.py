@@ -15,12 +15,14 @@ from validation.diagnosis.decision.belief import Belief, believed
 from validation.diagnosis.decision.dip import select_beside_dip
 from validation.diagnosis.decision.iron import absorbed_effects
 from validation.diagnosis.decision.judgement import Case, doubts_of, verdict_of
+from validation.diagnosis.decision.late_attitude import with_attitude_in_time
 from validation.diagnosis.decision.one_course import with_rivals
 from validation.diagnosis.decision.wording import advice_for, sentence_for
 from validation.diagnosis.evidence.direct import Direct, direct_evidence, held_rows
 from validation.diagnosis.evidence.judged import taken_back
 from validation.diagnosis.evidence.localise import Share, localise
 from validation.diagnosis.evidence.reference import settled
+from validation.diagnosis.evidence.starts import unknown_past
 from validation.diagnosis.evidence.when import parts_of
 from validation.diagnosis.library.candidates import missing_channels
 from validation.diagnosis.policy import STANDARD, Policy
@@ -76,16 +78,17 @@ def examined(
 ) -> Examined:
     """What is believed of a problem that was posed with a model, wrong samples left out."""
     measured, direct = measured_rows(whole, without)
-    selection = select_beside_dip(settled(measured), without, say)
+    selection = with_attitude_in_time(select_beside_dip(settled(measured), without, say), say)
     return Examined(model, selection.end.problem, direct, believed(selection))
 
 
 def measured_rows(
     whole: LinearProblem, without: frozenset[str] = frozenset()
 ) -> tuple[LinearProblem, tuple[Direct, ...]]:
-    """The problem without samples that are no measurements, and what their values show."""
+    """The problem without samples that are no measurements, or of an unknown past, and what the values show."""
     direct = tuple(direct_evidence(whole, without))
-    return whole.without(np.logical_or.reduce([held_rows(whole), *(one.samples for one in direct)])), direct
+    left_out = [held_rows(whole), unknown_past(whole), *(one.samples for one in direct)]
+    return whole.without(np.logical_or.reduce(left_out)), direct
 
 
 def told(seen: Examined) -> Diagnosis:

@@ -10,7 +10,9 @@ from sim.state import Array, current_name
 from validation.diagnosis.evidence.following import iron_follows
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, Share, localise
+from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.strength import turns_too_fast
 from validation.diagnosis.result import GapSize, How, Named
 from validation.diagnosis.verdict import Verdict
 
@@ -53,6 +55,8 @@ def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
     """Why the names only resemble the cause; empty where nothing speaks against them, or nothing can be told."""
     if case.found and case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma:
         return ("with the names in the model the gap is larger",)
+    if case.found and turns_too_fast(case.problem):
+        return ("the field turns faster than a vehicle does",)
     mixed = verdict is Verdict.PARTIAL or (verdict in (Verdict.COMPOSITE, Verdict.CLASS) and case.noisy)
     if not mixed or case.gap.explained is None:
         return ()
@@ -92,7 +96,7 @@ def unnamed_channels(case: Case) -> set[str]:
     causes = {cause for one in case.named for cause in one.effect.causes}
     known = set(case.problem.state.channels) - causes
     motors = {current_name(motor) for motor in case.problem.state.motors}
-    return known - motors if causes & motors else known
+    return known - motors - set(as_currents(case.problem.recording)) if causes & motors else known
 
 
 NAME_DOUBTS: tuple[NameDoubt, ...] = (channel_is_left, iron_follows_a_channel)

@@ -9,9 +9,10 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from sim.effects import BY_NAME
-from sim.state import Array
+from sim.state import Array, current_name
 from validation.diagnosis.evidence.localise import TIME
 from validation.diagnosis.library.drivers import drivers
+from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import How, Named
@@ -26,8 +27,9 @@ def with_rivals(problem: LinearProblem, one: Named) -> Named:
         return one
     needs = (one.effect.needs, *(BY_NAME[name].needs for name in one.alternatives))
     known = {need for each in needs for need in each or (TIME,)}
-    rivals = tuple(name for name in channels_alike(problem, one) if name not in known)
-    return replace(one, rivals=rivals)
+    currents = {current_name(motor) for motor in problem.state.motors}
+    known |= {channel for channel in as_currents(problem.recording) if known & currents}
+    return replace(one, rivals=tuple(name for name in channels_alike(problem, one) if name not in known))
 
 
 def channels_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ import numpy as np
 from sim.chain import apply_deterministic
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.strength import turn_rate_rad_s, turns_too_fast
 from validation.diagnosis.problem.track import ALTITUDE
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.verdict import Verdict
@@ -17,6 +19,14 @@ from validation.text import digits
 
 EARTH_RADIUS_M = 6.371e6
 """Of the sphere; a dipole's field falls with the third power of the distance from its centre."""
+
+TURNS_OF_AXES = [
+    P
+    for order in itertools.permutations(np.eye(3))
+    for signs in itertools.product((1.0, -1.0), repeat=3)
+    if np.linalg.det(P := np.array(order) * np.array(signs)[:, None]) > 0
+]
+"""The 24 rotations that carry axes to axes."""
 
 
 def remarks(found: Diagnosis) -> tuple[str, ...]:
@@ -76,6 +86,36 @@ def another_scale(found: Diagnosis) -> Iterator[str]:
         )
 
 
+def turned_axes(found: Diagnosis) -> Iterator[str]:
+    """Axes of the magnetometer that are others of the body's, or point the other way, and of which the model knows not.
+
+    The turn of the fitted iron over the model's is nearest to one of the 24 that carry axes to axes.
+    """
+    problem = found.problem
+    if not problem.turns:
+        return
+    design = np.column_stack([problem.state.field_nT, np.ones(len(problem.recording))])
+    by_model = np.linalg.lstsq(design, problem.predicted_nT, rcond=1e-9)[0][:3].T
+    U, _, V = np.linalg.svd(problem.turn @ np.linalg.pinv(by_model, rcond=1e-6))
+    nearest = max(TURNS_OF_AXES, key=lambda P: float((P * (U @ V)).sum()))
+    off_deg = np.degrees(np.arccos(np.clip(((nearest * (U @ V)).sum() - 1) / 2, -1.0, 1.0)))
+    if not np.allclose(nearest, np.eye(3)) and off_deg < problem.policy.turned_axes_deg:
+        axes = [f"{'-' if row.sum() < 0 else ''}{'xyz'[int(np.abs(row).argmax())]}" for row in nearest]
+        yield (
+            f"The magnetometer's x, y, z lie along the body's {', '.join(axes)}: give the field in the axes of the "
+            "attitude, by --map with scale=-1 for an axis that points the other way."
+        )
+
+
+def too_fast(found: Diagnosis) -> Iterator[str]:
+    """A field that turns faster than any vehicle: the sensor may not turn at all."""
+    if turns_too_fast(found.problem):
+        yield (
+            f"The field turns at {digits(turn_rate_rad_s(found.problem))} rad/s in the median, faster than a vehicle "
+            "does: a magnet that turns beside a sensor at rest looks so. Log attitude or a gyro."
+        )
+
+
 @dataclass(frozen=True)
 class OtherStrength:
     """By what factor the strength differs from the stated one with the model's iron, and what that leaves in nT."""
@@ -117,4 +157,11 @@ def _anew_nT(problem: LinearProblem) -> Array:
     return np.asarray(np.linalg.norm((problem.recording.mag_nT - offset_nT) @ np.linalg.pinv(problem.turn).T, axis=1))
 
 
-REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (mended, long_track, long_climb, another_scale)
+REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (
+    mended,
+    long_track,
+    long_climb,
+    turned_axes,
+    too_fast,
+    another_scale,
+)

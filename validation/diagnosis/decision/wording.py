@@ -8,10 +8,12 @@ import numpy as np
 
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
+from sim.state import current_name
 from validation.diagnosis.decision.remarks import long_climb, long_track, remarks
 from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.evidence.when import Stretch, largest
+from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.track import ALTITUDE, LATITUDE, LONGITUDE
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
@@ -25,7 +27,7 @@ def sentence_for(found: Diagnosis) -> str:
     """The finding in one sentence for a field engineer."""
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
     said = found.verdict.sentence(
-        causes="; ".join(words_of(one, found.stretch(one)) for one in found.named),
+        causes="; ".join(words_of(one, found.stretch(one), _logged_as(found, one)) for one in found.named),
         share=_share(found),
         left="; ".join(found.after.why or found.doubts),
         nearest=_nearest(found),
@@ -90,7 +92,9 @@ def follow_the_height(found: Diagnosis) -> Iterator[str]:
 
 def try_an_actuator(found: Diagnosis) -> Iterator[str]:
     """A recorded channel that the gap goes with may be what drives it."""
-    goes_with = [one.channel for one in found.where[:TRIED_CHANNELS] if one.channel in found.problem.recording.channels]
+    recording = found.problem.recording
+    untried = set(recording.channels) - set(as_currents(recording))
+    goes_with = [one.channel for one in found.where[:TRIED_CHANNELS] if one.channel in untried]
     if goes_with and not found.verdict.explained and not curves_of(found):
         options = " ".join(f"--actuator {name}" for name in goes_with)
         yield f"The gap goes with {' and '.join(goes_with)}: try {options}."
@@ -185,14 +189,25 @@ def _channel(one: Named) -> str:
     return one.effect.causes[-1]
 
 
-def words_of(one: Named, stretch: Stretch | None = None) -> str:
-    """A name with its look-alikes, when it acts, its main parameter and its size."""
+def _logged_as(found: Diagnosis, one: Named) -> str:
+    """The channels that an effect of motors follows, by their own names, where such are treated like motor currents."""
+    role, channels = one.effect.with_role("motor"), as_currents(found.problem.recording)
+    if role is None:
+        return ""
+    motors = [getattr(each, role) for each in one.effects if each.name == one.name]
+    every = 0 in motors
+    return ", ".join(name for name, current in channels.items() if every or current in map(current_name, motors))
+
+
+def words_of(one: Named, stretch: Stretch | None = None, logged_as: str = "") -> str:
+    """A name with its look-alikes, what drives it, when it acts, its main parameter and its size."""
     when = "" if stretch is None else f" {stretch.words}"
     either = f" (or {', '.join(one.others)})" if one.others else ""
     size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
     parameter = next(p for p in one.effect.parameters() if p.name == main_parameter(one.effect))
     value = short(np.asarray(getattr(one.effect, parameter.name), dtype=float).tolist())
-    return f"{one.name}{either}{when}: {parameter.name} {value} {parameter.unit}".rstrip() + size
+    driver = f" of {logged_as}" if logged_as else ""
+    return f"{one.name}{either}{driver}{when}: {parameter.name} {value} {parameter.unit}".rstrip() + size
 
 
 def main_parameter(effect: Effect) -> str:

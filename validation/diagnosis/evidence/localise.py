@@ -10,6 +10,7 @@ import numpy as np
 from sim.rotation import matrix_from_q
 from sim.state import Array
 from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -35,10 +36,12 @@ def localise(problem: LinearProblem, residual: Array) -> tuple[Share, ...]:
     if problem.mode == "vector":
         R = problem.state.R_wb[: cut.m * length : length]
         frames["earth"] = np.einsum("nij,nj->ni", R, mean)
+    again = set(as_currents(problem.recording).values())
     found = [
         Share(name, frame, explained_share(cut.means(values), left, policy))
         for name, values in channels(problem)
         for frame, left in frames.items()
+        if name not in again
     ]
     best: dict[str, Share] = {}
     for one in sorted(found, key=lambda f: -f.share):

@@ -12,6 +12,7 @@ from sim.effects.channels import HIGHEST, ChannelEffect, Late, felt
 from sim.state import SCALAR, Array
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import Policy
+from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.linear import LinearProblem
 
 LAGS_S: tuple[float, ...] = ChannelEffect.search["lag_s"]
@@ -63,8 +64,9 @@ class Driver:
 
 
 def drivers(problem: LinearProblem) -> list[Driver]:
-    """Every recorded channel that moves, but another magnetometer."""
-    return _known((item for item in problem.state.channels.items() if item[0] != SCALAR), problem.policy)
+    """Every recorded channel that moves, but another magnetometer, and a current that is a channel of the log too."""
+    others = {SCALAR, *as_currents(problem.recording).values()}
+    return _known((item for item in problem.state.channels.items() if item[0] not in others), problem.policy)
 
 
 def in_axes(unit: Array, terms: Array) -> Array:

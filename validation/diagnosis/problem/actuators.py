@@ -10,6 +10,7 @@ import numpy as np
 
 from scenarios.errors import InputError
 from sim.dataset import Recording
+from sim.state import current_name
 
 
 def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Recording:
@@ -23,3 +24,16 @@ def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Re
             raise InputError(f"there is no channel {name!r}", where=f"{path}: --actuator", do=do)
         columns.append(recording.channels[name])
     return replace(recording, current_A=np.stack(columns, axis=1), motor_numbers=motors) if names else recording
+
+
+def as_currents(recording: Recording) -> dict[str, str]:
+    """Channels that are treated like motor currents, each with the current's own name: one course under two names."""
+    if recording.current_A is None:
+        return {}
+    currents = list(zip(map(current_name, recording.motors), recording.current_A.T, strict=True))
+    return {
+        channel: name
+        for channel, values in recording.channels.items()
+        for name, current_A in currents
+        if np.array_equal(values, current_A)
+    }

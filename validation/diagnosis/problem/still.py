@@ -12,20 +12,35 @@ from validation.diagnosis.problem.held import noise_of_neighbours
 from validation.diagnosis.problem.iron_by_strength import fitted_iron
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
+from validation.signals.size import rms
 
 
 def at_rest(recording: Recording, strength_nT: float, policy: Policy) -> bool:
     """Whether a recording without attitude is one of a sensor that does not turn, in a field of some strength.
 
     Its field stays within a small angle, or what moves it goes with the recorded channels and not with a motion: a
-    sensor that turns goes with its own pitch and roll, but keeps the field's strength.
+    sensor that turns goes with its own pitch and roll, but keeps the field's strength. Coils that are on or off give
+    few values, through which iron of the same strength can be laid: the channels then leave hardly more than that.
     """
     if recording.att_q is not None or _turning(recording, policy):
         return False
     m = recording.mag_nT
     if np.linalg.norm(m.std(axis=0)) < policy.still_spread * np.linalg.norm(m.mean(axis=0)):
         return True
-    return _share_of_channels(recording) > policy.still_share and not _keeps_strength(recording, strength_nT, policy)
+    return _moved_by_channels(recording, strength_nT, policy)
+
+
+def _moved_by_channels(recording: Recording, strength_nT: float, policy: Policy) -> bool:
+    m, left_nT = recording.mag_nT, _left_by_channels_nT(recording)
+    if 1 - (left_nT**2).sum() / ((m - m.mean(axis=0)) ** 2).sum() < policy.still_share:
+        return False
+    first, second, _ = np.linalg.svd(m - m.mean(axis=0), compute_uv=False)
+    if second < policy.still_line * first:
+        return True
+    corrected_nT = _corrected_nT(recording, strength_nT, policy)
+    off_nT = float(np.linalg.norm(corrected_nT, axis=1).std())
+    keeps_strength = off_nT < policy.still_strength * float(np.linalg.norm(corrected_nT.std(axis=0)))
+    return not keeps_strength or rms(left_nT) < policy.still_left * off_nT
 
 
 def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:
@@ -66,27 +81,21 @@ def _turning(recording: Recording, policy: Policy) -> bool:
     return gyro is not None and bool(np.abs(gyro - np.median(gyro, axis=0)).max(axis=1).mean() > policy.still_rate)
 
 
-def _keeps_strength(recording: Recording, strength_nT: float, policy: Policy) -> bool:
-    """Whether iron fitted to the strength takes up nearly all of what moves the field, and that is no line."""
+def _corrected_nT(recording: Recording, strength_nT: float, policy: Policy) -> Array:
+    """The field (n, 3) by the iron that makes its strength the given one, as far as iron can."""
     m = recording.mag_nT
-    first, second, _ = np.linalg.svd(m - m.mean(axis=0), compute_uv=False)
-    if second < policy.still_line * first:
-        return False
     block = max(1, round(policy.block_s / float(np.median(np.diff(recording.time_s)))))
-    corrected_nT = fitted_iron(m, np.full(len(m), strength_nT), block, policy).field_nT(m)
-    unit = float(np.linalg.norm(corrected_nT.std(axis=0)))
-    return float(np.linalg.norm(corrected_nT, axis=1).std()) < policy.still_strength * unit
+    return np.asarray(fitted_iron(m, np.full(len(m), strength_nT), block, policy).field_nT(m))
 
 
-def _share_of_channels(recording: Recording) -> float:
-    """Share of the field's variance that a straight line in every current and channel explains."""
+def _left_by_channels_nT(recording: Recording) -> Array:
+    """What a straight line in every current and channel leaves (n, 3) of the field about its mean."""
     columns: list[Array] = list(recording.channels.values())
     if recording.current_A is not None:
         columns += list(recording.current_A.T)
     moving = [one - one.mean() for one in columns if np.isfinite(one).all() and np.ptp(one) > 0]
+    m: Array = recording.mag_nT - recording.mag_nT.mean(axis=0)
     if not moving:
-        return 0.0
-    m = recording.mag_nT - recording.mag_nT.mean(axis=0)
+        return m
     X = np.stack([one / one.std() for one in moving], axis=1)
-    left = m - X @ np.linalg.lstsq(X, m, rcond=1e-9)[0]
-    return 1 - float((left**2).sum() / max((m**2).sum(), 1e-300))
+    return np.asarray(m - X @ np.linalg.lstsq(X, m, rcond=1e-9)[0])

@@ -22,6 +22,9 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
 from validation.diagnosis.problem.track import Track
 
+TURN_STEP_S = 0.04
+"""Step over which a turn is seen: short beside that of a wheel, long beside the noise of a hand's sensor."""
+
 
 def strength_problem(
     recording: Recording,
@@ -111,6 +114,22 @@ def measured_strength(recording: Recording) -> Array | None:
         what = f"{SCALAR} is the strength of a field in nT, found {known_nT.min():g}"
         raise InputError(what, where="recording", do="give it another name if it is something else")
     return known_nT[:, None]
+
+
+def turn_rate_rad_s(problem: LinearProblem) -> float:
+    """How fast the measured field turns in the sensor's axes, in the median, over a step in which it is no noise."""
+    known_nT = problem.recording.mag_nT + (problem.state.field_nT[0] @ problem.turn.T - problem.clean_nT[0])
+    u = known_nT @ np.asarray(np.linalg.inv(problem.turn), dtype=np.float64).T
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    step = max(1, round(TURN_STEP_S / problem.state.interval_s))
+    angle = np.arccos(np.clip((u[step:] * u[:-step]).sum(axis=1), -1.0, 1.0))
+    return float(np.median(angle / (problem.state.time_s[step:] - problem.state.time_s[:-step])))
+
+
+def turns_too_fast(problem: LinearProblem) -> bool:
+    """Whether a field that is taken for one in a turning sensor, of which no turn was logged, turns as no vehicle."""
+    unseen = problem.mode == "strength" and problem.recording.gyro_rad_s is None and problem.recording.att_q is None
+    return unseen and turn_rate_rad_s(problem) > problem.policy.fastest_turn
 
 
 def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:

@@ -15,8 +15,9 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured, quieter_rate
 from validation.diagnosis.problem.track import Track
 
-FIELD_ERROR = 0.02
-"""Error of a given field over its strength, one standard deviation: a prior, where the motion does not show it."""
+FIELD_ERROR, DELAY_S = 0.02, 0.1
+"""Error of a given field over its strength, and delay against the attitude, one standard deviation of each: a prior,
+where the motion does not show them."""
 STEPS = 3
 """Linear steps to the matrix: each leaves the square of the error of the one before."""
 
@@ -73,18 +74,20 @@ def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: Tra
 
 
 def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array) -> Array:
-    """Matrix (3, 3) from the undisturbed to the measured field, fitted beside a constant error c of the given field.
+    """Matrix (3, 3) from the undisturbed to the measured field, beside a constant error c of it and a small delay d.
 
-    Without c the matrix would bend towards it: ``M R^T (F + c) + b`` is fitted in steps that are linear in M, b and c.
-    Where the motion does not show c, a prior of FIELD_ERROR of the field's strength holds it at zero.
+    Without these the matrix would bend towards them: ``M (R^T (F + c) + d dT/dt) + b``, T the field in the body frame,
+    is fitted in steps that are linear in M, b, c and d. Where the motion does not show c and d, priors hold them at
+    zero: FIELD_ERROR of the field's strength, DELAY_S.
     """
     turn = _carried(state.field_nT, clean)
     Q = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
-    prior = np.eye(3) / (FIELD_ERROR * np.linalg.norm(state.field_enu_nT)) ** 2
+    prior = np.diag(np.r_[np.full(3, FIELD_ERROR * np.linalg.norm(state.field_enu_nT)), DELAY_S] ** -2.0)
+    errors = np.concatenate([state.R_wb.transpose(0, 2, 1), state.field_rate_nT_s[:, :, None]], axis=2)
     for _ in range(STEPS):
-        E = turn @ state.R_wb.transpose(0, 2, 1)
+        E = turn @ errors
         beside = (E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))) / sigma[:, None]
-        flat = beside.reshape(-1, 3)
+        flat = beside.reshape(-1, errors.shape[2])
         c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ (left / sigma).ravel(), rcond=1e-12)[0]
         turn = _carried(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
     return turn

@@ -12,7 +12,7 @@ from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, SoftIron
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, verdict_of
-from validation.diagnosis.decision.wording import ADVICE, advice_for, sentence_for
+from validation.diagnosis.decision.wording import ADVICE, advice_for, sentence_for, words_of
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.result import Diagnosis, GapSize, How, Named, Reach
@@ -176,3 +176,9 @@ def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
     assert (size.before_nT, size.after_nT) == (30.0, 20.0)
     assert size.explained == pytest.approx(5 / 8)
     assert GapSize.of(np.ones((9, 1)), np.ones((9, 1)), np.ones(1), POSED.policy).explained is None
+
+
+def test_events_are_told_with_their_moments() -> None:
+    cls = next(effect for effect in EFFECTS if effect.with_role("moment"))
+    on, off = (cls(**{str(cls.with_role("moment")): time_s}) for time_s in (33.7125, 90.7))
+    assert f"{cls.name} at 33.71 s and 90.7 s: " in words_of(replace(FOUND, effect=on, also=(off,)))

@@ -53,3 +53,16 @@ def test_a_sensor_that_turns_is_not_at_rest_because_its_pitch_and_roll_were_logg
     columns = {"up": np.cos(angles["pitch"]) * np.cos(angles["roll"]), "ahead": given.mag_nT[:, 0], **angles}
     turning = replace(without_attitude(given), channels=columns, current_A=None, temperature_degC=None)
     assert not at_rest(turning, STRENGTH_NT, STANDARD)
+
+
+def test_two_coils_on_or_off_are_no_motion_though_iron_fits_their_four_fields() -> None:
+    rng = np.random.default_rng(5)
+    on = np.column_stack([np.repeat(rng.integers(0, 2, 60), 50) for _ in range(2)]).astype(float)
+    moved = on @ np.array([[1e4, 0.0, 2e4], [5e3, 1.5e4, 0.0]])
+    mag = np.array([2e4, 1e4, -4e4]) + moved + 100.0 * rng.normal(size=moved.shape)
+    coils = Recording(time_s=np.arange(3000) / 10, mag_nT=mag, channels={"first": on[:, 0], "second": on[:, 1]})
+    found = diagnose(coils, ModelSpec(), strength_nT=45_000.0, fitted_base=True)
+    assert found.problem.still
+    assert found.verdict != "none"
+    assert "first" in found.sentence
+    assert "second" in found.sentence

@@ -20,6 +20,8 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.problem.pose import posed as problem_of
 from validation.diagnosis.problem.relative import needs_field
+from validation.diagnosis.problem.strength import turns_too_fast
+from validation.diagnosis.workflow import diagnose
 
 
 def in_a_changing_field() -> tuple[Recording, np.ndarray]:
@@ -87,3 +89,18 @@ def test_a_play_that_is_never_left_is_iron() -> None:
     columns = Candidate(Hysteresis, (("threshold_nT", 1e6),)).columns(level)[:, 0]
     left = columns - level.base @ np.linalg.lstsq(level.base, columns, rcond=None)[0]
     assert np.abs(left).max() < 1e-6 * np.abs(columns).max()
+
+
+def test_a_magnet_that_turns_beside_a_sensor_at_rest_is_no_motion_of_it() -> None:
+    """An ellipse, four times a second, beside a slow drift: iron lays it on a sphere, on which a drift has a name."""
+    rng, time_s = np.random.default_rng(0), np.arange(4000) * 0.02
+    phase = 2 * np.pi * np.cumsum(4 + 0.3 * time_s / time_s[-1]) * 0.02
+    ellipse = np.outer(np.cos(phase), [4.2e4, 1e3, 5e3]) + np.outer(np.sin(phase), [-3e3, 4e3, -4.8e4])
+    mag_nT = np.array([-5.5e4, -2.9e4, 1.8e4]) + ellipse + 800.0 * np.outer(time_s / time_s[-1], [1.0, 0.0, 1.0])
+    seen = Recording(time_s=time_s, mag_nT=mag_nT + 600.0 * rng.normal(size=mag_nT.shape))
+    told = diagnose(seen, ModelSpec(), strength_nT=48_000.0, fitted_base=True)
+    assert told.verdict == "unknown"
+    assert told.sentence.startswith("The field turns at")
+    assert not told.named
+    turned = replace(seen, gyro_rad_s=np.tile([0.0, 26.0, 0.0], (len(time_s), 1)))
+    assert not turns_too_fast(posed(turned))

@@ -1,0 +1,69 @@
+"""A log whose attitude comes late, made by turning at other times: a matter of time stamps, and no effect."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.dataset import Recording
+from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
+from sim.scenario import ModelSpec
+from sim.state import Array
+from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.verdict import Verdict
+from validation.diagnosis.workflow import diagnose
+
+FIELD_ENU_NT = np.array([1400.0, 18700.0, -45800.0])
+TIME_S = np.arange(0.0, 150.0, 0.04)
+NOISE_NT = 40.0
+OFFSET_NT = np.array([300.0, -200.0, 500.0])
+UNEVEN_S = 0.01 * np.array([[4.0, 1.0, -1.0], [0.0, 1.0, 1.0], [1.0, 0.0, 2.5]])
+
+
+def hand_q(time_s: Array) -> Array:
+    """A hand that turns about three axes, as quaternions (n, 4)."""
+    angles = np.stack([0.7 * np.sin(1.1 * time_s), 0.6 * np.sin(1.7 * time_s + 1), 1.5 * np.sin(0.6 * time_s)], axis=1)
+    x, y, z = (q_from_rotation_vector(angles[:, [axis]] * np.eye(3)[axis]) for axis in range(3))
+    return np.ascontiguousarray(multiply_q(z, multiply_q(y, x)))
+
+
+def field_at(time_s: Array) -> Array:
+    """The field (n, 3) that the hand's sensor is in."""
+    return to_body(matrix_from_q(hand_q(time_s)), FIELD_ENU_NT[None])
+
+
+def found(mag_nT: Array, attitude_late_s: float = 0.0) -> Diagnosis:
+    noise = NOISE_NT * np.random.default_rng(1).normal(size=mag_nT.shape)
+    attitude = hand_q(TIME_S - attitude_late_s)
+    log = Recording(time_s=TIME_S, mag_nT=mag_nT + OFFSET_NT + noise, att_q=attitude)
+    return diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True)
+
+
+@pytest.mark.parametrize("late_s", [0.015, 0.09])
+def test_a_late_attitude_is_moved_to_its_time_and_nothing_is_missing(late_s: float) -> None:
+    told = found(field_at(TIME_S), late_s)
+    assert told.verdict is Verdict.NONE
+    assert told.sentence.startswith(f"The attitude comes {1e3 * late_s:.0f}")
+    assert "earlier the gap falls from" in told.advice[0]
+
+
+def test_a_late_magnetometer_stays_a_delay() -> None:
+    told = found(field_at(TIME_S - 0.05))
+    assert told.problem.instead == ()
+    assert told.named[0].name == "latency"
+
+
+def test_uneven_eddy_currents_stay_what_they_are() -> None:
+    field_nT = field_at(TIME_S)
+    rate = np.gradient(field_nT, TIME_S, axis=0)
+    told = found(field_nT + rate @ UNEVEN_S.T)
+    assert told.problem.instead == ()
+    assert told.named[0].name == "eddy_current"
+
+
+def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
+    """Without one the field's rate is the measurement's own."""
+    noise = NOISE_NT * np.random.default_rng(1).normal(size=(len(TIME_S), 3))
+    rate = -cross(np.full((len(TIME_S), 3), 0.4), field_at(TIME_S))
+    log = Recording(time_s=TIME_S, mag_nT=field_at(TIME_S) + 0.03 * rate + noise)
+    assert diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True).problem.instead == ()

@@ -1,0 +1,137 @@
+"""An attitude that comes late: the field is ahead of it, which free coefficients on the field's rate take up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+
+from sim.effects.clues import LATE
+from sim.rotation import matrix_from_q, to_body
+from sim.state import Array
+from validation.diagnosis.decision.choice import Accepted
+from validation.diagnosis.decision.jointly import select_jointly
+from validation.diagnosis.decision.selection import Progress, Selection
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.problem.blocks import fit
+from validation.diagnosis.problem.linear import Instead, LinearProblem
+from validation.diagnosis.problem.pose import pose
+from validation.signals.size import rms
+
+FARTHEST, SETTLED_S = 3.0, 1e-4
+"""First guesses of a lead up to which it is looked for, and the accuracy of the search."""
+
+
+def with_attitude_in_time(selection: Selection, say: Progress = lambda what: None) -> Selection:
+    """The selection, or a new one with the attitude moved to its own time where that does as well as a name for it.
+
+    A measurement that is late is one of the effects; one that is ahead of the attitude is none: coefficients of the
+    field's rate that any effect of that kin is free to choose. Where one lead for all axes explains nearly as much as
+    they do, and none of them is found beside it, the attitude is late.
+    """
+    named = _free_of_kin(selection)
+    found = None if named is None else _ahead(selection, named)
+    if named is None or found is None:
+        return selection
+    again = select_jointly(found, selection.without, say)
+    still = {name for one in again.found for name in (one.name, *one.alternatives)}
+    return selection if named.name in still else again
+
+
+def _free_of_kin(selection: Selection) -> Accepted | None:
+    """What was found of the kin of what is late, with coefficients of either sign; beside an attitude alone."""
+    problem = selection.start.problem
+    if problem.mode != "vector" or problem.relative or problem.still:
+        return None
+    late = [one for one in selection.found if one.evidence.candidate.effect.clues.kin == LATE]
+    return next((one for one in late if one.evidence.candidate.effect.linear and not one.evidence.candidate.once), None)
+
+
+def _ahead(selection: Selection, named: Accepted) -> LinearProblem | None:
+    """The problem with the attitude moved, if a lead for all axes explains nearly what a name does; else None."""
+    start, policy = selection.start, selection.start.problem.policy
+    first_s = _first_lead_s(start)
+    if first_s <= 0:
+        return None
+    q_at = attitude_course(start.problem)
+    moved = _moved(start.problem, q_at, _best_lead_s(start.problem, q_at, first_s))
+    grounds = (start, start.beside(named.columns(start.problem)), Ground.of(moved))
+    before, by_name, by_lead = map(_power_nT2, grounds)
+    by_form = policy.same_kin if selection.after.clean else policy.same_coloured
+    return moved if before - by_lead > (1 - by_form) * (before - by_name) else None
+
+
+def _first_lead_s(start: Ground) -> float:
+    """The coefficient of the field's rate, alike on all axes: for a small lead that lead itself."""
+    rate = start.problem.whitened(start.problem.state.field_rate_nT_s[:, :, None], "vehicle")
+    return float(fit(start.joined(rate), start.everything).c[-1])
+
+
+def attitude_course(problem: LinearProblem) -> CubicSpline:
+    """The logged attitude as a course in time, its sign the same from row to row."""
+    q = np.asarray(problem.recording.att_q)
+    flips = np.cumprod(np.where((q[1:] * q[:-1]).sum(axis=1) < 0, -1.0, 1.0))
+    return CubicSpline(problem.recording.time_s, q * np.concatenate([[1.0], flips])[:, None])
+
+
+def _best_lead_s(problem: LinearProblem, q_at: CubicSpline, first_s: float) -> float:
+    """The lead (s) with which a free matrix and offset leave least."""
+    found = minimize_scalar(
+        lambda lead_s: _gap_nT(problem, q_at, lead_s),
+        bounds=(0.0, FARTHEST * first_s),
+        method="bounded",
+        options={"xatol": min(SETTLED_S, first_s / 10)},
+    )
+    return float(found.x)
+
+
+def _gap_nT(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> float:
+    """Rms (nT) that a free matrix and offset leave of the measured field along the moved attitude."""
+    used = (problem.usable > 0) & _known(problem, lead_s)
+    field_nT = to_body(matrix_from_q(_ahead_q(problem, q_at, lead_s)), problem.state.field_enu_nT[None])
+    base = np.column_stack([field_nT / 1e4, np.ones(len(field_nT))])[used]
+    mag_nT = problem.recording.mag_nT[used]
+    return rms(mag_nT - base @ np.linalg.lstsq(base.T @ base, base.T @ mag_nT, rcond=1e-13)[0])
+
+
+def _ahead_q(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> Array:
+    """The attitude (n, 4) logged so much later, the last one held."""
+    time_s = problem.recording.time_s
+    q = q_at(np.minimum(time_s + lead_s, time_s[-1]))
+    return np.ascontiguousarray(q / np.linalg.norm(q, axis=1, keepdims=True))
+
+
+def _known(problem: LinearProblem, lead_s: float) -> NDArray[np.bool_]:
+    """Samples (n,) whose attitude was logged before the end."""
+    time_s = problem.recording.time_s
+    return np.asarray(time_s + lead_s <= time_s[-1])
+
+
+def _moved(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> LinearProblem:
+    """The problem posed anew with the attitude moved, all else as it was."""
+    field_enu_nT = problem.state.field_enu_nT
+    recording = replace(problem.recording, att_q=_ahead_q(problem, q_at, lead_s))
+    strength_nT = float(np.linalg.norm(field_enu_nT))
+    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track)
+    done = _told(lead_s, _gap_nT(problem, q_at, 0.0), _gap_nT(problem, q_at, lead_s), field_enu_nT)
+    std_rad, known, told = problem.attitude_std_rad, problem.iron_known, (*problem.instead, done)
+    kept = replace(anew, attitude_std_rad=std_rad, iron_known=known, instead=told)
+    return kept.without((problem.usable == 0) | ~_known(problem, lead_s))
+
+
+def _told(lead_s: float, before_nT: float, after_nT: float, field_enu_nT: Array) -> Instead:
+    late = f"{1e3 * lead_s:.3g} ms"
+    figures = (
+        f"Correct the time stamps: with the attitude {late} earlier the gap falls from {before_nT:.3g} to "
+        f"{after_nT:.3g} nT, and the rest was found so. An eddy_current of {lead_s:.3g} s alike on all axes, which is "
+        "ahead of the field and not behind it, would look the same."
+    )
+    return Instead(f"The attitude comes {late} later than the field, and was moved to its time.", figures, field_enu_nT)
+
+
+def _power_nT2(ground: Ground) -> float:
+    """Mean square (nT^2) of what a ground leaves."""
+    return rms(ground.residual() * ground.problem.sigma_nT) ** 2
