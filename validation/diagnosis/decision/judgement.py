@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from sim.effects import BY_NAME
+from sim.effects.base import Effect
 from sim.state import Array, current_name
 from validation.diagnosis.evidence.following import iron_follows
 from validation.diagnosis.evidence.ground import Ground
@@ -91,6 +94,20 @@ def iron_follows_a_channel(case: Case) -> str | None:
     return f"a scale or an offset that follows {found.channel} explains far more"
 
 
+def at_its_bounds(case: Case) -> str | None:
+    """A leading name has coefficients at the ends of what it can have: what is sought is no such effect."""
+    most = max((one.strength for one in case.found), default=0.0)
+    leading = [one for one in case.found if one.strength > case.problem.policy.leading_share * most]
+    names = [one.name for one in leading if any(map(_at_an_end, one.effects))]
+    return f"{', '.join(names)} would have to be larger than it can be" if names else None
+
+
+def _at_an_end(effect: Effect) -> bool:
+    free = (p for p in effect.parameters() if p.role == "linear")
+    values = ((p, np.asarray(getattr(effect, p.name))) for p in free)
+    return any(bool(((x <= p.low) | (x >= p.high)).any()) for p, x in values)
+
+
 def unnamed_channels(case: Case) -> set[str]:
     """Recorded channels that no name has for its cause; to an effect of the currents all motors are one."""
     causes = {cause for one in case.named for cause in one.effect.causes}
@@ -99,7 +116,7 @@ def unnamed_channels(case: Case) -> set[str]:
     return known - motors - set(as_currents(case.problem.recording)) if causes & motors else known
 
 
-NAME_DOUBTS: tuple[NameDoubt, ...] = (channel_is_left, iron_follows_a_channel)
+NAME_DOUBTS: tuple[NameDoubt, ...] = (at_its_bounds, channel_is_left, iron_follows_a_channel)
 
 
 def _nothing(case: Case) -> bool:

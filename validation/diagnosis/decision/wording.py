@@ -203,6 +203,9 @@ def words_of(one: Named, stretch: Stretch | None = None, logged_as: str = "") ->
     """A name with its look-alikes, what drives it, when it acts, its main parameter and its size."""
     when = "" if stretch is None else f" {stretch.words}"
     either = f" (or {', '.join(one.others)})" if one.others else ""
+    if (moment := one.effect.with_role("moment")) is not None:
+        moments = [getattr(each, moment) for each in one.effects if each.name == one.name]
+        when = " at " + " and ".join(f"{digits(time_s, 4)} s" for time_s in moments)
     size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
     parameter = next(p for p in one.effect.parameters() if p.name == main_parameter(one.effect))
     value = short(np.asarray(getattr(one.effect, parameter.name), dtype=float).tolist())

@@ -181,4 +181,15 @@ def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
 def test_events_are_told_with_their_moments() -> None:
     cls = next(effect for effect in EFFECTS if effect.with_role("moment"))
     on, off = (cls(**{str(cls.with_role("moment")): time_s}) for time_s in (33.7125, 90.7))
-    assert f"{cls.name} at 33.71 s and 90.7 s: " in words_of(replace(FOUND, effect=on, also=(off,)))
+    assert f"{cls.name} at 33.71 s and 90.70 s: " in words_of(replace(FOUND, effect=on, also=(off,)))
+
+
+def test_a_leading_name_at_the_ends_of_what_it_can_be_is_doubted() -> None:
+    cls = next(effect for effect in EFFECTS if effect.name == "hysteresis")
+    loop = Named(cls(gain=(0.01, -1.0, 0.0), threshold_nT=500.0), (), How.HELD_OUT, 50.0, 20.0)
+    beside = replace(FOUND, strength=21.0)
+    assert "hysteresis would have to be larger" in doubts_of(_case(loop, beside, clean=False), Verdict.PARTIAL)[0]
+    small = replace(loop, strength=1.0)
+    assert not doubts_of(_case(small, beside, clean=False), Verdict.PARTIAL)
+    within = replace(loop, effect=cls(gain=(0.01, -0.9, 0.0), threshold_nT=500.0))
+    assert not doubts_of(_case(within, beside, clean=False), Verdict.PARTIAL)
