@@ -230,6 +230,10 @@ class Policy:
         0.45, "the same of its kin beside a coloured rest",
         run="a hand-held optical log: its delay of 15 ms gains 0.57 to 0.70 of what nine free columns do",
     )  # fmt: skip
+    one_cause: float = number(
+        0.97, "share of a slow course's power that is one course on all axes, above which it is a cause and no noise",
+        run="tuning seeds 920 to 931: 0.57 to 0.93 of three noises of f^-3, 0.999 and more of drifts and temperatures",
+    )  # fmt: skip
     look_alike_left: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
     least_added: float = number(0.05, "share of the gap that an effect must explain beside a coloured rest")
 

@@ -10,6 +10,7 @@ import numpy as np
 from sim.effects import EFFECTS
 from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, simplest
+from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
@@ -150,6 +151,7 @@ class Hearing:
                 self._refusal_by_course(one.evidence, with_it)
                 or self._refusal_by_share(with_it, coloured)
                 or self._refusal_along_the_field(one, with_it, coloured)
+                or self._refusal_by_any_course(one, coloured)
             )
         asked = not (refusal or coloured)
         turned = asked and an_attitude_does_as_well(self.ground, with_it, one.evidence.candidate)
@@ -166,6 +168,11 @@ class Hearing:
     def _refusal_by_share(self, with_it: Ground, coloured: bool) -> str:
         too_little = added_share(self.start, self.ground, with_it) < self.ground.problem.policy.least_added
         return "explains next to nothing of the gap" if coloured and too_little else ""
+
+    def _refusal_by_any_course(self, one: Standing, coloured: bool) -> str:
+        """Why it is a part of a slow disturbance."""
+        better = coloured and a_course_of_time_does_better(one, self.beside, self.ground.problem)
+        return "less than any smooth course of time" if better else ""
 
     def _refusal_along_the_field(self, one: Standing, with_it: Ground, coloured: bool) -> str:
         """Why it is an error of the attitude; what leaves nothing need not show along the field, but not deny it."""

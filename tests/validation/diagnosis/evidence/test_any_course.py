@@ -1,0 +1,50 @@
+"""What a smooth course of time follows better is no drift; a drift, and what is fast beside a slow course, stand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim.effects import EFFECTS
+from sim.state import Array
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
+from validation.diagnosis.evidence.compare import judge
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.standing import Beside
+from validation.diagnosis.library.candidates import proposed
+
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
+SIZES_NT = np.array([5.0, -4.0, 3.0])
+
+
+def _does_better(name: str, slow: Array, hidden: dict[str, Any] | None = None) -> bool:
+    """Of an effect in a recording with a slow course (n, 3) of the axes, whether any course does better."""
+    given = recording(len(slow), hidden=hidden)
+    posed = problem(replace(given, mag_nT=given.mag_nT + slow * SIZES_NT))
+    evidence = judge(Ground.of(posed), proposed(posed)[name])
+    assert evidence is not None
+    beside = Beside.of(posed, np.zeros((len(slow), 3, 0)))
+    standing = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
+    assert standing.gain > 0
+    return a_course_of_time_does_better(standing, beside, posed)
+
+
+X = np.linspace(-1, 1, 1500)[:, None]
+EACH_ITS_OWN = X + X**2 * np.array([1.0, -1.0, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("course", "better"), [(X * np.ones(3), False), (X + 0.7 * X**2 * np.ones(3), False), (EACH_ITS_OWN, True)]
+)
+def test_a_drift_of_any_one_form_stands_and_axes_that_go_their_own_ways_are_none(course: Array, better: bool) -> None:
+    assert _does_better(DRIFT.name, course) is better
+
+
+def test_what_is_fast_beside_a_slow_course_stands() -> None:
+    """The course gains more, but does nothing of what the current does."""
+    assert not _does_better(DRIVEN.name, 3 * EACH_ITS_OWN, {DRIVEN.name: {DRIVEN.linear[0]: [0.6, -0.3, 0.4]}})
