@@ -69,6 +69,8 @@ def test_what_remembers_begins_anew_after_a_pause() -> None:
     late = Candidate(Latency, (("delay_s", 0.04),)).contribution_nT(posed)[:, :, 0].reshape(30, 10, 3)
     a_minute = np.abs(np.diff(mag_nT.reshape(30, 10, 3)[:, 0], axis=0)).max()
     assert len(posed.stretches) == 30
+    begins = [one.start for one in posed.stretches]
+    np.testing.assert_allclose(posed.course_nT[begins], posed.clean_nT[begins])
     assert np.abs(late).max() < a_minute / 50
 
 

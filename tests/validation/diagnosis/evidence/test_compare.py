@@ -51,6 +51,18 @@ def test_the_gain_is_that_of_dense_least_squares() -> None:
     assert ground.evidence_of(CANDIDATE.columns(ground.problem)) == pytest.approx(dense / found.V)
 
 
+def test_a_number_that_may_have_one_value_alone_keeps_it() -> None:
+    lagged = next(effect for effect in EFFECTS if "rate" in effect.needs and len(effect.search) == 1)
+    ((name, listed),) = lagged.search.items()
+    posed = problem(n=2000, hidden={lagged.name: lagged.example | {name: listed[-1]}})
+    each = proposed(posed)[lagged.name]
+    alone, free = (judge(Ground.of(posed), members) for members in (each[:1], each))
+    assert alone is not None
+    assert free is not None
+    assert dict(alone.candidate.nonlinear)[name] == listed[0]
+    assert dict(free.candidate.nonlinear)[name] == pytest.approx(listed[-1], rel=0.05)
+
+
 def test_coefficients_and_strength_are_those_that_were_hidden() -> None:
     posed = problem(hidden=HIDDEN, noise_nT=0.05)
     found = judged_at(Ground.of(posed), [CANDIDATE])
