@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -9,13 +11,16 @@ from scipy.spatial.transform import Rotation
 from sim.dataset import Recording
 from sim.effects.dynamic import Latency
 from sim.effects.earth import DiurnalDrift
+from sim.effects.faults import Spikes
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.compare import judge
-from validation.diagnosis.evidence.direct import held_rows
+from validation.diagnosis.evidence.direct import direct_evidence, held_rows
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate, proposed
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.held import noise_of_neighbours
 from validation.diagnosis.problem.pose import pose
 
 DELAY_S, ROW_S = 0.015, 0.0035
@@ -72,6 +77,25 @@ def test_what_remembers_begins_anew_after_a_pause() -> None:
     begins = [one.start for one in posed.stretches]
     np.testing.assert_allclose(posed.course_nT[begins], posed.clean_nT[begins])
     assert np.abs(late).max() < a_minute / 50
+
+
+def test_what_changes_in_a_pause_is_no_noise() -> None:
+    """Four rows in each minute, about a value of its own."""
+    rng = np.random.default_rng(3)
+    time_s = (60.0 * np.arange(300)[:, None] + 0.02 * np.arange(4)).ravel()
+    left = rng.normal(0.0, 2.0, (1200, 3)) + np.repeat(rng.normal(0.0, 40.0, (300, 3)), 4, axis=0)
+    assert noise_of_neighbours(left, left, time_s, STANDARD) == pytest.approx([2.0] * 3, rel=0.15)
+
+
+@pytest.mark.parametrize("pause_s", [0.0, 60.0])
+def test_a_row_between_pauses_is_no_wrong_value(pause_s: float) -> None:
+    """In a row by itself there may be another field; without the pauses it stands out."""
+    given, lone = recording(3000), np.arange(100, 3000, 200)
+    mag_nT, n = given.mag_nT.copy(), np.arange(3000)[:, None]
+    mag_nT[lone] += 300.0
+    time_s = given.time_s + pause_s * ((n >= lone).sum(axis=1) + (n > lone).sum(axis=1))
+    seen = {one.effect.name for one in direct_evidence(problem(replace(given, time_s=time_s, mag_nT=mag_nT)))}
+    assert (Spikes.name in seen) == (pause_s == 0.0)
 
 
 def test_nature_is_not_that_fast() -> None:

@@ -128,3 +128,7 @@ def test_a_scenario_is_each_sensors_own() -> None:
     assert isinstance(own, Scenario)
     assert own.chain() == whole.chain(2) != whole.chain(0)
     assert model_of_sensor(MODEL, 3) is MODEL
+    varied = whole.model_copy(update={"vary": {"seed": None}})
+    alone = model_of_sensor(varied, 3)
+    assert isinstance(alone, Scenario)
+    assert not alone.vary

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim.state import Array
-from validation.diagnosis.evidence.battery import Battery, battery
+from validation.diagnosis.evidence.battery import Battery, _cells, battery
 from validation.diagnosis.policy import STANDARD, Policy
 
 N, STEP_S = 20_000, 0.02
@@ -88,6 +88,17 @@ def test_means_are_over_time_and_not_over_bursts() -> None:
     offsets = np.repeat(pairs.reshape(400, 3), 10, axis=0)
     tests = battery(_white(5)[:4000] + offsets, np.ones(4000), time_s, 0, STANDARD)
     assert tests.excess[1.0] == pytest.approx((1 + 10 * 1.0) / 2, rel=0.1)  # of a variance of 2
+
+
+def test_a_time_that_rounding_makes_early_is_in_its_own_cell() -> None:
+    assert set(np.bincount(_cells(1e5 + 0.1 * np.arange(10_000), 1.0))) == {10}
+
+
+def test_what_was_fitted_counts_in_the_noise_and_few_means_are_not_tested() -> None:
+    given, used = _white(3), np.ones(N)
+    plain, fitted = (battery(given, used, TIME_S, k, STANDARD).excess for k in (0, N))
+    assert list(fitted.values()) == pytest.approx([2 / 3 * one for one in plain.values()])
+    assert battery(given[:900], used[:900], TIME_S[:900], 0, STANDARD).excess == {}
 
 
 def test_rows_left_out_in_a_pattern_make_no_tones_of_a_slow_rest() -> None:
