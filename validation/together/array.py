@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from sim.scenario import Model
 from validation.diagnosis.decision.choice import Accepted
 from validation.diagnosis.evidence.standing import Beside
@@ -101,8 +99,7 @@ def _common(name: str, believed: dict[str, list[Accepted]], problems: Sequence[L
     others = {one.evidence.candidate for other in believed if other != name for one in believed[other]}
     besides = []
     for problem in problems:
-        n, q = problem.target.shape
         columns = [each for other in others if (each := columns_in(other, problem)) is not None]
-        besides.append(Beside.of(problem, np.concatenate([np.zeros((n, q, 0)), *columns], axis=2)))
+        besides.append(Beside.of(problem, columns))
     joint = joint_of(strongest.evidence.candidate, settings, besides, problems)
     return common_of(compared(joint, problems[0].policy), strongest.alternatives, problems, strongest.evidence.strength)

@@ -62,7 +62,7 @@ def _joint(effect: Effect, others: Sequence[Effect], problems: Sequence[LinearPr
     besides = []
     for problem in problems:
         columns = [each for other in others if (each := columns_in(Candidate.of(other), problem)) is not None]
-        besides.append(Beside.of(problem, np.concatenate([np.zeros((*problem.target.shape, 0)), *columns], axis=2)))
+        besides.append(Beside.of(problem, columns))
     return Joint.of(Candidate.of(effect), besides, problems, 1)
 
 

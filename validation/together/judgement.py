@@ -65,7 +65,7 @@ class Lot:
         Where coefficients differ from recording to recording its own are fitted beside its iron.
         """
         member = self.members[i]
-        target, inside = member.problem.target, [member.seen.belief.selection.start.inside, *_events(member)]
+        target, inside = member.problem.target, [*member.seen.belief.selection.start.inside, *_events(member)]
         for one in self.chosen:
             finding = one.finding
             if finding.joint.asked[i] is None or finding.there[i] is There.ABSENT:
@@ -75,7 +75,7 @@ class Lot:
                 inside.append(columns)
             else:
                 target = target - columns @ _foretold(finding, i)
-        return Ground.of(replace(member.problem, target=target), np.concatenate(inside, axis=2)).residual()
+        return Ground.of(replace(member.problem, target=target), inside).residual()
 
 
 def _events(member: Member) -> list[Array]:

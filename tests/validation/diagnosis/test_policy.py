@@ -44,14 +44,14 @@ GUARDS = {
     "steps.py": {"LOG_SIZES"},
     "when.py": {"NORMAL_MAD"},
     "advice.py": {"MINUTE_S", "MOST_TIMES"},
-    "separation.py": {"WHOLE"},
     "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
     "result.py": {"NORMAL_95"},
     "remarks.py": {"EARTH_RADIUS_M", "TURNS_OF_AXES"},
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
     "chain.py": {"SCALE_NT"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
-    "refine.py": {"ROUNDS", "CHAINS", "SAME", "IMPOSSIBLE"},
+    "refine.py": {"ROUNDS", "CHAINS", "IMPOSSIBLE"},
+    "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "ROWS"},
     "rest.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW", "SAME_STEP", "SETTLED"},
 }
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""

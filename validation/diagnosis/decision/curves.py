@@ -116,9 +116,7 @@ class _Look:
         """Beside the effects that are in, and any course of time of the curves' order."""
         problem = ground.problem
         unit = _unit(problem)
-        beside = Beside.of(
-            problem, np.concatenate([ground.inside, in_axes(unit, powers(_clock(problem), HIGHEST))], axis=2)
-        )
+        beside = Beside.of(problem, (*ground.inside, in_axes(unit, powers(_clock(problem), HIGHEST))))
         return cls(problem, beside, beside.rows.taken(unit))
 
     def best(self, driver: Driver, ways: Sequence[Way]) -> _Seen:

@@ -31,19 +31,25 @@ def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[lis
     start : the ground without any effect. A form is no name of its own, and is asked for only where something is left.
     One that was taken for what another effect explains by now is given back.
     """
-    out, problem = _with_forms_that_tell(found, start), start.problem
+    out = _with_forms_that_tell(found, start)
     clean = tests(_with(out, start)).clean
     for i in reversed(range(len(out))):
-        if clean:
-            break
-        others = _with((*out[:i], *out[i + 1 :]), start)
-        while not clean and (fuller := _fuller(others, out[i].evidence)) is not None:
-            out[i] = replace(out[i], evidence=fuller)
-            clean = tests(others.beside(out[i].columns(problem))).clean
+        if not clean:
+            out[i], clean = _filled(out, i, start, tests)
     if clean:
         return _as_plain_as_clean(out, start, tests)
     ground = _with(out, start)
     return out, ground, tests(ground)
+
+
+def _filled(found: Sequence[Accepted], i: int, start: Ground, tests: Tests) -> tuple[Accepted, bool]:
+    """One of several effects with the forms that tell, until what is left is clean, and whether it is."""
+    one, clean = found[i], False
+    others = _with((*found[:i], *found[i + 1 :]), start)
+    while not clean and (fuller := _fuller(others, one.evidence)) is not None:
+        one = replace(one, evidence=fuller)
+        clean = tests(others.beside(one.columns(start.problem))).clean
+    return one, clean
 
 
 def _with(found: Iterable[Accepted], start: Ground) -> Ground:

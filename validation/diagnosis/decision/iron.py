@@ -103,7 +103,7 @@ def _unfitted(selection: Selection) -> Ground:
         for one in selection.found
         if one.evidence.candidate.effect.with_role("origin")
     ]
-    return Ground.of(bare, np.concatenate([selection.end.inside, *constant[:1]], axis=2))
+    return Ground.of(bare, (*selection.end.inside, *constant[:1]))
 
 
 def _listed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:

@@ -113,7 +113,7 @@ def residual_tests(ground: Ground, found: Sequence[str]) -> Battery:
     After a low-pass or a delay the noise has a memory of some samples.
     """
     problem, left = ground.problem, ground.residual()
-    fitted = problem.fitted + ground.inside.shape[2]
+    fitted = problem.fitted + ground.sums.width
     filtered = any(BY_NAME[name].clues.memory for name in found)
     samples = problem.policy.filter_memory if filtered else 1
     tests = battery(left, problem.usable, problem.state.time_s, fitted, problem.policy, samples)

@@ -122,7 +122,7 @@ def judged_at(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
     if not tried:
         return None
     best = min(tried, key=lambda one: squares(one.sums, one.whole, ground.everything))
-    policy, width = ground.problem.policy, best.sums.width - ground.inside.shape[2]
+    policy, width = ground.problem.policy, best.sums.width - ground.sums.width
     V = inflation(best.sums, best.whole, policy)
     price = V * search_price(best.setting.tried * len(settings), width, policy)
     gain = min(ground.mean_gain(_gains(ground, tried)), _gain_on_all(ground, best)) - price

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,20 +16,23 @@ from validation.diagnosis.problem.linear import LinearProblem
 
 @dataclass(frozen=True)
 class Ground:
-    """A problem cut into blocks, with the columns (n, q, k) of the effects already in and their sums."""
+    """A problem cut into blocks, with the columns (n, q, k) of each effect already in, and the sums of all.
+
+    Grounds share the columns: of ten hours they are the largest part of what is held.
+    """
 
     problem: LinearProblem
     cut: Cut
-    inside: Array
+    inside: tuple[Array, ...]
     sums: Sums
 
     @classmethod
-    def of(cls, problem: LinearProblem, inside: Array | None = None) -> Ground:
-        """The ground with the effects already in, none at first."""
-        n, q = problem.target.shape
-        columns = np.zeros((n, q, 0)) if inside is None else inside
-        cut = Cut.of(n, problem.state.interval_s, problem.policy)
-        return cls(problem, cut, columns, sums(cut, problem.base, columns, problem.target, problem.usable))
+    def of(cls, problem: LinearProblem, several: Iterable[Array] = ()) -> Ground:
+        """The ground with the columns (n, q, k) of each effect already in, none at first."""
+        (n, q), policy = problem.target.shape, problem.policy
+        cut = Cut.of(n, problem.state.interval_s, policy)
+        bare = sums(cut, problem.base, np.zeros((n, q, 0)), problem.target, problem.usable)
+        return cls(problem, cut, (), bare).with_all(several)
 
     @property
     def everything(self) -> NDArray[np.bool_]:
@@ -43,19 +47,19 @@ class Ground:
     def residual(self, use: NDArray[np.bool_] | None = None) -> Array:
         """What the base and the effects already in leave (n, q), in units of the noise; fitted to the folds `use`."""
         f = fit(self.sums, self.everything if use is None else use)
-        target = self.problem.target
-        based = (self.problem.base @ f.beta).reshape(target.shape)
-        left = target - based - np.einsum("nqk,k->nq", self.inside, f.c)
+        ends = np.cumsum([one.shape[2] for one in self.inside])[:-1]
+        left = self.problem.target - (self.problem.base @ f.beta).reshape(self.problem.target.shape)
+        for columns, c in zip(self.inside, np.split(f.c, ends), strict=False):
+            left -= columns @ c
         return np.asarray(left * self.problem.usable[:, None])
 
     def beside(self, columns: Array) -> Ground:
         """The ground with further columns (n, q, k) in."""
-        inside = np.concatenate([self.inside, columns], axis=2)
-        return replace(self, inside=inside, sums=self.joined(columns))
+        return replace(self, inside=(*self.inside, columns), sums=self.joined(columns))
 
     def with_all(self, several: Iterable[Array]) -> Ground:
         """The ground with the columns (n, q, k) of several effects in, in their order."""
-        return Ground.of(self.problem, np.concatenate([self.inside, *several], axis=2))
+        return reduce(Ground.beside, several, self)
 
     def joined(self, columns: Array) -> Sums:
         """Sums of the effects already in and further columns (n, q, k), which are not kept."""
@@ -68,7 +72,7 @@ class Ground:
         held out have `least_held` of the power of every column that is in.
         """
         policy, n = self.problem.policy, len(self.problem.recording)
-        power = (self.inside**2).sum(axis=1)
+        power = np.concatenate([np.zeros((n, 0)), *((one**2).sum(axis=1) for one in self.inside)], axis=1)
         power = power[:, power.any(axis=0)]
         length = self.cut.length * policy.segment_blocks
         while True:

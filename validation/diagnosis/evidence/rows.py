@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -54,6 +55,11 @@ class Rows:
         """Sums (n, ...) of values (N, ...) over rows, over the root of their number of usable samples."""
         root = np.sqrt(np.maximum(self.count, 1.0))
         return np.asarray(np.add.reduceat(values, self.starts, axis=0) / root.reshape(-1, *[1] * (values.ndim - 1)))
+
+    def all_taken(self, several: Sequence[Array]) -> Array:
+        """The same (n, q, .) of several groups of columns (N, q, k), one behind the other."""
+        none = np.zeros((len(self.starts), self.target.shape[1], 0))
+        return np.concatenate([none, *map(self.taken, several)], axis=2)
 
     @cached_property
     def count(self) -> Array:

@@ -38,11 +38,11 @@ class Beside:
     poorer: Hypothesis
 
     @classmethod
-    def of(cls, problem: LinearProblem, inside: Array) -> Beside:
-        """The rows of a problem, with effects' columns (N, q, k) in."""
+    def of(cls, problem: LinearProblem, inside: Sequence[Array]) -> Beside:
+        """The rows of a problem, with the columns (N, q, k) of effects in."""
         state, sight = problem.state, problem.sight
         rows = Rows.of(state.time_s, problem.usable, problem.base, problem.target, problem.policy, sight)
-        return cls.in_rows(rows, rows.taken(inside))
+        return cls.in_rows(rows, rows.all_taken(inside))
 
     @classmethod
     def in_rows(cls, rows: Rows, inside: Array) -> Beside:
@@ -120,7 +120,7 @@ def gains_along_the_field(before: Ground, after: Ground, tried: int = 1) -> bool
 
     Nats less what the k columns taken in gain by chance, ``k / 2``, and the price of a search among `tried` settings.
     """
-    policy, k = before.problem.policy, after.inside.shape[2] - before.inside.shape[2]
+    policy, k = before.problem.policy, after.sums.width - before.sums.width
     by_chance = k / 2 + search_price(tried, k, policy)
     return bool(gained_along_the_field(before, after) - by_chance > policy.apart)
 

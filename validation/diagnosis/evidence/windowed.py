@@ -57,7 +57,7 @@ def comes_again(ground: Ground, with_it: Ground, one: Candidate) -> bool:
 
 def _timeline(problem: LinearProblem, ground: Ground) -> Timeline:
     rows = Rows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy)
-    return Timeline.of(rows, rows.taken(ground.inside))
+    return Timeline.of(rows, rows.all_taken(ground.inside))
 
 
 def _is_worth(span: Span, policy: Policy) -> bool:

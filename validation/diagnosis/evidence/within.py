@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from sim.state import Array
@@ -9,15 +11,15 @@ from validation.diagnosis.evidence.rows import Rows
 from validation.diagnosis.problem.linear import LinearProblem
 
 
-def gain_within(problem: LinearProblem, rows: Rows, inside: Array, columns: Array) -> float:
-    """Nats that columns (N, q, k) gain in samples less their rows' means, on held-out folds, beside `inside` (N, q, i).
+def gain_within(problem: LinearProblem, rows: Rows, inside: Sequence[Array], columns: Array) -> float:
+    """Nats that columns (N, q, k) gain in samples less their rows' means, on held-out folds, beside those `inside`.
 
     0 where the rows keep most of their power. What is slow is the same in all samples of a row and falls out, so that
     white noise of variance one is left; means and what is about them are independent, and their nats add up.
     """
     if len(rows.starts) == len(problem.target) or _kept(rows, columns) > problem.policy.kept_by_rows:
         return 0.0
-    several = (_each_base(problem, rows), inside, columns, problem.target[:, :, None])
+    several = (_each_base(problem, rows), _joined(inside, columns), columns, problem.target[:, :, None])
     parts = [_about_means(rows, problem.usable, part) for part in several]
     y, E = (_without(parts[0], parts[1], part, common=rows.common) for part in (parts[3], parts[2]))
     fold = np.repeat(rows.fold, np.diff(np.append(rows.starts, len(problem.target))))
@@ -34,6 +36,11 @@ def _kept(rows: Rows, columns: Array) -> float:
     """Share of the power of columns that is in the means of rows."""
     total = float((columns**2).sum())
     return float((rows.taken(columns) ** 2).sum()) / total if total > 0 else 1.0
+
+
+def _joined(inside: Sequence[Array], columns: Array) -> Array:
+    """Groups of columns (N, q, .) one behind the other, none where there are none."""
+    return np.concatenate([columns[:, :, :0], *inside], axis=2)
 
 
 def _each_base(problem: LinearProblem, rows: Rows) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,9 +99,8 @@ class Sums:
 
 def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) -> Sums:
     """The sums of base (n, p), or (n, q, p) with common coefficients, columns (n, q, k) and target (n, q)."""
-    n, q = target.shape
     B, y = _beside(base, target[:, :, None])
-    f, p, r = cut.folds, B.shape[2], y.shape[2]
+    q, f, p, r = target.shape[1], cut.folds, B.shape[2], y.shape[2]
     bare = Sums(
         BB=cut.products(B, B),
         BE=np.zeros((f, p, r, 0)),
@@ -114,12 +113,14 @@ def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) ->
         y1=cut.blocks(target).sum(axis=1),
         count=cut.blocks(usable).sum(axis=1),
     )
-    return joined(bare, cut, base, np.zeros((n, q, 0)), columns, target)
+    return joined(bare, cut, base, (), columns, target)
 
 
-def joined(s: Sums, cut: Cut, base: Array, inside: Array, columns: Array, target: Array) -> Sums:
-    """The sums with further columns (n, q, k) behind those (n, q, j) that they are of."""
-    across, own = cut.products(inside, columns), cut.products(columns, columns)
+def joined(s: Sums, cut: Cut, base: Array, inside: Sequence[Array], columns: Array, target: Array) -> Sums:
+    """The sums with further columns (n, q, k) behind those groups (n, q, .) that they are of."""
+    none = np.zeros((cut.folds, 0, columns.shape[2]))
+    across = np.concatenate([none, *(cut.products(one, columns) for one in inside)], axis=1)
+    own = cut.products(columns, columns)
     taken = cut.products(*_beside(base, columns)).reshape(*s.BE.shape[:3], columns.shape[2])
     upper, lower = np.concatenate([s.EE, across], axis=2), np.concatenate([across.transpose(0, 2, 1), own], axis=2)
     return replace(

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
@@ -149,9 +150,19 @@ class LinearProblem:
             columns = self.turn @ contribution_nT if early else contribution_nT.copy()
             columns *= (self.usable[:, None] / self.sigma_nT)[:, :, None]
             return columns
-        inward = self.sight if early else self.sight @ np.linalg.inv(self.turn)
-        seen = np.einsum("nqi,nik->nqk", inward, contribution_nT)
-        return np.asarray(seen * (self.usable[:, None] / self.sigma_nT)[:, :, None])
+        along = self._along_early if early else self._along_late
+        return np.asarray(parts_along(along, np.ascontiguousarray(contribution_nT)))
+
+    @cached_property
+    def _along_early(self) -> Array:
+        """The directions that the outputs are seen along over their noise (n, q, 3), 0 where nothing was measured."""
+        assert self.sight is not None
+        return np.asarray(self.sight * (self.usable[:, None] / self.sigma_nT)[:, :, None])
+
+    @cached_property
+    def _along_late(self) -> Array:
+        """The same for what enters at the sensor."""
+        return np.ascontiguousarray(self._along_early @ np.linalg.inv(self.turn))
 
     def without(self, samples: NDArray[np.bool_]) -> LinearProblem:
         """The same problem with some samples (n,) left out."""
@@ -172,3 +183,17 @@ def sample_noise(residual: Array, gaps: NDArray[np.intp] | None = None) -> Array
     gaps : samples after which a gap follows.
     """
     return np.maximum(white_noise_std(residual, gaps, orders=SECOND, pooled=clipped_mean), LEAST_NOISE)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def parts_along(along: Array, vectors: Array) -> Array:
+    """``sum_i along[n, q, i] vectors[n, i, k]`` (n, q, k)."""
+    n, q, _ = along.shape
+    k = vectors.shape[2]
+    out = np.empty((n, q, k))
+    for i in range(n):
+        for a in range(q):
+            x, y, z = along[i, a]
+            for j in range(k):
+                out[i, a, j] = x * vectors[i, 0, j] + y * vectors[i, 1, j] + z * vectors[i, 2, j]
+    return out

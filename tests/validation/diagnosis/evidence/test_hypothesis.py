@@ -143,7 +143,7 @@ def test_what_surrogates_gain_as_well_is_no_effect(monkeypatch: pytest.MonkeyPat
 def test_a_course_that_only_rises_does_not_jump_when_it_is_moved() -> None:
     """Rolled in time a ramp jumps, as no slow noise does: chance would seem smaller than it is."""
     posed = problem(recording(2000))
-    rows = Beside.of(posed, np.zeros((*posed.target.shape, 0))).rows
+    rows = Beside.of(posed, ()).rows
     rising = replace(posed, state=replace(posed.state, channels={TEMPERATURE: np.linspace(10.0, 12.0, 2000)}))
     candidate = Candidate(WARM)
     as_it_is = np.abs(np.diff(candidate.columns(rising), axis=0)).max()
@@ -193,7 +193,7 @@ def test_what_is_moved_in_time_is_seen_along_the_motion_as_it_was(seen: str) -> 
     """To and fro, begun at odd parts of the run: the cause moves, the direction does not."""
     posed = problem(recording(2000) if seen == "vector" else without_attitude(recording(2000)))
     candidate = Candidate(DRIVEN)
-    rows = Beside.of(posed, np.zeros((*posed.target.shape, 0))).rows
+    rows = Beside.of(posed, ()).rows
     moved = moved_in_time(candidate, posed, rows)
     assert len(moved) == STANDARD.surrogates
     late = {name: np.r_[x[::-1], x][625:2625] for name, x in posed.state.channels.items()}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from sim.effects import EFFECTS
@@ -38,19 +37,18 @@ def _rows(posed: LinearProblem) -> Rows:
 
 def test_means_and_what_is_about_them_have_the_nats_of_all_samples() -> None:
     posed, tone = _waving(), _tone()
-    nothing = np.zeros((*posed.target.shape, 0))
     evidence = judged_at(Ground.of(posed), [tone])
     assert evidence is not None
-    found = gain_within(posed, _rows(posed), nothing, tone.columns(posed))
+    found = gain_within(posed, _rows(posed), (), tone.columns(posed))
     assert found == pytest.approx(evidence.gain, rel=0.2)  # of means 0.4 s long a hundredth of it is left
-    taken = gain_within(posed, _rows(posed), tone.columns(posed), tone.columns(posed))
+    taken = gain_within(posed, _rows(posed), [tone.columns(posed)], tone.columns(posed))
     assert taken < 1.0
 
 
 def test_nothing_is_counted_twice_where_the_means_show_it() -> None:
     driven = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
     for posed, one in ((_waving(), Candidate(driven)), (_waving(STANDARD), _tone())):
-        assert gain_within(posed, _rows(posed), np.zeros((*posed.target.shape, 0)), one.columns(posed)) == 0.0
+        assert gain_within(posed, _rows(posed), (), one.columns(posed)) == 0.0
 
 
 def test_a_tone_faster_than_the_rows_is_named_beside_a_wander() -> None:

@@ -15,7 +15,7 @@ def test_fit_and_squares_equal_dense_least_squares() -> None:
     base, columns, target = rng.normal(size=(n, 4)), rng.normal(size=(n, q, k)), rng.normal(size=(n, q))
     cut = Cut(10, 118, STANDARD.segment_blocks, STANDARD.splits)
     s = sums(cut, base, columns[:, :, :1], target, np.ones(n))
-    s = joined(s, cut, base, columns[:, :, :1], columns[:, :, 1:], target)
+    s = joined(s, cut, base, [columns[:, :, :1]], columns[:, :, 1:], target)
     train = ~list(held_out(STANDARD))[1]
     f = fit(s, train)
     used = np.arange(n) < 1180
