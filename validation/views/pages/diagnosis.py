@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.toml import to_toml
+from validation.diagnosis.evidence.starts import unknown_past
 from validation.diagnosis.repair.changes import model_diff
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
@@ -127,7 +128,8 @@ def _share(found: Diagnosis) -> tuple[str, str]:
 
 def _all_left_out(found: Diagnosis) -> bool:
     """Whether all that is named shows in the values themselves, and made some of them no measurements."""
-    return not found.problem.usable.all() and all(one.how is How.DIRECT for one in found.named)
+    wrong = (found.problem.usable == 0) & ~unknown_past(found.problem)
+    return bool(wrong.any()) and all(one.how is How.DIRECT for one in found.named)
 
 
 def _sure(found: Diagnosis) -> tuple[str, str]:
