@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from calib import Calibration, Reference
+from calib.numerics.threads import one_thread
 from sim.reuse import Flights
 from sim.run import run_in_memory
 from sim.simulate import plan
@@ -69,7 +68,7 @@ def run_trial(design: Design, point: int, run: int) -> Trial:
 
     Raises InputError where the vehicle cannot do the motion, or a draw leaves its range.
     """
-    with _threads().limit(limits=1):  # sums over several threads are rounded in another order
+    with one_thread():
         ready = plan(design.points[point].scenario, run, design.seed)
         recording, _ = run_in_memory(ready, FLIGHTS.motions(ready))
         east, north, up = ready.field_enu_nT.tolist()
@@ -88,12 +87,6 @@ def lost(design: Design, point: int, run: int, reason: str) -> Trial:
     """The trial of a worker that did not live to tell: every candidate failed, for this reason."""
     rows = (Row(name, "not_converged", reason, {}, 0.0, 0.0) for name in design.calibrators)
     return Trial(point, run, tuple(rows))
-
-
-@lru_cache(maxsize=1)
-def _threads() -> ThreadpoolController:
-    """The linear algebra libraries of this process; finding them takes longer than a small trial."""
-    return ThreadpoolController()
 
 
 def _row(one: Judged) -> Row:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.numerics.threads import one_thread
 from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.scenario import Model
@@ -47,6 +48,7 @@ class Examined:
     belief: Belief
 
 
+@one_thread()
 def diagnose(
     recording: Recording,
     model: Model,

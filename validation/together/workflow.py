@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from calib.numerics.threads import one_thread
 from scenarios.errors import InputError
 from sim.scenario import Model
 from validation.diagnosis.evidence.localise import Share
@@ -21,6 +22,7 @@ from validation.together.wording import advice_together, sentence_together
 Progress = Callable[[str], object]
 
 
+@one_thread()
 def diagnose_together(
     names: Sequence[str],
     problems: Sequence[LinearProblem],
