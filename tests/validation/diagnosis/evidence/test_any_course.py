@@ -28,7 +28,7 @@ def _does_better(name: str, slow: Array, hidden: dict[str, Any] | None = None) -
     posed = problem(replace(given, mag_nT=given.mag_nT + slow * SIZES_NT))
     evidence = judge(Ground.of(posed), proposed(posed)[name])
     assert evidence is not None
-    beside = Beside.of(posed, np.zeros((len(slow), 3, 0)))
+    beside = Beside.of(posed, ())
     standing = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
     assert standing.gain > 0
     return a_course_of_time_does_better(standing, beside, posed)
