@@ -54,7 +54,7 @@ def _ahead(selection: Selection, named: Accepted) -> LinearProblem | None:
     """The problem with the attitude moved, if a lead for all axes explains nearly what a name does; else None."""
     start, policy = selection.start, selection.start.problem.policy
     first_s = _first_lead_s(start)
-    if first_s <= 0:
+    if first_s <= policy.least_lead * start.problem.state.interval_s:
         return None
     q_at = attitude_course(start.problem)
     moved = _moved(start.problem, q_at, _best_lead_s(start.problem, q_at, first_s))

@@ -61,6 +61,13 @@ def test_uneven_eddy_currents_stay_what_they_are() -> None:
     assert told.named[0].name == "eddy_current"
 
 
+def test_far_less_than_an_interval_is_no_matter_of_time_stamps() -> None:
+    field_nT = field_at(TIME_S)
+    told = found(field_nT + 0.006 * np.gradient(field_nT, TIME_S, axis=0))
+    assert told.problem.instead == ()
+    assert told.named[0].name == "eddy_current"
+
+
 def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
     """Without one the field's rate is the measurement's own."""
     noise = NOISE_NT * np.random.default_rng(1).normal(size=(len(TIME_S), 3))
