@@ -51,7 +51,7 @@ GUARDS = {
     "chain.py": {"SCALE_NT"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
     "refine.py": {"ROUNDS", "CHAINS", "IMPOSSIBLE"},
-    "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "ROWS"},
+    "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "FLOOR", "ROWS"},
     "rest.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW", "SAME_STEP", "SETTLED"},
 }
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""

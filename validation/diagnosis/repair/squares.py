@@ -14,6 +14,8 @@ SAME, SMALLEST_STEP = 1e-6, 1e-5
 """Relative difference of sums of squares that is of no account, and step of the numbers that ends the search."""
 DIFFERENCE = 1e-6
 """Step of a number, over its scale, by which a slope is taken; it is off by more than a slope's seventh digit."""
+FLOOR = 1e-12
+"""What is added to the matrix that is searched with, over its diagonal, or the largest of it where that is zero."""
 ROWS = 100_000
 """Rows of a Jacobian that are multiplied at a time."""
 
@@ -44,18 +46,28 @@ class Squares:
         return self._slopes(x)[2]
 
     def least(self, start: Array, rounds: int) -> Array:
-        """Numbers (k,) near a start that make it least, after so many rounds at most."""
+        """Numbers (k,) near a start that make it least, after so many rounds at most.
+
+        A number without an effect, as one at its bound, stays: scipy's search fails on a matrix that is singular there.
+        """
+        if not self.gradient(start).any():
+            return start
         end = _End(start, self.half(start))
         found = minimize(
             self.half,
             start,
             jac=self.gradient,
-            hess=self.gram,
+            hess=self._regular,
             method="trust-exact",
             callback=end,
             options={"maxiter": rounds, "gtol": 0.0},
         )
         return np.asarray(found.x)
+
+    def _regular(self, x: Array) -> Array:
+        gram = self.gram(x)
+        size = np.diag(gram)
+        return np.asarray(gram + FLOOR * np.diag(np.where(size > 0, size, size.max())))
 
     def _left_at(self, x: Array) -> Array:
         if self._left is None or not np.array_equal(x, self._left[0]):

@@ -35,6 +35,25 @@ def test_of_noisy_data_it_is_the_dense_solution() -> None:
     assert squares.gradient(best) == pytest.approx(np.zeros(3), abs=0.01 * np.sqrt(gram.max()))
 
 
+def test_a_number_without_an_effect_stays_and_the_others_are_found() -> None:
+    t = np.linspace(0, 1, 50)
+
+    def residual(x: Array) -> Array:
+        return np.asarray(t * (x[0] - 1) + 0 * x[1])
+
+    assert Squares(residual).least(np.zeros(2), 60) == pytest.approx([1.0, 0.0])
+    assert Squares(lambda x: t + 0 * x).least(np.zeros(50), 60) == pytest.approx(np.zeros(50))
+
+
+def test_a_number_of_little_effect_is_found_beside_one_of_much() -> None:
+    t = np.linspace(0, 1, 50)
+
+    def residual(x: Array) -> Array:
+        return np.asarray(1e7 * (x[0] * t - t) + x[1] - 1)
+
+    assert Squares(residual).least(np.zeros(2), 60) == pytest.approx([1.0, 1.0], abs=0.01)
+
+
 def test_no_more_rounds_than_allowed() -> None:
     runs: list[Array] = []
 
