@@ -15,17 +15,16 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a trial a core; bef
     os.environ.setdefault(_name, "1")
 
 import argparse  # noqa: E402
-import json  # noqa: E402
-from collections.abc import Sequence  # noqa: E402
 from functools import partial  # noqa: E402
+from operator import attrgetter  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 from benchmarks.diagnosis.report import write_report  # noqa: E402
-from benchmarks.diagnosis.trials import Trial, run, trials  # noqa: E402
+from benchmarks.diagnosis.resumed import resumed  # noqa: E402
+from benchmarks.diagnosis.trials import run, trials  # noqa: E402
 from scenarios.errors import InputError  # noqa: E402
-from sim.pool import map_unordered  # noqa: E402
-from validation.diagnosis.policy import STANDARD, Policy, changed  # noqa: E402
+from validation.diagnosis.policy import STANDARD, changed  # noqa: E402
 
 SCORED, TUNED = 2000, 0
 """First seed of the scoring set, which is run once a release, and of the tuning set."""
@@ -40,13 +39,12 @@ def main() -> None:
     except InputError as wrong:
         raise SystemExit(str(wrong)) from wrong
     out = given.out.joinpath(*sorted(given.set))  # rows of two policies never mix
-    out.mkdir(parents=True, exist_ok=True)
     first = (TUNED if given.tuning else SCORED) + given.spent
     kinds = given.only.split(",") if given.only else None
     wanted = [trial for trial in trials(first, given.seeds) if kinds is None or trial.kind in kinds]
-    done = _run_missing(wanted, out / "trials.jsonl", policy, given.jobs)
+    rows = resumed(wanted, out, partial(run, policy=policy), attrgetter("key"), given.jobs)
     seeds = f"seeds {first} to {first + given.seeds - 1} ({'tuning' if given.tuning else 'scoring'})"
-    write_report([done[trial.key] for trial in wanted], out, ", ".join([seeds, *given.set]))
+    write_report(rows, out, ", ".join([seeds, *given.set]))
     print((out / "report.md").read_text().split("```json")[0])
 
 
@@ -66,20 +64,6 @@ def _arguments() -> argparse.ArgumentParser:
     )
     parser.add_argument("-o", "--out", type=Path, default=Path("out/diagnosis-bench"))
     return parser
-
-
-def _run_missing(wanted: Sequence[Trial], log: Path, policy: Policy, jobs: int) -> dict[str, Row]:
-    """The rows of all trials by key; those that the log does not hold are run and put there."""
-    done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
-    still = [trial for trial in wanted if trial.key not in done]
-    with log.open("a") as file:
-        for count, (trial, row) in enumerate(map_unordered(partial(run, policy=policy), still, jobs), 1):
-            done[trial.key] = row
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-            if count % 20 == 0:
-                print(f"{count} of {len(still)}", flush=True)
-    return done
 
 
 if __name__ == "__main__":

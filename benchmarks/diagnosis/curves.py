@@ -15,12 +15,14 @@ import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
 
+from benchmarks.diagnosis.resumed import resumed
 from benchmarks.diagnosis.three import FLIGHTS, flown_as
 from benchmarks.diagnosis.truth import BASE, beyond_base
 from sim import effects as effect_table
@@ -172,16 +174,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("-o", "--out", type=Path, default=Path("out/curves"))
     given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
-    log = given.out / "trials.jsonl"
-    done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
     wanted = list(payloads(given.first, given.seeds))
-    with log.open("a") as file:
-        for payload in (one for one in wanted if one.key not in done):
-            done[payload.key] = run_payload(payload)
-            file.write(json.dumps(done[payload.key]) + "\n")
-            file.flush()
-    print(json.dumps(figures([done[one.key] for one in wanted]), indent=1))
+    print(json.dumps(figures(resumed(wanted, given.out, run_payload, attrgetter("key"))), indent=1))
 
 
 if __name__ == "__main__":

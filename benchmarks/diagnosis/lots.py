@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.diagnosis.outside import OUTSIDE
+from benchmarks.diagnosis.resumed import resumed
 from benchmarks.diagnosis.three import (
     COLOURS,
     FLIGHTS,
@@ -153,18 +154,9 @@ def main() -> None:
     parser.add_argument("--pools", type=int, default=25)
     parser.add_argument("-o", "--out", type=Path, default=Path("out/lots"))
     given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
-    log = given.out / "trials.jsonl"
-    done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
     wanted = [(pool, lot) for pool in map(Pool, range(given.first, given.first + given.pools)) for lot in pool.lots]
-    with log.open("a") as file:
-        for pool, lot in wanted:
-            key = f"{pool.seed}/{lot}"
-            if key not in done:
-                done[key] = run_lot(pool, lot)
-                file.write(json.dumps(done[key]) + "\n")
-                file.flush()
-    print(json.dumps(figures([done[f"{pool.seed}/{lot}"] for pool, lot in wanted]), indent=1))
+    rows = resumed(wanted, given.out, lambda one: run_lot(*one), lambda one: f"{one[0].seed}/{one[1]}")
+    print(json.dumps(figures(rows), indent=1))
 
 
 if __name__ == "__main__":

@@ -17,21 +17,21 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a trial a core; bef
     os.environ.setdefault(_name, "1")
 
 import argparse  # noqa: E402
-import json  # noqa: E402
 from collections.abc import Callable, Iterator, Sequence  # noqa: E402
 from dataclasses import dataclass, replace  # noqa: E402
+from operator import attrgetter  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
 
 from benchmarks.diagnosis.motion import QUIET  # noqa: E402
+from benchmarks.diagnosis.resumed import resumed  # noqa: E402
 from benchmarks.diagnosis.truth import BASE, times  # noqa: E402
 from sim import effects as effect_table  # noqa: E402
 from sim.chain import Chain  # noqa: E402
 from sim.dataset import Recording  # noqa: E402
 from sim.effects import Effects  # noqa: E402
-from sim.pool import map_unordered  # noqa: E402
 from sim.scenario import Scenario, load  # noqa: E402
 from sim.simulate import plan  # noqa: E402
 from validation.diagnosis.onward.advice import advised  # noqa: E402
@@ -258,17 +258,9 @@ def main() -> None:
     parser.add_argument("--tuning", action="store_true", help="the tuning seeds instead of the scoring ones")
     parser.add_argument("-o", "--out", type=Path, default=Path("out/onward-bench"))
     given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
-    log = given.out / "trials.jsonl"
-    done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
     first = TUNED if given.tuning else SCORED
     wanted = list(drawn(first, given.drawn) if given.drawn else trials(first, given.seeds))
-    with log.open("a") as file:
-        for trial, row in map_unordered(run, [one for one in wanted if one.key not in done], given.jobs):
-            done[trial.key] = row
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-    print(report([done[trial.key] for trial in wanted]))
+    print(report(resumed(wanted, given.out, run, attrgetter("key"), given.jobs)))
 
 
 if __name__ == "__main__":

@@ -18,19 +18,20 @@ import time  # noqa: E402
 from collections.abc import Iterator, Sequence  # noqa: E402
 from dataclasses import asdict, dataclass, replace  # noqa: E402
 from functools import partial  # noqa: E402
+from operator import attrgetter  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
 
 from benchmarks.diagnosis.motion import flown, jittered, motions, turned  # noqa: E402
+from benchmarks.diagnosis.resumed import resumed  # noqa: E402
 from benchmarks.diagnosis.truth import BASE, DIRECT, FLICKER, HIDDEN, NOISE_NT, POWER, felt_by  # noqa: E402
 from sim import effects as effect_table  # noqa: E402
 from sim.chain import Chain, apply_deterministic  # noqa: E402
 from sim.dataset import Recording  # noqa: E402
 from sim.effects.base import Effect  # noqa: E402
 from sim.effects.iron import HardIron, SoftIron  # noqa: E402
-from sim.pool import map_unordered  # noqa: E402
 from sim.scenario import ModelSpec  # noqa: E402
 from sim.state import Array, State  # noqa: E402
 from validation.diagnosis.policy import STANDARD, Policy, changed  # noqa: E402
@@ -228,23 +229,11 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, default=Path("out/partly-bench"))
     given = parser.parse_args()
     out = given.out.joinpath(*sorted(given.set))
-    out.mkdir(parents=True, exist_ok=True)
     first = TUNED if given.tuning else SCORED
     wanted = [one for one in trials(first, given.seeds) if one.kind in given.only.split(",")]
-    rows = _run_missing(wanted, out / "trials.jsonl", changed(STANDARD, given.set), given.jobs)
+    run_it = partial(run, policy=changed(STANDARD, given.set))
+    rows = resumed(wanted, out, run_it, attrgetter("key"), given.jobs)
     print(json.dumps(figures(rows), indent=1))
-
-
-def _run_missing(wanted: Sequence[Trial], log: Path, policy: Policy, jobs: int) -> list[Row]:
-    done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
-    with log.open("a") as file:
-        for trial, row in map_unordered(
-            partial(run, policy=policy), [one for one in wanted if one.key not in done], jobs
-        ):
-            done[trial.key] = row
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-    return [done[trial.key] for trial in wanted]
 
 
 if __name__ == "__main__":

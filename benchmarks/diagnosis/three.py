@@ -15,6 +15,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ import numpy as np
 
 from benchmarks.diagnosis.motion import QUIET, SCENARIOS, along, jittered, turned
 from benchmarks.diagnosis.outside import OUTSIDE, disturbed
+from benchmarks.diagnosis.resumed import resumed
 from benchmarks.diagnosis.truth import BASE, EQUIVALENT, FLICKER, HIDDEN, Tables, felt_by, hidden, times
 from sim import effects as effect_table
 from sim.chain import Chain
@@ -243,17 +245,9 @@ def main() -> None:
     parser.add_argument("--short", type=int, help="so many trials of short recordings instead")
     parser.add_argument("-o", "--out", type=Path, default=Path("out/three"))
     given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
-    log = given.out / "trials.jsonl"
-    done = {row["key"]: row for row in map(json.loads, log.read_text().splitlines())} if log.exists() else {}
     every = shorts(given.short) if given.short else threes(0, given.seeds)
     wanted = [one for one in every if not given.only or one.kind in given.only.split(",")]
-    with log.open("a") as file:
-        for trial in (one for one in wanted if one.key not in done):
-            done[trial.key] = run_three(trial)
-            file.write(json.dumps(done[trial.key]) + "\n")
-            file.flush()
-    print(json.dumps(figures_of_three([done[one.key] for one in wanted]), indent=1))
+    print(json.dumps(figures_of_three(resumed(wanted, given.out, run_three, attrgetter("key"))), indent=1))
 
 
 if __name__ == "__main__":
