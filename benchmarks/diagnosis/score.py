@@ -10,12 +10,14 @@ import numpy as np
 
 from benchmarks.diagnosis.outside import OUTSIDE
 from benchmarks.diagnosis.truth import EQUIVALENT, EXACT
+from benchmarks.diagnosis.wide.noises import SLOW
 from sim.effects import EFFECTS
 from validation.diagnosis.result import How
 from validation.diagnosis.verdict import Verdict
 
 Row = dict[str, Any]
-NOISES = {effect.name for effect in EFFECTS if effect.clues.spectrum is not None or effect.name == "white_noise"}
+SLOW_NOISES = {effect.name for effect in EFFECTS if effect.clues.spectrum is not None}
+NOISES = SLOW_NOISES | {"white_noise"}
 CONFIDENT = (Verdict.NAMED, Verdict.COMPOSITE)
 IN_TIME = {"offset_jump", "hard_iron_drift", "diurnal_drift"} | NOISES
 """Effects whose cause is time alone."""
@@ -57,7 +59,7 @@ def failures(rows: Sequence[Row]) -> list[str]:
         "direct": lambda r: not _hit(r),
         "left-out": _misnamed,
         "outside": lambda r: r["verdict"] != Verdict.UNKNOWN or not _driver(r),
-        "two": lambda r: len(_found(r)) < 2 or len(r["names"]) > 2,
+        "two": lambda r: len(_found(r)) < 2 or len(_claims(r)) > 2,
         "shifted": lambda r: bool(_driven(r)),
         "random": lambda r: bool(_driven(r)),
     }
@@ -86,7 +88,7 @@ def _single(rows: Sequence[Row]) -> Row:
         "class_size": float(np.mean(sizes)) if sizes else None,
         "one_name": _share(rows, _alone),
         "partial": _share(rows, lambda r: r["verdict"] == Verdict.PARTIAL),
-        "extra_names": float(np.mean([max(0, len(r["names"]) - 1) for r in rows])),
+        "extra_names": float(np.mean([max(0, len(_claims(r)) - 1) for r in rows])),
         "confidently_wrong": _share(rows, lambda r: r["verdict"] in CONFIDENT and not _hit(r)),
         "verdicts": dict(Counter(r["verdict"] for r in rows)),
         **({"white_rest": _white_rest(rows)} if any("colour" in r for r in rows) else {}),
@@ -143,7 +145,7 @@ def _outside(rows: Sequence[Row]) -> Row:
 
 def _two(rows: Sequence[Row]) -> Row:
     found = [len(_found(r)) for r in rows]
-    extra = [max(0, len(r["names"]) - n) for r, n in zip(rows, found, strict=True)]
+    extra = [max(0, len(_claims(r)) - n) for r, n in zip(rows, found, strict=True)]
     return {
         "runs": len(rows), "both": float(np.mean([n == 2 for n in found])), "extra_names": float(np.mean(extra)),
         "verdicts": dict(Counter(r["verdict"] for r in rows)),
@@ -207,7 +209,13 @@ def _hit(r: Row) -> bool:
 
 def _alone(r: Row) -> bool:
     """Whether the truth, with its look-alikes, is all that the answer names."""
-    return _hit(r) and len(r["names"]) == 1
+    return _hit(r) and len(_claims(r)) == 1
+
+
+def _claims(r: Row) -> list[str]:
+    """First names of an answer, without slow noise of the sensor where the rest has some: it is there too."""
+    noisy = r.get("colour") in SLOW
+    return [name for name, *_ in r["names"] if not (noisy and name in SLOW_NOISES and name not in r["hidden"])]
 
 
 def _of_data(r: Row) -> set[str]:

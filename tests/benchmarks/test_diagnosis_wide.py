@@ -130,6 +130,14 @@ def test_a_second_name_is_one_too_many() -> None:
     assert (found["in_class"], found["one_name"], found["extra_names"]) == (1, 0, 1)
 
 
+def test_the_slow_noise_of_the_rest_is_no_name_too_many() -> None:
+    """It was put there; beside a white rest, or one of attitude alone, it is one too many."""
+    two = [("hysteresis", [], "held-out"), ("offset_random_walk", [], "spectrum")]
+    rows = [_row("hysteresis", "composite", two) | {"colour": colour} for colour in ("walk", None, "attitude, walk")]
+    found = [figures([row])["wide single, 0.3 sigma"] for row in rows]
+    assert [(one["one_name"], one["extra_names"]) for one in found] == [(1, 0), (0, 1), (0, 1)]
+
+
 def test_fast_turns_are_no_spikes() -> None:
     """A quadrotor that sways, seen at a low rate, jumps from sample to sample, with the motion; wrong values stay."""
     turning, wrong = (hidden_in("quadrotor", (name,), (1.0,), 4) for name in ("offset_jump", "spikes"))
