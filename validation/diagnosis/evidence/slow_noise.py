@@ -13,6 +13,7 @@ from validation.diagnosis.evidence.spectrum import SlowSpectrum
 from validation.diagnosis.evidence.steps import Density, Steps, drawn_at_random
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.signals.size import rms
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,10 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
 
     Whittle likelihood of the periodogram averaged in bands: ``S(f) = w + d^2 / f`` or ``w + q^2 / (2 pi^2 f^2)``,
     one-sided, in units of the noise squared over Hz. An error of the attitude has no part along the field, a noise of
-    the sensor has: where it is missing, None.
+    the sensor has: where it is missing, None. So it is where the residual is slow along the earth's axes rather.
     """
     policy, interval_s = problem.policy, problem.state.interval_s
-    if turns_the_field(problem, residual):
+    if turns_the_field(problem, residual) or slow_along_earth(problem, residual):
         return None
     base = problem.base
     if problem.level is not None:  # the dip has the slow errors of roll and pitch too
@@ -71,6 +72,25 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
         fits=spectrum.agrees(policy) and drawn_at_random(innovations, policy),
         identified=spectrum.lines_above_white(policy) >= policy.least_told_lines,
     )
+
+
+def slow_along_earth(problem: LinearProblem, residual: Array) -> bool:
+    """Whether slow noise is likelier in a residual (n, 3) seen along the earth's axes than along the body's.
+
+    A sensor turns with its own noise; a field that changes does not turn with it.
+    """
+    if problem.mode != "vector" or not problem.sees_across:
+        return False
+    body = (residual * problem.sigma_nT) @ np.linalg.inv(problem.turn).T / rms(problem.sigma_nT)
+    earth = np.einsum("nij,nj->ni", problem.state.R_wb, body)
+    return _score(problem, earth) > _score(problem, body) + problem.policy.apart
+
+
+def _score(problem: LinearProblem, residual: Array) -> float:
+    """Log-likelihood of the steps of a residual (n, q) under the slow noise that fits its spectrum best."""
+    policy, interval_s = problem.policy, problem.state.interval_s
+    spectrum = SlowSpectrum.of(residual, interval_s, policy)
+    return Steps.of(residual, interval_s, policy).fit(spectrum.level, spectrum.shape)[0]
 
 
 def turns_the_field(problem: LinearProblem, residual: Array) -> bool:

@@ -12,7 +12,7 @@ from sim.effects import BY_NAME, EFFECTS
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import NOISE_NT, problem, recording
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.evidence.slow_noise import along_field, slow_noise, turns_the_field, wander
+from validation.diagnosis.evidence.slow_noise import along_field, slow_along_earth, slow_noise, turns_the_field, wander
 from validation.diagnosis.evidence.spectrum import Bands
 from validation.diagnosis.evidence.stated import as_stated
 from validation.diagnosis.policy import STANDARD
@@ -91,6 +91,18 @@ def test_a_gap_that_goes_with_a_channel_is_no_wander() -> None:
     driven = replace(given, mag_nT=given.mag_nT + 0.02 * given.pos_enu_m[:, :1] ** 2 * np.array([1.0, -0.5, 0.5]))
     posed = problem(driven)
     assert wander(posed, _left(posed)) is None
+
+
+@pytest.mark.parametrize("of_the_field", [True, False])
+def test_slow_noise_turns_with_the_sensor_and_a_field_that_walks_does_not(of_the_field: bool) -> None:
+    """The same walk along the earth's axes and along the sensor's."""
+    given = recording()
+    walk_nT = np.cumsum(np.random.default_rng(6).normal(size=(len(given), 3)), axis=0) * 0.05
+    assert given.att_q is not None
+    turn = Rotation.from_quat(given.att_q, scalar_first=True).inv()
+    posed = problem(replace(given, mag_nT=given.mag_nT + (turn.apply(walk_nT) if of_the_field else walk_nT)))
+    assert slow_along_earth(posed, _left(posed)) is of_the_field
+    assert (slow_noise(posed, _left(posed)) is None) is of_the_field
 
 
 def test_bands_of_white_noise_have_its_level() -> None:
