@@ -13,6 +13,7 @@ from validation.diagnosis.evidence.compare import search_price
 from validation.diagnosis.evidence.hypothesis import Hypothesis, information_by_part, white
 from validation.diagnosis.evidence.standing import Beside, moved_in_time
 from validation.diagnosis.library.candidates import Candidate, missing_channels
+from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.together.coefficients import Estimate, left_out_gains, with_scatter
 
@@ -136,6 +137,21 @@ class Joint:
         return [one for one in self.asked if one is not None]
 
     @property
+    def columns(self) -> list[Array | None]:
+        """Its columns (n, q, k) in rows of each recording."""
+        return [None if one is None else one.columns for one in self.asked]
+
+    @property
+    def policy(self) -> Policy:
+        """What evidence goes by."""
+        return self.there[0].problem.policy
+
+    @property
+    def chance(self) -> float:
+        """Nats within which another is as good."""
+        return self.policy.apart * self.inflation
+
+    @property
     def gain(self) -> float:
         """Nats over all recordings before the inflation: of common coefficients, or where it is more of their own."""
         common = float(left_out_gains([one.estimate for one in self.there]).sum())
@@ -159,10 +175,34 @@ class Joint:
         one, wide = self.asked[i], self.estimates[i]
         return 0.0 if one is None or wide is None else one.nats_of(c) / wide.inflation(c)
 
+    def own(self, i: int) -> float:
+        """Nats on held-out folds of a recording's own coefficients, over the inflation of their error."""
+        one, wide = self.asked[i], self.estimates[i]
+        return 0.0 if one is None or wide is None else one.held / wide.inflation(wide.c)
+
     @cached_property
     def inflation(self) -> float:
         """The mean inflation of the recordings."""
         return float(np.mean([one.inflation for one in self.there])) if self.there else 1.0
+
+
+def beside_own(one: Asked, own: Sequence[Array]) -> Asked:
+    """The same beside columns (N, q, k) that its recording alone has, where these take it up and explain more.
+
+    A cause that one recording alone has is none that another of the lot could lend its name.
+    """
+    if not own:
+        return one
+    rows, policy = one.beside.rows, one.problem.policy
+    beside = Beside.in_rows(rows, one.beside.joined(rows.all_taken(own)))
+    with_own, rest = beside.poorer, beside.poorer.rest
+    if with_own.held - one.hypothesis.held <= policy.apart * one.inflation:
+        return one
+    alone = Hypothesis.given(rows, one.beside.joined(one.columns), rest).held
+    alone -= Hypothesis.given(rows, one.beside.inside, rest).held
+    kept = Hypothesis.given(rows, beside.joined(one.columns), rest).held - with_own.held
+    useless = kept < policy.look_alike_left * max(alone, 1e-9)
+    return Asked.of(one.candidate, one.problem, beside, one.columns) if useless else one
 
 
 def columns_in(candidate: Candidate, problem: LinearProblem) -> Array | None:

@@ -73,7 +73,7 @@ def agreement(several: Sequence[Estimate], form: float, known: int | None = None
     known : degrees of freedom that the errors are known with; then Q over its degrees is an F. The covariance of c is
     without F, and grows with what the recordings differ beyond their own errors.
     """
-    common = _common(several)
+    common = pooled(several)
     size, c = _scale(common.N), common.c
     rooted = [_rooted(one, size) for one in several]
     F = form**2 * float(c @ common.N @ c) / len(c) * inverse(common.N)
@@ -106,8 +106,8 @@ def with_scatter(several: Sequence[Sequence[Estimate]], least: Sequence[float]) 
     times as large, and `least` (n,) times in any direction: a rest that is slow in the earth's frame has a colour in
     the body's that follows the motion, and no spectrum shows it.
     """
-    whole = [_common(parts) for parts in several]
-    size = _scale(_common(whole).N)
+    whole = [pooled(parts) for parts in several]
+    size = _scale(pooled(whole).N)
     roots = [_root(one.N, size) for one in whole]
     u = [
         R @ inverse(one.N) @ (part.g - part.N @ one.c)
@@ -120,10 +120,15 @@ def with_scatter(several: Sequence[Sequence[Estimate]], least: Sequence[float]) 
     return [Estimate(one.N, one.g, R, spread) for one, R, spread in zip(whole, roots, spreads, strict=True)]
 
 
+def pooled(several: Sequence[Estimate]) -> Estimate:
+    """What all estimates together say of one coefficient."""
+    return Estimate(np.sum([one.N for one in several], axis=0), np.sum([one.g for one in several], axis=0))
+
+
 def foretold(several: Sequence[Estimate]) -> Array:
     """Coefficients (n, k) for each of n recordings that all the others together give."""
     rest = ([other for other in several if other is not one] for one in several)
-    return np.array([_common(others).c if others else np.zeros(len(several[0].g)) for others in rest])
+    return np.array([pooled(others).c if others else np.zeros(len(several[0].g)) for others in rest])
 
 
 def left_out_gains(several: Sequence[Estimate]) -> Array:
@@ -163,10 +168,6 @@ def _odds(Q: float, degrees: int, known: int | None) -> float:
     if degrees == 0:
         return 1.0
     return float(chi2.sf(Q, degrees) if known is None else f.sf(Q / degrees, degrees, known))
-
-
-def _common(several: Sequence[Estimate]) -> Estimate:
-    return Estimate(np.sum([one.N for one in several], axis=0), np.sum([one.g for one in several], axis=0))
 
 
 def _scale(N: Array) -> Array:

@@ -89,12 +89,6 @@ def _holds(joint: Joint, nats: float, agree: Agreement, needed: float) -> bool:
     return nats > needed and joint.candidate.possible(agree.c)
 
 
-def _own(joint: Joint, i: int) -> float:
-    """Nats on held-out folds of a recording's own coefficients, over the inflation of their error."""
-    one, wide = joint.asked[i], joint.estimates[i]
-    return 0.0 if one is None or wide is None else one.held / wide.inflation(wide.c)
-
-
 def _common(joint: Joint, which: Sequence[int], policy: Policy) -> tuple[float, Agreement]:
     """Nats that in each of some recordings the coefficients of the others explain, and whether they agree."""
     there = {i: one for i in which if (one := joint.estimates[i]) is not None}
@@ -105,7 +99,7 @@ def _common(joint: Joint, which: Sequence[int], policy: Policy) -> tuple[float, 
 
 def _there(joint: Joint, everyone: Sequence[int], policy: Policy) -> tuple[There, ...]:
     """What each recording says: by its own coefficients, or by those of the others that have the effect."""
-    strong = [i for i in everyone if _own(joint, i) > policy.apart] or list(everyone)
+    strong = [i for i in everyone if joint.own(i) > policy.apart] or list(everyone)
     return tuple(_one(joint, i, [j for j in strong if j != i], policy) for i in range(len(joint.asked)))
 
 
@@ -113,7 +107,7 @@ def _one(joint: Joint, i: int, others: Sequence[int], policy: Policy) -> There:
     one = joint.estimates[i]
     if one is None:
         return There.UNASKED
-    if _own(joint, i) > policy.apart and joint.candidate.possible(one.c):
+    if joint.own(i) > policy.apart and joint.candidate.possible(one.c):
         return There.PRESENT
     known = [other for j in others if (other := joint.estimates[j]) is not None]
     c = agreement(known, 0.0).c if known else 0.0 * one.c

@@ -8,24 +8,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sim.effects import EFFECTS
+from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted, are_kin, simplest
 from validation.diagnosis.decision.hearing import added_share
 from validation.diagnosis.decision.selection import tests_beside
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.evidence.hypothesis import Hypothesis, informations
+from validation.diagnosis.evidence.hypothesis import informations
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.standing import Beside, gains_along_the_field
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.workflow import Examined
-from validation.together.asked import Joint, columns_in, estimate
+from validation.together.alike import Settings, explain_as_much, is_useless_beside, look_alikes
+from validation.together.asked import Joint, beside_own, columns_in, estimate
 from validation.together.coefficients import Estimate, left_out_gains
 from validation.together.reach import Finding, There, finding
 
 Progress = Callable[[str], object]
-Settings = dict[str, list[Candidate]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +57,16 @@ class Member:
     def named(self) -> list[Accepted]:
         """What its own diagnosis finds and another recording can show."""
         return [one for one in self.seen.belief.found if one not in self.events]
+
+    @property
+    def names(self) -> set[str]:
+        """Of these, what they may be instead too."""
+        return {name for one in self.named for name in (one.name, *one.alternatives)}
+
+    def instead_of(self, name: str) -> list[Array]:
+        """Columns (N, q, k) of what its own diagnosis finds and does not take for an effect of this name."""
+        others = (one for one in self.named if name not in (one.name, *one.alternatives))
+        return [one.columns(self.problem) for one in others]
 
     def beside(self, candidate: Candidate) -> Member:
         """The same with a further effect in, where the recording holds its causes."""
@@ -121,13 +132,15 @@ def _best(members: Sequence[Member], settings: Settings, chosen: Sequence[Chosen
     tried = _tried(members, besides, settings, chosen)
     refused: list[Joint] = []
     for joint in sorted(tried, key=lambda one: -one.gain):
-        if any(_left_of(joint, better) < members[0].problem.policy.look_alike_left for better in refused):
+        if any(is_useless_beside(joint.columns, better) for better in refused):
             continue  # what a better one takes up does not stand in its place
         with_it = [one.beside(joint.candidate) for one in members]
         coloured = not _clean(with_it, [*(one.name for one in chosen), joint.name])
         found = _finding(joint, members, coloured=coloured)
         if _stands(found, members, with_it, coloured=coloured):
-            return _named(found, tried, members, coloured=coloured)
+            named = _named(joint, found, tried, settings, members, coloured=coloured)
+            if not _is_refused(named, members):
+                return named
         refused.append(joint)
     return None
 
@@ -139,10 +152,20 @@ def _stands(found: Finding, members: Sequence[Member], with_it: Sequence[Member]
     return not coloured or (_adds(found, members, with_it) and _along_the_field(found, members, with_it))
 
 
+def _is_refused(one: Chosen, members: Sequence[Member]) -> bool:
+    """Whether half of the recordings that could tell it by themselves do not, by one of a diagnosis' own doubts."""
+    joint, names = one.finding.joint, {one.name, *one.alternatives}
+    able = [member for i, member in enumerate(members) if joint.own(i) > joint.policy.coloured_nats]
+    against = [member for member in able if not names & member.names]
+    return bool(able) and 2 * len(against) >= len(able)
+
+
 def _finding(joint: Joint, members: Sequence[Member], *, coloured: bool) -> Finding:
     policy = members[0].problem.policy
     needed = policy.coloured_nats if coloured else policy.accepted_together(len(EFFECTS))
-    return finding(joint, needed, policy)
+    pairs = zip(joint.asked, members, strict=True)
+    asked = tuple(one and beside_own(one, member.instead_of(joint.name)) for one, member in pairs)
+    return finding(replace(joint, asked=asked), needed, policy)
 
 
 def _tried(
@@ -216,44 +239,23 @@ def _along_the_field(found: Finding, members: Sequence[Member], with_it: Sequenc
     return not asked or 2 * sum(asked) >= len(asked)
 
 
-def _named(found: Finding, tried: Sequence[Joint], members: Sequence[Member], *, coloured: bool) -> Chosen:
+def _named(
+    best: Joint,
+    found: Finding,
+    tried: Sequence[Joint],
+    settings: Settings,
+    members: Sequence[Member],
+    *,
+    coloured: bool,
+) -> Chosen:
     """The simplest of those as good as the best and of its kin, and all others that look like it in all recordings."""
-    best = found.joint
-    closest, alike = _look_alikes(best, tried, members[0].problem.policy, coloured=coloured)
-    chosen = simplest(closest, members[0].problem.policy)
-    names = dict.fromkeys(one.name for one in (*closest, *alike))
+    problems = [one.problem for one in members]
+    closest, alike = look_alikes(best, tried, problems[0].policy, coloured=coloured)
+    chosen = simplest(closest, problems[0].policy)
+    names = dict.fromkeys([*(one.name for one in (*closest, *alike)), *explain_as_much(found, settings, problems)])
     simpler = found if chosen is best else _finding(chosen, members, coloured=coloured)
     last = found if simpler.reach is None else simpler
     return Chosen(last, tuple(name for name in names if name != last.joint.name))
-
-
-def _look_alikes(
-    best: Joint, tried: Sequence[Joint], policy: Policy, *, coloured: bool
-) -> tuple[list[Joint], list[Joint]]:
-    """Those as good as the best or of its kin, the best first, and others that may be it beside a coloured rest."""
-    chance = policy.apart * best.inflation
-    useless = [one for one in tried if one is not best and _left_of(one, best) < policy.look_alike_left]
-    kin_share = policy.same_kin_coloured if coloured else policy.same_kin
-
-    def within(one: Joint, share: float) -> bool:
-        return best.gain - one.gain < max(chance, share * best.gain)
-
-    closest = [one for one in useless if within(one, kin_share if are_kin(one, best) else 0.0)]
-    return [best, *closest], [one for one in useless if coloured and within(one, policy.same_coloured)]
-
-
-def _left_of(rival: Joint, best: Joint) -> float:
-    """Part of its own gain that a rival keeps over all recordings once the best is in, with the best's rest."""
-    kept = alone = 0.0
-    for one, other in zip(rival.asked, best.asked, strict=True):
-        if one is None or other is None:
-            continue
-        beside, rest = other.beside, other.hypothesis.rest
-        both = np.concatenate([beside.joined(other.columns), one.columns], axis=2)
-        kept += Hypothesis.given(beside.rows, both, rest).held - other.hypothesis.held
-        alone += Hypothesis.given(beside.rows, beside.joined(one.columns), rest).held
-        alone -= Hypothesis.given(beside.rows, beside.inside, rest).held
-    return kept / max(alone, 1e-9)
 
 
 def _is_form(best: Chosen, chosen: Sequence[Chosen], policy: Policy) -> bool:

@@ -1,0 +1,89 @@
+"""What one cause leaves of another: a recording's own beside the lot's, and names that a lot does not tell apart."""
+
+from __future__ import annotations
+
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim.effects.currents import MotorCurrent
+from sim.effects.earth import FieldGradient, RegionalField
+from sim.effects.iron import HardIronDrift
+from sim.effects.temperature import TemperatureOffset
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.evidence.standing import Beside
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.together.alike import explain_as_much
+from validation.together.asked import Asked, Joint, beside_own
+from validation.together.reach import finding as reached
+from validation.together.selection import _is_refused
+
+DRIFT = Candidate.of(HardIronDrift(rate_nT_h=(100.0, 50.0, 20.0)))
+WARM = Candidate.of(TemperatureOffset(slope_nT_K=(1.0, 0.5, 0.2)))
+REGIONAL = Candidate.of(RegionalField(error_enu_nT=(1.0, 1.0, 1.0)))
+GRADIENT = Candidate(FieldGradient)
+MOTOR = Candidate.of(MotorCurrent(gain_nT_A=(1.0, 1.0, 1.0)))
+
+
+@cache
+def flown(hidden: str, size: float, seed: int = 0) -> LinearProblem:
+    """Two minutes in which the temperature only rises, as a drift does."""
+    tables = {"warm": {WARM.name: {"slope_nT_K": (np.array([1.0, 0.5, 0.2]) * size).tolist()}},
+              "drift": {DRIFT.name: {"rate_nT_h": (np.array([90.0, 45.0, 18.0]) * size).tolist()}}}  # fmt: skip
+    return problem(recording(1200, seed=seed, hidden=tables[hidden]))
+
+
+@pytest.mark.parametrize(
+    ("hidden", "own", "stays"), [("warm", WARM, False), ("warm", MOTOR, True), ("drift", WARM, True)]
+)
+def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up(hidden, own, stays) -> None:
+    here = flown(hidden, 4.0)
+    beside = Beside.of(here, [])
+    one = Asked.of(DRIFT, here, beside, beside.rows.taken(DRIFT.columns(here)))
+    again = beside_own(one, [own.columns(here)])
+    assert one.held > STANDARD.coloured_nats
+    assert (again is one) is stays
+    assert stays or again.held < STANDARD.apart
+    assert beside_own(one, []) is one
+
+
+@pytest.mark.parametrize(("size", "names"), [(0.8, [DRIFT.name]), (8.0, [])])
+def test_a_name_lists_what_fits_as_well_whatever_its_search_cost(size: float, names: list[str]) -> None:
+    """At a tenth of the noise a drift that was searched for is as good; at its size it is not."""
+    problems = [flown("warm", size, seed) for seed in (1, 2)]
+    joint = Joint.of(WARM, [Beside.of(one, []) for one in problems], problems, 1)
+    found = reached(joint, STANDARD.apart, STANDARD)
+    settings = {WARM.name: [WARM], DRIFT.name: [DRIFT.at({}, tried=10**6)], MOTOR.name: [MOTOR]}
+    assert found.reach is not None
+    assert explain_as_much(found, settings, problems) == names
+
+
+def test_what_contains_a_name_is_none_of_its_look_alikes() -> None:
+    hidden = {REGIONAL.name: {"error_enu_nT": [0.8, -0.5, 0.6]}}
+    problems = [problem(recording(1200, seed=seed, hidden=hidden)) for seed in (1, 2)]
+    joint = Joint.of(REGIONAL, [Beside.of(one, []) for one in problems], problems, 1)
+    settings = {GRADIENT.name: [GRADIENT.at({"origin_enu_m": (900.0, 0.0, 0.0)})]}
+    assert explain_as_much(reached(joint, STANDARD.apart, STANDARD), settings, problems) == []
+
+
+@pytest.mark.parametrize(
+    ("own", "named", "refused"),
+    [
+        ((99.0, 120.0, -6.0), ((), ("current_ripple",), ()), True),
+        ((99.0, 120.0, -6.0), (("current_ripple",), ("current_ripple",), ()), False),
+        ((99.0, 120.0, 80.0), (("current_ripple",), ("motor_current",), ()), False),
+        ((9.0, 12.0, 8.0), ((), (), ()), False),
+    ],
+)
+def test_what_half_of_the_recordings_refuse_by_themselves_is_no_name(own, named, refused) -> None:
+    joint: Any = SimpleNamespace(own=own.__getitem__, policy=STANDARD)
+    one: Any = SimpleNamespace(
+        name="current_ripple", alternatives=("motor_current",), finding=SimpleNamespace(joint=joint)
+    )
+    members: Any = [SimpleNamespace(names=set(names)) for names in named]
+    assert _is_refused(one, members) is refused
