@@ -17,13 +17,13 @@ OFFSET_NT = np.array([900.0, -600.0, 400.0])
 
 
 def with_own_compass(
-    tilt_error_deg: float, calibration: Array, gain_nT_A: float = 0.0, wander_deg: float = 0.0
+    tilt_error_deg: float, calibration: Array, gain_nT_A: float = 0.0, wander_deg: float = 0.0, seed: int = 3
 ) -> Recording:
     """Iron before the sensor's noise; roll and pitch a little off, the heading tilt-compensated from a calibration.
 
     Roll and pitch are off by white noise of a size, and by a slow course as an accelerometer has it that is shaken.
     """
-    given, rng = recording(noise_nT=0.0), np.random.default_rng(3)
+    given, rng = recording(noise_nT=0.0), np.random.default_rng(seed)
     n = len(given)
     mag_nT = given.mag_nT @ IRON.T + OFFSET_NT + rng.normal(scale=50.0, size=(n, 3))
     assert given.current_A is not None

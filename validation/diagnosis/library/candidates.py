@@ -14,13 +14,12 @@ from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
 from sim.effects.values import SWITCH, Parameter, Window
 from sim.state import Array, State
+from validation.diagnosis.problem.known import seen_by
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.neighbours import as_iron_sees
 
 BY_SAMPLE = frozenset({"time_s", "pos_enu_m", "R_wb", "rate_rad_s", "field_nT", "field_rate_nT_s"})
 """What a state holds of every sample, beside its channels."""
-UNSEEN_BY_STRENGTH = frozenset({"attitude", "position"})
-"""What an effect may need that the strength of the field alone does not show."""
 
 
 @dataclass(frozen=True)
@@ -212,8 +211,7 @@ def changes_of_iron() -> dict[str, list[Candidate]]:
 
 def missing_channels(effect: type[Effect], problem: LinearProblem) -> tuple[str, ...]:
     """What an effect needs that the problem does not hold."""
-    held = problem.has - UNSEEN_BY_STRENGTH if problem.mode == "strength" else problem.has
-    return tuple(sorted(set(effect.needs) - held))
+    return tuple(sorted(set(effect.needs) - seen_by(problem)))
 
 
 def _is_linear(effect: type[Effect]) -> bool:

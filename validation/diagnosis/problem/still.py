@@ -10,6 +10,7 @@ from sim.state import Array, State
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.held import noise_of_neighbours
 from validation.diagnosis.problem.iron_by_strength import fitted_iron
+from validation.diagnosis.problem.known import beside_known
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
 from validation.signals.size import rms
@@ -45,6 +46,10 @@ def _moved_by_channels(recording: Recording, strength_nT: float, policy: Policy)
 
 def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:
     """The problem of three axes about a constant, see `LinearProblem`: iron and field are one there."""
+    return beside_known(lambda seen: _about_a_constant(seen, policy), recording, effects)
+
+
+def _about_a_constant(recording: Recording, policy: Policy) -> LinearProblem:
     n = len(recording)
     constant = np.tile(np.median(recording.mag_nT, axis=0), (n, 1))
     left = recording.mag_nT - constant
@@ -61,7 +66,7 @@ def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Pol
     return LinearProblem(
         recording=recording,
         state=state,
-        effects=effects,
+        effects=(),
         mode="vector",
         base=np.ones((n, 1)),
         target=left / sigma,

@@ -17,6 +17,7 @@ from validation.diagnosis.problem.held import noise_of_neighbours
 from validation.diagnosis.problem.iron_by_dip import fitted_iron_and_dip
 from validation.diagnosis.problem.iron_by_strength import fitted_iron
 from validation.diagnosis.problem.iron_task import Iron
+from validation.diagnosis.problem.known import beside_known
 from validation.diagnosis.problem.level import Level, dip_rad, upright
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
@@ -41,7 +42,23 @@ def strength_problem(
     ``|h| - F + u M d``: the same to first order wherever d is, so that effects and iron are found jointly in steps. A
     scalar magnetometer beside it is the strength F sample by sample, whatever was given: it must be compensated.
     With a level the dip is compared too: ``F (dip(h) - I) + v M d``, v the direction across u in which the dip grows.
+    What the model's effects add beyond iron is off m before all this.
     """
+
+    def bare(seen: Recording) -> LinearProblem:
+        return _by_iron_alone(seen, strength_nT, policy, disturbance_nT, track, level)
+
+    return beside_known(bare, recording, effects)
+
+
+def _by_iron_alone(
+    recording: Recording,
+    strength_nT: float,
+    policy: Policy,
+    disturbance_nT: Array | None,
+    track: Track | None,
+    level: Level | None,
+) -> LinearProblem:
     F = _strength(recording, strength_nT, track)
     known = np.zeros_like(recording.mag_nT) if disturbance_nT is None else disturbance_nT
     iron = _iron(replace(recording, mag_nT=recording.mag_nT - known), F[:, 0], policy, track, level)
@@ -53,7 +70,7 @@ def strength_problem(
     return LinearProblem(
         recording=recording,
         state=state,
-        effects=effects,
+        effects=(),
         mode="strength",
         base=_base(sight, sigma),
         target=residual / sigma,

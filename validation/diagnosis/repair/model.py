@@ -45,7 +45,8 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
         new = [*_iron(problem, new), *new]
     given = list(problem.effects)
     if not any(isinstance(effect, WhiteNoise) for effect in given):
-        x, y, z = (float(std) for std in np.resize(problem.sigma_nT, 3))
+        own_nT = problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]  # the dip has that of the level
+        x, y, z = (float(std) for std in np.resize(own_nT, 3))
         new.append(WhiteNoise((x, y, z)))
     whole = _merged(joined(given, new), problem.state)
     tables, order = as_tables(whole)

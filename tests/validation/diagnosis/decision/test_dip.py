@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from scenarios.toml import to_toml
 from sim.effects.currents import MotorCurrent
-from sim.scenario import ModelSpec
+from sim.scenario import ModelSpec, load_model
 from tests.validation.diagnosis.own_compass import IRON, with_own_compass
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT
 from validation.diagnosis.evidence.slow_noise import turns_the_field
@@ -30,6 +33,21 @@ def test_where_roll_and_pitch_wander_the_strength_alone_is_believed(gain_nT_A: f
     (words,) = found.as_dict()["reference"]
     off_nT = float(words.split("off by ")[1].split(" nT")[0])
     assert off_nT == pytest.approx(np.radians(0.3) * np.linalg.norm(FIELD_ENU_NT), rel=0.3)
+
+
+def test_the_written_model_is_valid_and_leaves_no_gap_on_another_log(tmp_path: Path) -> None:
+    first = _found(60.0, wander_deg=0.0)
+    path = tmp_path / "model.toml"
+    path.write_text(to_toml(first.model))
+    model, other = load_model(path), with_own_compass(0.05, IRON, gain_nT_A=60.0, seed=4)
+    assert first.problem.compared == "strength+dip"
+    assert np.diag(model.chain()[0].matrix) == pytest.approx(np.diag(IRON) - 1, abs=2e-3)  # type: ignore[attr-defined]
+    assert model.effects.written["white_noise"]["std_nT"] == pytest.approx([50.0] * 3, rel=0.05)
+    with_it = diagnose(other, model)
+    assert with_it.verdict is Verdict.NONE
+    assert with_it.gap.before_sigma == pytest.approx(1.0, abs=0.03)
+    without = diagnose(other, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True)
+    assert without.gap.before_nT > 1.1 * with_it.gap.before_nT
 
 
 def test_a_current_across_the_field_is_named_by_the_dip() -> None:
