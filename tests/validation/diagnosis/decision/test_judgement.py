@@ -193,3 +193,7 @@ def test_a_leading_name_at_the_ends_of_what_it_can_be_is_doubted() -> None:
     assert not doubts_of(_case(small, beside, clean=False), Verdict.PARTIAL)
     within = replace(loop, effect=cls(gain=(0.01, -0.9, 0.0), threshold_nT=500.0))
     assert not doubts_of(_case(within, beside, clean=False), Verdict.PARTIAL)
+    above = replace(loop, effect=cls(gain=(0.01, 1.0, 0.0), threshold_nT=500.0))
+    assert doubts_of(_case(above, beside, clean=False), Verdict.PARTIAL)
+    iron = replace(IRON, effect=HardIron((-1e6, 0.0, 0.0)), strength=100.0)  # fitted in any case, and no name of a gap
+    assert not doubts_of(_case(beside, iron, clean=False), Verdict.PARTIAL)
