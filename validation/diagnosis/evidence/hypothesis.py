@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from sim.state import Array
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.rows import Rows
 
+SAME_NATS = 0.5
+"""Nats by which a walk of another size must be likelier to go on from it."""
 GONE = 1e-10
 """Part of a column's square below which it is the rounding of what other columns make whole."""
 
@@ -45,7 +47,7 @@ class Hypothesis:
 
     @classmethod
     def of(cls, rows: Rows, columns: Array, starts: tuple[Rest, ...]) -> Hypothesis:
-        """The hypothesis with a rest of its own, from the residual of each start the likelier one.
+        """The hypothesis with a rest of its own, from the residual of each start the likelier one, or a walk's.
 
         From one start alone a linear drift is swallowed by a slow rest.
         """
@@ -54,13 +56,37 @@ class Hypothesis:
             first = cls.given(rows, columns, start)
             rest = Rest.of(first.residual(rows, columns), rows.interval_s, rows.policy, rows.sight)
             found.append(cls.given(rows, columns, rest))
-        return max(found, key=lambda one: one.whole)
+        best = max(found, key=_whole)
+        if rows.sight is None:
+            return best
+        return max(best, cls._beside_a_walk(rows, columns, rows.sight, best.residual(rows, columns)), key=_whole)
+
+    @classmethod
+    def _beside_a_walk(cls, rows: Rows, columns: Array, sight: Array, residual: Array) -> Hypothesis:
+        """The hypothesis with axes that walk, in the size in which it is likeliest; residual (n, q): for the first.
+
+        Iron takes up what is slowest of a wander that comes and goes with the motion: what it leaves has the spectrum
+        of a smaller or a faster one, beside which a drift would stand out.
+        """
+        now = cls.given(rows, columns, Rest.walking(residual, rows.interval_s, rows.policy, sight))
+        for factor in (2.0, 0.5):
+            while True:
+                larger = replace(now.rest, turning=factor * now.rest.turning)
+                then = cls.given(rows, columns, larger)
+                if then.whole < now.whole + SAME_NATS:
+                    break
+                now = then
+        return now
 
     def residual(self, rows: Rows, columns: Array) -> Array:
         """What base and effects leave (n, q)."""
         beta = np.broadcast_to(self.beta, rows.base.shape[1:])
         left = rows.target - np.einsum("nqp,qp->nq", rows.base, beta)
         return np.asarray(left - np.einsum("nqk,k->nq", columns, self.c))
+
+
+def _whole(one: Hypothesis) -> float:
+    return one.whole
 
 
 def gains(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,15 +28,15 @@ SAME_STEP, SETTLED = 1e-6, 1e-12
 class Rest:
     """``r = white + sum_j OU(tau_j)`` of q outputs: variances `white` (q,) and `slow` (q, J), memories `tau_s` (J,).
 
-    Where an output is a vector seen along a direction `sight` (n, q, 3), also ``sight . (OU_x, OU_y, OU_z)(tau_j)``: a
-    wander of the sensor's axes, of variances `turning` (q, J), which comes and goes with the motion. Of two outputs
-    each has a wander of its own.
+    Where the outputs are parts of a vector, seen by `sight` (n, q, 3), also ``sight . (OU_x, OU_y, OU_z)(tau_j)``: a
+    wander of the sensor's axes, of variances `turning` (J,), which comes and goes with the motion. The outputs see one
+    wander.
     """
 
     tau_s: Array
     white: Array
     slow: Array
-    turning: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    turning: Array = field(default_factory=lambda: np.zeros(0))
     sight: Array | None = None
 
     @classmethod
@@ -52,53 +51,82 @@ class Rest:
             policy.shortest_memory * interval_s, policy.longest_memory * n * interval_s, policy.memories
         )
         f, power, lines = _bands(residual, interval_s, policy)
-        same = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s)])
+        own = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s)])
         total = residual.var(axis=0)
-        variance = np.concatenate(
-            [
-                _fitted(np.full((1, len(shapes)), total[a] / len(shapes)), shapes, power[a : a + 1], lines)
-                for a, shapes in enumerate(_with_wander(same, len(total), tau_s, interval_s, sight, policy))
-            ]
-        )
+        if sight is None:
+            variance, turning = _fitted(_even(total, len(own)), own, power, lines), np.zeros(0)
+        else:
+            variance, turning = _with_wander(own, total, seen_densities(sight, tau_s, interval_s, policy), power, lines)
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
-        last = 1 + len(tau_s)
-        return cls(tau_s, white, variance[:, 1:last], variance[:, last:], sight)
+        return cls(tau_s, white, variance[:, 1:], turning, sight)
+
+    @classmethod
+    def walking(cls, residual: Array, interval_s: float, policy: Policy, sight: Array) -> Rest:
+        """White noise of each output and a random walk of the axes alone, of greatest likelihood likewise."""
+        tau_s = np.array([policy.longest_memory * len(residual) * interval_s])
+        f, power, lines = _bands(residual, interval_s, policy)
+        total, seen = residual.var(axis=0), seen_densities(sight, tau_s, interval_s, policy)
+        variance, turning = _with_wander(np.ones((1, len(f))), total, seen, power, lines)
+        white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
+        return cls(tau_s, white, np.zeros((len(total), 1)), turning, sight)
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
         """Columns (n, q, w) as innovations over their standard deviation, and ln S (n, q) of the innovations.
 
         A Kalman filter with transition exp(-dt / tau_j) at the true times; rows that are not usable teach nothing.
         """
+        if self.sight is not None and self.turning.size:
+            return self._whitened_together(self.sight, time_s, usable, columns)
         out, ln_S = np.zeros(columns.shape), np.zeros(columns.shape[:2])
         for a, (white, slow) in enumerate(zip(self.white, self.slow, strict=True)):
-            if self.sight is not None and self.turning.size:
-                out[:, a], ln_S[:, a] = self._whitened_through(self.sight[:, a], a, time_s, usable, columns[:, a])
-                continue
             there = slow > LEAST_SLOW * white
             one, ln = _filter(time_s, usable, columns[:, a].copy(), self.tau_s[there], slow[there], float(white))
             out[:, a], ln_S[:, a] = one, ln
         return out, ln_S
 
-    def _whitened_through(
-        self, sight: Array, a: int, time_s: Array, usable: Array, columns: Array
-    ) -> tuple[Array, Array]:
-        """The same of one output (n, w), with the wander of three axes along its line of sight (n, 3)."""
-        white = float(self.white[a])
-        slow, turning = self.slow[a] > LEAST_SLOW * white, self.turning[a] > LEAST_SLOW * white
-        tau_s = np.concatenate([self.tau_s[slow], np.repeat(self.tau_s[turning], 3)])
-        variance = np.concatenate([self.slow[a, slow], np.repeat(self.turning[a, turning], 3)])
-        seen = np.hstack([np.ones((len(sight), slow.sum())), np.tile(sight, turning.sum())])
-        decay = np.exp(-np.diff(time_s)[:, None] / tau_s)
-        processes = (variance, decay, (1 - decay**2) * variance)
-        return innovations(columns.copy(), seen, processes, white, usable)
+    def _whitened_together(self, sight: Array, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
+        """The same where outputs see one wander of three axes: of a row one after the other, over their white noise."""
+        n, q, w = columns.shape
+        tau_s, variance, seen = self._processes(sight)
+        root = np.sqrt(self.white)[:, None]
+        decay = np.ones((n, q, len(tau_s)))
+        decay[1:, 0] = np.exp(-np.diff(time_s)[:, None] / tau_s)
+        steps = decay.reshape(n * q, -1)[1:]
+        processes = (variance, steps, (1 - steps**2) * variance)
+        each, toward = (np.reshape(one / root, (n * q, -1)) for one in (columns, seen))
+        out, ln_S = innovations(each, toward, processes, 1.0, np.repeat(usable, q))
+        there = (usable > 0)[:, None]
+        return out.reshape(n, q, w), ln_S.reshape(n, q) + there * np.log(self.white)
+
+    def _processes(self, sight: Array) -> tuple[Array, Array, Array]:
+        """Memories (m,) and variances (m,) of all processes that are there, and how outputs see them (n, q, m)."""
+        n, q, _ = sight.shape
+        slow, turning = self.slow > LEAST_SLOW * self.white[:, None], self.turning > LEAST_SLOW * self.white.min()
+        whose, which = np.nonzero(slow)
+        tau_s = np.concatenate([self.tau_s[which], np.repeat(self.tau_s[turning], 3)])
+        variance = np.concatenate([self.slow[slow], np.repeat(self.turning[turning], 3)])
+        own = np.broadcast_to(np.arange(q)[:, None] == whose, (n, q, len(whose)))
+        return tau_s, variance, np.concatenate([own, np.tile(sight, turning.sum())], axis=2)
 
 
-def _with_wander(
-    same: Array, q: int, tau_s: Array, interval_s: float, sight: Array | None, policy: Policy
-) -> Iterator[Array]:
-    """The spectra (J, m) that q outputs have in common, each with those of a wander along its own line of sight."""
+def _even(total: Array, p: int) -> Array:
+    """Variances (q, p) of p processes that share those of q outputs evenly."""
+    return np.repeat(total[:, None] / p, p, axis=1)
+
+
+def _with_wander(own: Array, total: Array, seen: Array, power: Array, lines: Array) -> tuple[Array, Array]:
+    """Variances (q, J + 1) of each output's own processes (J + 1, m), and (J,) of a wander that it sees as (q, J, m).
+
+    One likelihood of all outputs, with powers (q, m) in bands of lines (m,).
+    """
+    (q, J, m), p = seen.shape, len(own)
+    shapes = np.zeros((q * p + J, q * m))
     for a in range(q):
-        yield same if sight is None else np.concatenate([same, seen_density(sight[:, a], tau_s, interval_s, policy)])
+        shapes[a * p : (a + 1) * p, a * m : (a + 1) * m] = own
+        shapes[q * p :, a * m : (a + 1) * m] = seen[a]
+    start = _even(total, p + J)[:, :p].ravel()
+    variance = _fitted(np.append(start, np.full(J, start.min()))[None], shapes, power.reshape(1, -1), np.tile(lines, q))
+    return variance[0, : q * p].reshape(q, p), variance[0, q * p :]
 
 
 def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
@@ -110,8 +138,13 @@ def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
     return np.asarray((1 - a**2) / (1 - 2 * a * np.cos(2 * np.pi * f * interval_s) + a**2))
 
 
+def seen_densities(sight: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:
+    """The same (q, J, m) of each of q outputs, seen by (n, q, 3)."""
+    return np.stack([seen_density(one, tau_s, interval_s, policy) for one in sight.swapaxes(0, 1)])
+
+
 def seen_density(sight: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:
-    """Spectra (J, m) in the bands of three independent processes of variance one along directions (n, 3).
+    """Spectra (J, m) in the bands of three independent processes of variance one, seen by (n, 3).
 
     ``sum_l a^|l| C_l cos(2 pi f l dt) / sum h^2`` with C the autocorrelation of ``h u``, h the Hann window: what the
     windowed spectrum is expected to be.

@@ -19,8 +19,8 @@ class Rows:
 
     time_s (N,), usable (N,) of the samples; base (n, q, p) and target (n, q) of the rows, each output with its base,
     whose coefficients the outputs have in common or of their own;
-    sight (n, q, 3): the directions that the outputs are seen along, where each is part of a vector; fold_s: length of a
-    segment of a fold, 0: the policy's.
+    sight (n, q, 3): how the outputs see a vector of which they are parts, each over its noise, the first as 1; fold_s:
+    length of a segment of a fold, 0: the policy's.
     """
 
     time_s: Array
@@ -47,7 +47,7 @@ class Rows:
         starts = np.arange(0, len(time_s), -(-len(time_s) // policy.most_rows))
         rows = cls(time_s, usable, starts, np.zeros(0), np.zeros(0), policy)
         each = base if base.ndim == 3 else np.repeat(base[:, None], target.shape[1], axis=1)
-        along = None if sight is None else _directions(np.add.reduceat(sight, starts, axis=0))
+        along = None if sight is None else _means(sight, starts)
         taken = rows.taken(each), rows.taken(target)
         return cls(time_s, usable, starts, *taken, policy, along, common=base.ndim == 3)
 
@@ -110,6 +110,6 @@ class Rows:
         return rows
 
 
-def _directions(vectors: Array) -> Array:
-    """Unit vectors (n, q, 3) along vectors (n, q, 3)."""
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=2, keepdims=True))
+def _means(values: Array, starts: NDArray[np.int64]) -> Array:
+    """Means (n, ...) of values (N, ...) from each start to the next."""
+    return np.asarray(np.add.reduceat(values, starts, axis=0) / np.diff(starts, append=len(values))[:, None, None])

@@ -40,7 +40,8 @@ class Beside:
     @classmethod
     def of(cls, problem: LinearProblem, inside: Sequence[Array]) -> Beside:
         """The rows of a problem, with the columns (N, q, k) of effects in."""
-        state, sight = problem.state, problem.sight
+        state, sigma = problem.state, problem.sigma_nT
+        sight = None if problem.sight is None else problem.sight * (sigma[0] / sigma)[:, None]
         rows = Rows.of(state.time_s, problem.usable, problem.base, problem.target, problem.policy, sight)
         return cls.in_rows(rows, rows.all_taken(inside))
 

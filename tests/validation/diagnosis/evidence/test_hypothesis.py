@@ -20,6 +20,7 @@ from validation.diagnosis.evidence.standing import Beside, gained_along_the_fiel
 from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.strength import dip_columns
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
@@ -200,3 +201,20 @@ def test_what_is_moved_in_time_is_seen_along_the_motion_as_it_was(seen: str) -> 
     gone = replace(posed, state=replace(posed.state, channels=late))
     assert np.allclose(moved[2], rows.taken(candidate.columns(gone)), atol=1e-9)
     assert not np.allclose(moved[2], rows.taken(candidate.columns(posed)), atol=1e-3)
+
+
+@pytest.mark.parametrize("seed", [0, 2, 6])
+def test_axes_that_walk_are_as_likely_by_the_rest_that_is_found(seed: int) -> None:
+    """The fitted iron takes up much of such a walk: what it leaves has the spectrum of a faster wander."""
+    rng, n, step = np.random.default_rng(seed), 3000, 0.03
+    i = np.arange(float(n))
+    yaw, dip = 4e-3 * i + 0.5 * np.sin(0.01 * i), 1.1 + 0.3 * np.sin(0.023 * i)
+    level, up = np.column_stack([np.cos(yaw), np.sin(yaw), 0 * i]), np.array([0.0, 0.0, 1.0])
+    c, s = np.cos(dip)[:, None], np.sin(dip)[:, None]
+    sight = np.stack([c * level + s * up, c * up - s * level], axis=1)
+    walk = np.cumsum(step * rng.normal(size=(n, 3)), axis=0)
+    seen = np.einsum("nqi,ni->nq", sight, walk) + rng.normal(size=(n, 2))
+    rows, none = Rows.of(i, np.ones(n), dip_columns(sight), seen, STANDARD, sight), np.zeros((n, 2, 0))
+    true = Rest(np.array([1e5]), np.ones(2), np.zeros((2, 1)), np.array([step**2 * 1e5 / 2]), sight)
+    found = Hypothesis.of(rows, none, (white(2),))
+    assert found.whole > Hypothesis.given(rows, none, true).whole - 3

@@ -100,25 +100,48 @@ def test_a_wander_seen_along_a_turning_direction_has_the_likelihood_of_its_dense
     apart = np.abs(time_s[:, None] - time_s)
     C = noise * np.eye(n) + 2.0 * np.exp(-apart / 3.0) + 5.0 * np.exp(-apart / 40.0) * (sight @ sight.T)
     y = np.linalg.cholesky(C) @ rng.normal(size=n)
-    rest = Rest(tau_s, np.array([noise]), slow, turning[None], sight[:, None])
+    rest = Rest(tau_s, np.array([noise]), slow, turning, sight[:, None])
     z, ln_S = rest.whitened(time_s, np.ones(n), y[:, None, None])
     assert (z**2).sum() == pytest.approx(y @ np.linalg.solve(C, y), rel=1e-9)
     assert ln_S.sum() == pytest.approx(np.linalg.slogdet(C)[1], rel=1e-9)
 
 
-def test_of_two_outputs_each_has_the_wander_that_it_sees() -> None:
+def test_two_outputs_see_one_wander() -> None:
+    """Against the normal density of both: own noise and own slow process of each, and one of three axes that both see.
+
+    The second sees the axes over a noise of its own; a fifth of the rows is not usable.
+    """
     rng = np.random.default_rng(8)
-    n, tau_s, white = 90, np.array([20.0]), np.array([0.7, 3.0])
-    slow, turning = np.array([[2.0], [1.0]]), np.array([[5.0], [9.0]])
-    time_s = np.cumsum(rng.uniform(0.5, 1.5, n))
+    n, tau_s, white = 90, np.array([20.0, 7.0]), np.array([0.7, 3.0])
+    slow, turning = np.array([[2.0, 0.0], [0.0, 4.0]]), np.array([0.0, 5.0])
+    time_s, usable = np.cumsum(rng.uniform(0.5, 1.5, n)), (rng.random(n) > 0.2).astype(float)
     sight = rng.normal(size=(n, 2, 3))
-    sight /= np.linalg.norm(sight, axis=2, keepdims=True)
-    kept, y = np.exp(-np.abs(time_s[:, None] - time_s) / 20.0), rng.normal(size=(n, 2))
-    z, ln_S = Rest(tau_s, white, slow, turning, sight).whitened(time_s, np.ones(n), y[:, :, None])
-    for a in range(2):
-        C = white[a] * np.eye(n) + kept * (slow[a] + turning[a] * sight[:, a] @ sight[:, a].T)
-        assert (z[:, a] ** 2).sum() == pytest.approx(y[:, a] @ np.linalg.solve(C, y[:, a]), rel=1e-9)
-        assert ln_S[:, a].sum() == pytest.approx(np.linalg.slogdet(C)[1], rel=1e-9)
+    sight *= np.array([1.0, 0.3])[:, None] / np.linalg.norm(sight, axis=2, keepdims=True)
+    apart, there = np.abs(time_s[:, None] - time_s), usable > 0
+    seen = np.einsum("iac,jbc->aibj", sight, sight) * 5.0 * np.exp(-apart / 7.0)[None, :, None]
+    for a, own in enumerate((2.0 * np.exp(-apart / 20.0), 4.0 * np.exp(-apart / 7.0))):
+        seen[a, :, a] += own + white[a] * np.eye(n)
+    C, y = seen[:, there][..., there].reshape(2 * there.sum(), -1), rng.normal(size=(n, 2))
+    z, ln_S = Rest(tau_s, white, slow, turning, sight).whitened(time_s, usable, y[:, :, None])
+    values = y[there].T.ravel()
+    assert (z**2).sum() == pytest.approx(values @ np.linalg.solve(C, values), rel=1e-9)
+    assert ln_S.sum() == pytest.approx(np.linalg.slogdet(C)[1], rel=1e-9)
+    assert (z[~there] == 0).all()
+
+
+def test_a_wander_that_both_see_is_found_as_one() -> None:
+    """Three axes that walk, seen in two directions that turn: what each output has of its own is little beside it."""
+    rng = np.random.default_rng(9)
+    n = 6000
+    wander = np.stack([process(rng, n, 200.0, 4.0) for _ in range(3)], axis=1)
+    angle = 0.05 * np.arange(n)
+    sight = np.stack([np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])] * 2, axis=1)
+    sight[:, 1] = 0.5 * np.roll(sight[:, 1], 1, axis=1)
+    y = np.einsum("nqi,ni->nq", sight, wander) + rng.normal(size=(n, 2))
+    rest = Rest.of(y, 1.0, STANDARD, sight)
+    assert rest.white == pytest.approx([1.0, 1.0], rel=0.15)
+    assert rest.turning.sum() == pytest.approx(4.0**2, rel=0.5)
+    assert rest.slow[0].sum() < 0.1 * rest.turning.sum()
 
 
 def test_the_expected_spectrum_of_a_turning_wander_is_that_of_many() -> None:
