@@ -238,6 +238,11 @@ class Policy:
         0.97, "share of a slow course's power that is one course on all axes, above which it is a cause and no noise",
         run="tuning seeds 920 to 931: 0.57 to 0.93 of three noises of f^-3, 0.999 and more of drifts and temperatures",
     )  # fmt: skip
+    other_size: float = number(
+        0.1, "part of what an effect explains that coefficients of their own in parts of the run add, if it is none",
+        run="tuning seeds 203 and 204: at most 0.03 of 67 true effects of 0.3 and 1 sigma; 0.15 for a day's change "
+        "beside an attitude that walks",
+    )  # fmt: skip
     look_alike_left: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
     least_added: float = number(0.05, "share of the gap that an effect must explain beside a coloured rest")
 
@@ -250,7 +255,7 @@ class Policy:
         alarms="4 of 196 lots of three with equal coefficients, white and coloured: see scatter_parts",
     )  # fmt: skip
     scatter_parts: int = number(
-        4, "parts of a recording whose scores show how far its coefficients scatter",
+        4, "parts of a recording whose scores show how far its coefficients scatter, or differ",
         alarms="of 49 white and 147 coloured lots of three with equal coefficients 4 differed at 5 %, none at 1 %",
         run="quadrotor, 280 s, flicker noise, attitude that wanders by 0.01 and 0.1 degrees over 60 s, effects of 0.03 "
         "to 0.3 of the noise: at 1 % with 6 parts 5 of these 147 differed, by surrogates alone 10 of the first 36",

@@ -23,6 +23,7 @@ from validation.diagnosis.evidence.standing import (
     gains_along_the_field,
     look_alikes,
 )
+from validation.diagnosis.evidence.throughout import differs_along_the_run
 from validation.diagnosis.evidence.turning import TURNS, an_attitude_does_as_well
 from validation.diagnosis.evidence.windowed import comes_again
 from validation.diagnosis.evidence.within import gain_within
@@ -146,6 +147,8 @@ class Hearing:
             refusal = TOO_LITTLE
         elif one.gain <= by_chance.max():
             refusal = "no more than its columns moved in time"
+        elif differs_along_the_run(one, self.beside):
+            refusal = "of another size in each part of the run"
         else:
             refusal = (
                 self._refusal_by_course(one.evidence, with_it)
