@@ -26,7 +26,7 @@ GUARDS = {
     "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
     "strength.py": {"TURN_STEP_S"},
     "late_attitude.py": {"FARTHEST", "SETTLED_S"},
-    "hypothesis.py": {"GONE"},
+    "hypothesis.py": {"GONE", "SAME_NATS"},
     "windows.py": {"NOTHING"},
     "iron_by_dip.py": {"FIELD_ERROR_RAD"},
     "iron_by_strength.py": {"PAIRS"},
@@ -53,6 +53,7 @@ GUARDS = {
     "refine.py": {"ROUNDS", "CHAINS", "IMPOSSIBLE"},
     "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "FLOOR", "ROWS"},
     "throughout.py": {"OPEN"},
+    "known.py": {"STEPS"},
     "rest.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW", "SAME_STEP", "SETTLED"},
 }
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""
