@@ -9,7 +9,7 @@ import numpy as np
 
 from sim.effects import EFFECTS
 from sim.state import Array
-from validation.diagnosis.decision.choice import Accepted, Round, are_kin, simplest
+from validation.diagnosis.decision.choice import Accepted, Round, are_kin, simplest, without_fuller
 from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
@@ -231,20 +231,28 @@ def _chosen(
 
 def _named(trial: Trial, tried: Sequence[Standing], beside: Beside) -> Accepted:
     """The simplest of those as good as the best and of its kin, and all others that look like it."""
-    policy, best, coloured = beside.rows.policy, trial.one, trial.coloured
+    policy, best = beside.rows.policy, trial.one
     chance = policy.apart * trial.inflation
     others = [one for one in tried if one is not best]
-    kin = [one for one in others if are_kin(one.evidence, best.evidence)]
-    as_good = look_alikes(best, others, beside, chance, 0.0)
-    of_its_kin = look_alikes(best, kin, beside, chance, policy.same_kin_coloured if coloured else policy.same_kin)
-    alike = look_alikes(best, others, beside, chance, policy.same_coloured) if coloured else []
-    within = [one for one in others if one.evidence.name in best.evidence.candidate.effect.clues.contains]
-    by_form = policy.same_kin if trial.may_be_less else policy.same_constant
-    simpler = look_alikes(best, within, beside, chance, by_form)
-    narrow = list(dict.fromkeys([best, *as_good, *of_its_kin, *simpler]))
-    chosen = simplest([_deflated(one, trial.inflation) for one in narrow], policy)
-    names = dict.fromkeys(one.evidence.name for one in (*narrow, *alike))
+    alike = look_alikes(best, others, beside, chance, policy.same_coloured) if trial.coloured else []
+    narrow = _as_good(trial, others, beside, chance)
+    close = {one: _deflated(one, trial.inflation) for one in (*narrow, *alike)}
+    chosen = simplest([close[one] for one in narrow], policy)
+    names = dict.fromkeys(one.name for one in without_fuller(list(close.values()), chosen, chance, policy))
     return Accepted(chosen, tuple(name for name in names if name != chosen.name), trial.needed)
+
+
+def _as_good(trial: Trial, others: Sequence[Standing], beside: Beside, chance: float) -> list[Standing]:
+    """The best with those that gain as much by chance, or but for an error of form: of its kin, or within it."""
+    policy, best = beside.rows.policy, trial.one
+    kin = [one for one in others if are_kin(one.evidence, best.evidence)]
+    within = [one for one in others if one.evidence.name in best.evidence.candidate.effect.clues.contains]
+    of_form = policy.same_kin_coloured if trial.coloured else policy.same_kin
+    of_simpler = policy.same_kin if trial.may_be_less else policy.same_constant
+    as_good = look_alikes(best, others, beside, chance, 0.0)
+    of_its_kin = look_alikes(best, kin, beside, chance, of_form)
+    simpler = look_alikes(best, within, beside, chance, of_simpler)
+    return list(dict.fromkeys([best, *as_good, *of_its_kin, *simpler]))
 
 
 def _deflated(one: Standing, inflation: float) -> Evidence:

@@ -1,18 +1,39 @@
-"""Candidates that were refused are no look-alikes of the one that stands."""
+"""Which candidate stands, alone or beside another, and which are its look-alikes."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
-from sim.effects import EFFECTS
+from sim.effects import BY_NAME, EFFECTS
 from tests.validation.diagnosis.synthetic import problem
+from validation.diagnosis.decision.choice import without_fuller
 from validation.diagnosis.decision.hearing import Hearing, Trial
 from validation.diagnosis.decision.selection import select
+from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.standing import Standing
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import STANDARD
 
 ERROR = {"error_enu_nT": [60.0, -40.0, 20.0]}
+
+
+@pytest.mark.parametrize("hidden", [{"latency": {"delay_s": 0.02}}, {"bandwidth": {"cutoff_hz": 8.0}}])
+def test_a_delay_alike_on_all_axes_is_no_eddy_current(hidden: Any) -> None:
+    """Of an eddy current's nine coefficients a delay is one: a hull's currents are not alike on all axes."""
+    (first,) = select(problem(n=2000, hidden=hidden)).found
+    assert {first.name, *first.alternatives} == {"latency", "bandwidth"}
+
+
+def test_a_fuller_effect_that_gains_more_than_an_error_of_form_is_listed() -> None:
+    """Of a delay with a matrix of its own nobody knows whether it is a hull or a sensor."""
+    nothing: Any = None
+    delay, hull = (Candidate(effect) for name in ("latency", "eddy_current") for effect in [BY_NAME[name]])
+    one = Evidence(delay, 600.0, 1.0, 1.0, 1.0, nothing, nothing, 1)
+    for gain, listed in ((610.0, 1), (900.0, 2)):
+        assert len(without_fuller([one, replace(one, candidate=hull, gain=gain)], one, 4.6, STANDARD)) == listed
 
 
 def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.MonkeyPatch) -> None:
