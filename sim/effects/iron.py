@@ -82,6 +82,10 @@ class HardIronDrift(Effect):
         course_s = _settled_s(state.time_s, tau) if tau > 0 else state.time_s
         return course_s[:, None] * (array(self.rate_nT_h) / 3600.0)
 
+    def conventions(self, state: State, signal_nT: Array) -> Array:
+        """Another time at which it contributes nothing, as that at which the iron was calibrated."""
+        return np.tile(array(self.rate_nT_h)[:, None], (len(state), 1, 1))
+
 
 def _settled_s(time_s: Array, tau_s: float) -> Array:
     """tau (1 - exp(-t / tau))."""

@@ -46,6 +46,18 @@ def test_another_reference_temperature_is_counted_with_its_effect() -> None:
     assert [one.name for one in both.found] == ["hard_iron"]
 
 
+def test_a_drift_is_counted_from_any_time() -> None:
+    """An iron that was calibrated in the middle of a drift: ``r (t - T / 2)``; another hard iron is a finding."""
+    quiet, rate = recording(3000), np.array([0.04, -0.03, 0.02])
+    ramp_nT = (quiet.time_s - quiet.time_s.mean())[:, None] * rate
+    drifting = replace(quiet, mag_nT=quiet.mag_nT + ramp_nT)
+    alone = iron_changes(select(problem(drifting)))
+    assert alone.found == ()
+    assert alone.counted[0].evidence.coefficients == pytest.approx(-quiet.time_s.mean() * rate, abs=0.5)
+    both = iron_changes(select(problem(replace(drifting, mag_nT=drifting.mag_nT + np.array([20.0, 30.0, 10.0])))))
+    assert [one.name for one in both.found] == ["hard_iron"]
+
+
 def test_a_temperature_that_hardly_changes_keeps_its_slope() -> None:
     """A sensor at 5 degrees that the model's iron is right for: most of ``k (T - 20)`` is iron, and goes into it."""
     quiet = recording()
