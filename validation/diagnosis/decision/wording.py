@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def sentence_for(found: Diagnosis) -> str:
     """The finding in one sentence for a field engineer."""
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
     said = found.verdict.sentence(
-        causes="; ".join(words_of(one, found.stretch(one), _logged_as(found, one)) for one in found.named),
+        causes="; ".join(words_of(one, found.stretch(one), _logged_as(found)) for one in found.named),
         share=_share(found),
         left="; ".join(found.after.why or found.doubts),
         nearest=_nearest(found),
@@ -189,18 +189,16 @@ def _channel(one: Named) -> str:
     return one.effect.causes[-1]
 
 
-def _logged_as(found: Diagnosis, one: Named) -> str:
-    """The channels that an effect of motors follows, by their own names, where such are treated like motor currents."""
-    role, channels = one.effect.with_role("motor"), as_currents(found.problem.recording)
-    if role is None:
-        return ""
-    motors = [getattr(each, role) for each in one.effects if each.name == one.name]
-    every = 0 in motors
-    return ", ".join(name for name, current in channels.items() if every or current in map(current_name, motors))
+def _logged_as(found: Diagnosis) -> dict[str, str]:
+    """Channels that are treated like motor currents, by the current's name."""
+    return {current: channel for channel, current in as_currents(found.problem.recording).items()}
 
 
-def words_of(one: Named, stretch: Stretch | None = None, logged_as: str = "") -> str:
-    """A name with its look-alikes, what drives it, when it acts, its main parameter and its size."""
+def words_of(one: Named, stretch: Stretch | None = None, logged: Mapping[str, str] | None = None) -> str:
+    """A name with its look-alikes, what drives it, when it acts, its main parameter and its size.
+
+    logged : channels by the name of the motor current that they stand for.
+    """
     when = "" if stretch is None else f" {stretch.words}"
     either = f" (or {', '.join(one.others)})" if one.others else ""
     if (moment := one.effect.with_role("moment")) is not None:
@@ -209,8 +207,21 @@ def words_of(one: Named, stretch: Stretch | None = None, logged_as: str = "") ->
     size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
     parameter = next(p for p in one.effect.parameters() if p.name == main_parameter(one.effect))
     value = short(np.asarray(getattr(one.effect, parameter.name), dtype=float).tolist())
-    driver = f" of {logged_as}" if logged_as else ""
-    return f"{one.name}{either}{driver}{when}: {parameter.name} {value} {parameter.unit}".rstrip() + size
+    driver, whose = _driven_by(one, logged or {})
+    return f"{one.name}{either}{driver}{when}: {parameter.name}{whose} {value} {parameter.unit}".rstrip() + size
+
+
+def _driven_by(one: Named, logged: Mapping[str, str]) -> tuple[str, str]:
+    """The channels that an effect of motors follows, and of several motors the one whose gain is told."""
+    role = one.effect.with_role("motor")
+    if role is None:
+        return "", ""
+    motors = [getattr(each, role) for each in one.effects if each.name == one.name]
+    currents = [current_name(motor) for motor in motors if motor]
+    followed = [channel for current, channel in logged.items() if 0 in motors or current in currents]
+    driver = f" of {', '.join(followed)}" if followed else ""
+    several = len(set(motors)) > 1 and motors[0] != 0
+    return driver, f" of {logged.get(currents[0], currents[0])}" if several else ""
 
 
 def main_parameter(effect: Effect) -> str:

@@ -184,6 +184,18 @@ def test_events_are_told_with_their_moments() -> None:
     assert f"{cls.name} at 33.71 s and 90.70 s: " in words_of(replace(FOUND, effect=on, also=(off,)))
 
 
+def test_of_several_motors_the_sentence_says_whose_gain_it_tells() -> None:
+    two, one = (DRIVEN(**{DRIVEN.linear[0]: (gain, 0.0, 0.0), "motor": motor}) for motor, gain in ((2, 5.0), (1, 3.0)))
+    both = replace(FOUND, effect=two, also=(one,))
+    assert words_of(both).startswith(f"{DRIVEN.name}: {DRIVEN.linear[0]} of current_2_A (5, 0, 0) nT/A")
+    rods = {"current_1_A": "rod_x", "current_2_A": "rod_y"}
+    assert words_of(both, None, rods).startswith(
+        f"{DRIVEN.name} of rod_x, rod_y: {DRIVEN.linear[0]} of rod_y (5, 0, 0)"
+    )
+    alone = replace(FOUND, effect=two)
+    assert words_of(alone, None, rods).startswith(f"{DRIVEN.name} of rod_y: {DRIVEN.linear[0]} (5, 0, 0)")
+
+
 def test_a_leading_name_at_the_ends_of_what_it_can_be_is_doubted() -> None:
     cls = next(effect for effect in EFFECTS if effect.name == "hysteresis")
     loop = Named(cls(gain=(0.01, -1.0, 0.0), threshold_nT=500.0), (), How.HELD_OUT, 50.0, 20.0)
