@@ -41,6 +41,16 @@ def test_the_filter_gives_the_likelihood_of_the_dense_covariance_gaps_included()
         assert ln_S[:, a].sum() + (z[:, a, 0] ** 2).sum() == pytest.approx(exact, rel=1e-10)
 
 
+def test_a_gain_that_has_settled_is_found_anew_where_the_steps_change() -> None:
+    rng = np.random.default_rng(7)
+    time_s = np.cumsum(np.repeat([0.5, 4.0], 120))
+    rest, y = Rest(np.array([3.0]), np.array([1.0]), np.array([[5.0]])), rng.normal(size=240)
+    z, ln_S = rest.whitened(time_s, np.ones(240), y[:, None, None])
+    C = covariance(rest, time_s, 0)
+    assert (z**2).sum() == pytest.approx(y @ np.linalg.solve(C, y), rel=1e-10)
+    assert ln_S.sum() == pytest.approx(np.linalg.slogdet(C)[1], rel=1e-10)
+
+
 def test_whitening_is_linear_and_leaves_white_noise() -> None:
     rng = np.random.default_rng(1)
     y = np.stack([process(rng, 6000, 30.0, 2.0) + rng.normal(size=6000) for _ in range(3)], axis=1)

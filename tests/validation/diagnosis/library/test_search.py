@@ -231,6 +231,15 @@ def test_an_origin_is_found_but_for_what_a_scale_takes_up(origin: tuple[float, f
     assert abs((_value(found, "origin") - middle) @ free) < 0.02 * np.linalg.norm(origin) * np.linalg.norm(free)
 
 
+def test_no_origin_is_tried_beyond_its_bounds() -> None:
+    """A constant of the earth's frame and next to no gradient: the origin would lie beyond all places."""
+    sought = Candidate(_sought("origin"))
+    G = np.diag([1.0, 1.0, -2.0]) * 1e-7
+    posed = problem(hidden={"field_gradient": {"gradient_nT_m": G.tolist()}}, noise_nT=1e-9)
+    constant = posed.whitened(posed.state.R_wb.transpose(0, 2, 1), "field") @ np.array([9e3, 0.0, 0.0])
+    assert [one.tried for one in origins(posed, _left(posed) + constant, sought)] == [1]
+
+
 def test_unit_dipoles_are_the_effects_own() -> None:
     """What the search's kernel leaves of the effect's field at the true place is nothing."""
     effect, place = _sought("place"), np.array([8.0, 14.0, -8.0])

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from calib.numerics.rates import body_rate
 from scenarios.errors import InputError
 from sim.dataset import Recording, write_recording
-from sim.scenario import ModelSpec
+from sim.scenario import ModelSpec, load_model
 from sim.state import REFERENCE
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
 from validation.diagnosis.problem.pose import posed
@@ -51,6 +51,16 @@ def test_what_the_first_alone_feels_is_named_in_its_own_axes() -> None:
     assert (np.abs(one.effect.gain_nT_A - GAIN) < 4 * one.spread["gain_nT_A"]).all()
     assert told.gap.noise_nT == pytest.approx(np.sqrt(2) * NOISE_NT, rel=0.05)
     assert any("regional_field (no attitude)" in line for line in told.untested)
+
+
+def test_a_stated_error_of_the_attitude_is_none_beside_a_reference_that_turns_along() -> None:
+    scenario = load_model("auv-spiral-excited")
+    assert scenario.navigation.attitude_noise_std_deg > 0  # type: ignore[union-attr]
+    beside = posed(beside_reference(two({}, {}), 1, 2, "test"), scenario, FIELD_ENU_NT, None)
+    alone = posed(recording(1200), scenario, FIELD_ENU_NT, None)
+    assert (beside.attitude_std_rad, beside.iron_known) == (0.0, False)
+    assert alone.attitude_std_rad == np.radians(scenario.navigation.attitude_noise_std_deg)  # type: ignore[union-attr]
+    assert alone.iron_known
 
 
 def test_what_the_second_alone_feels_has_the_other_sign() -> None:
