@@ -144,8 +144,9 @@ def log_attitude(found: Diagnosis) -> Iterator[str]:
 
 
 def confirm(found: Diagnosis) -> Iterator[str]:
-    """One recording shares its slow noise with its held-out segments."""
-    if found.named and all(one.evidence is Reach.SINGLE_RUN for one in found.named):
+    """One recording shares its slow noise with its held-out segments; what the values show needs no other."""
+    asked = [one for one in found.named if one.how is not How.DIRECT]
+    if asked and all(one.evidence is Reach.SINGLE_RUN for one in asked):
         yield "Confirm on a second recording with --confirm: held-out segments of one run share its slow noise."
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim.effects import EFFECTS
+from sim.effects import BY_NAME, EFFECTS
 from sim.effects.iron import HardIron, SoftIron
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, verdict_of
@@ -162,6 +162,20 @@ def test_a_recorded_channel_is_offered_as_an_actuator() -> None:
 
 def test_what_was_confirmed_need_not_be_confirmed_again() -> None:
     assert advice_for(_diagnosis(Verdict.NAMED, replace(FOUND, evidence=Reach.TRANSFERRED))) == ()
+
+
+def test_what_the_values_show_needs_no_second_recording() -> None:
+    assert advice_for(_diagnosis(Verdict.UNKNOWN, SEEN)) == ()
+    assert "--confirm" in " ".join(advice_for(_diagnosis(Verdict.PARTIAL, SEEN, FOUND)))
+
+
+def test_no_actuator_is_tried_where_a_curve_of_a_channel_stands() -> None:
+    given = replace(recording(), channels={"pump": np.ones(4000)})
+    curve = replace(FOUND, effect=BY_NAME["channel_effect"](channel="pump"), how=How.CURVE)
+    found = _diagnosis(Verdict.UNKNOWN, curve, problem=problem(given), where=(Share("pump", "body", 0.5),))
+    told = " ".join(advice_for(found))
+    assert "The curve of pump tells no mechanism" in told
+    assert "--actuator" not in told
 
 
 def test_without_attitude_attitude_is_asked_for() -> None:

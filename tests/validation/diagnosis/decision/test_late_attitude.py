@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from sim.dataset import Recording
+from sim.effects import EFFECTS
+from sim.effects.clues import LATE
 from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import ModelSpec
 from sim.state import Array
+from validation.diagnosis.decision.late_attitude import _free_of_kin
+from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import diagnose
@@ -74,3 +80,15 @@ def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
     rate = -cross(np.full((len(TIME_S), 3), 0.4), field_at(TIME_S))
     log = Recording(time_s=TIME_S, mag_nT=field_at(TIME_S) + 0.03 * rate + noise)
     assert diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True).problem.instead == ()
+
+
+@pytest.mark.parametrize(
+    ("changed", "asked"),
+    [({}, True), ({"still": True}, False), ({"relative": True}, False), ({"mode": "strength"}, False)],
+)
+def test_only_an_attitude_that_was_logged_can_be_late(changed: dict[str, object], asked: bool) -> None:
+    posed = SimpleNamespace(**{"mode": "vector", "relative": False, "still": False, **changed})
+    effect = next(one for one in EFFECTS if one.clues.kin == LATE and one.linear)
+    named = SimpleNamespace(evidence=SimpleNamespace(candidate=Candidate(effect)))
+    selection = SimpleNamespace(start=SimpleNamespace(problem=posed), found=[named])
+    assert (_free_of_kin(selection) is named) is asked  # type: ignore[arg-type]

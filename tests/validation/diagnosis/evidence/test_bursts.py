@@ -47,3 +47,12 @@ def test_what_is_far_from_a_rest_that_is_not_quiet_is_no_burst() -> None:
 
 def test_white_noise_has_no_burst() -> None:
     assert direct_evidence(problem(recording(20_000, noise_nT=5.0))) == []
+
+
+def test_at_rest_some_values_in_a_row_may_be_what_was_switched() -> None:
+    """A coil that is on for three samples is no failure; a single value is one still."""
+    given = without_attitude(_with_bursts(3))
+    field_nT = np.array([900.0, 2e4, -4e4]) + given.mag_nT - without_attitude(recording()).mag_nT
+    at_rest = replace(given, mag_nT=field_nT + np.random.default_rng(5).normal(size=field_nT.shape, scale=NOISE_NT))
+    assert problem(at_rest).still
+    assert direct_evidence(problem(at_rest)) == []

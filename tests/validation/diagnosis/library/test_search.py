@@ -20,7 +20,7 @@ from validation.diagnosis.library import moments as moments_module
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.library.moments import _gains, _gains_along_field, moments
 from validation.diagnosis.library.origins import origins
-from validation.diagnosis.library.places import ThinnedPath, places
+from validation.diagnosis.library.places import ThinnedPath, _beside, places
 from validation.diagnosis.library.search import SEARCHES, between_neighbours, found_by_search
 from validation.diagnosis.library.tones import tones
 from validation.diagnosis.policy import STANDARD
@@ -197,6 +197,14 @@ def test_a_dipole_is_found_at_its_place() -> None:
     found = places(posed, _left(posed), Candidate(_sought("place")))
     assert found
     assert min(np.linalg.norm(_value(one, "place") - place) for one in found) < 0.5
+
+
+@pytest.mark.parametrize(("up_m", "beside"), [(0.4, False), (0.6, True), (59.0, True), (61.0, False)])
+def test_a_body_lies_beside_the_path_and_not_far_off(up_m: float, beside: bool) -> None:
+    posed = problem()
+    thin = ThinnedPath.of(posed, _left(posed))
+    top = thin.path[np.argmax(thin.path[:, 2])]
+    assert _beside(thin, top + np.array([0.0, 0.0, up_m]), STANDARD) is beside
 
 
 @pytest.mark.parametrize("scale", [0.04, 30.0], ids=["in a hand", "from the air"])
