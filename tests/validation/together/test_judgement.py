@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 
 from sim.effects import BY_NAME
+from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.result import How, Reach
+from validation.together import judgement
 from validation.together.judgement import _borne_out, _is_the_sensors
 
 TOLD, OPEN = SimpleNamespace(identified=True), SimpleNamespace(identified=False)
@@ -49,3 +51,14 @@ def test_noise_of_open_nature_is_none_where_another_recording_is_white(noise: An
 def test_slow_noise_of_the_sensor_has_one_size_in_all(name: str, how: How, reach: Reach, stays: bool) -> None:
     named = SimpleNamespace(how=how, effect=BY_NAME[name])
     assert _is_the_sensors(SimpleNamespace(named=named, reach=reach)) is stays  # type: ignore[arg-type]
+
+
+def test_noise_of_another_size_in_each_is_in_no_lot(monkeypatch: pytest.MonkeyPatch) -> None:
+    walk, white = (
+        SimpleNamespace(named=SimpleNamespace(how=How.SPECTRUM, effect=BY_NAME[name]), reach=Reach.SOME)
+        for name in ("offset_random_walk", "white_noise")
+    )
+    for name, found in {"changes_of_iron": (), "noise_of": [], "seen_by_values": [walk, white]}.items():
+        monkeypatch.setattr(judgement, name, lambda *asked, found=found: found)
+    lot = SimpleNamespace(chosen=[], members=[], problems=[SimpleNamespace(policy=STANDARD)])
+    assert judgement._common(lot, []) == (white,)  # type: ignore[arg-type,comparison-overlap]

@@ -12,7 +12,7 @@ from sim.state import current_name
 from validation.diagnosis.decision.remarks import long_climb, long_track, remarks
 from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.slow_noise import turns_the_field
-from validation.diagnosis.evidence.when import Stretch, largest
+from validation.diagnosis.evidence.when import largest
 from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.track import ALTITUDE, LATITUDE, LONGITUDE
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
@@ -27,7 +27,7 @@ def sentence_for(found: Diagnosis) -> str:
     """The finding in one sentence for a field engineer."""
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
     said = found.verdict.sentence(
-        causes="; ".join(words_of(one, found.stretch(one), _logged_as(found)) for one in found.named),
+        causes="; ".join(words_of(one, _acts(found, one), _logged_as(found)) for one in found.named),
         share=_share(found),
         left="; ".join(found.after.why or found.doubts),
         nearest=_nearest(found),
@@ -63,7 +63,7 @@ def _nearest(found: Diagnosis) -> str:
 
 def advice_for(found: Diagnosis) -> tuple[str, ...]:
     """What to do next: every line of `ADVICE` that applies."""
-    return tuple(line for advise in ADVICE for line in advise(found))
+    return tuple(dict.fromkeys(line for advise in ADVICE for line in advise(found)))
 
 
 def mend_the_reference(found: Diagnosis) -> Iterator[str]:
@@ -195,12 +195,19 @@ def _logged_as(found: Diagnosis) -> dict[str, str]:
     return {current: channel for channel, current in as_currents(found.problem.recording).items()}
 
 
-def words_of(one: Named, stretch: Stretch | None = None, logged: Mapping[str, str] | None = None) -> str:
+def _acts(found: Diagnosis, one: Named) -> str:
+    """When a named effect acts, in words; of two of a name it is said of the one that acts all along too."""
+    stretch = found.stretch(one)
+    if stretch is not None:
+        return f" {stretch.words}"
+    return " in the whole run" if sum(other.name == one.name for other in found.named) > 1 else ""
+
+
+def words_of(one: Named, when: str = "", logged: Mapping[str, str] | None = None) -> str:
     """A name with its look-alikes, what drives it, when it acts, its main parameter and its size.
 
-    logged : channels by the name of the motor current that they stand for.
+    when : in words; logged : channels by the name of the motor current that they stand for.
     """
-    when = "" if stretch is None else f" {stretch.words}"
     either = f" (or {', '.join(one.others)})" if one.others else ""
     if (moment := one.effect.with_role("moment")) is not None:
         moments = [getattr(each, moment) for each in one.effects if each.name == one.name]

@@ -118,9 +118,10 @@ def _next_of(table: Table, policy: Policy) -> Next | None:
 
 
 def _by_name(told: Onward) -> list[tuple[str, list[str]]]:
-    """Each name with the look-alikes that no leg tells from it."""
-    names = dict.fromkeys(name for name, _ in told.same)
-    return [(name, [other for one, other in told.same if one == name]) for name in names]
+    """Each name with the look-alikes that no leg tells from it, once where two of the name have them."""
+    pairs = dict.fromkeys(told.same)
+    names = dict.fromkeys(name for name, _ in pairs)
+    return [(name, [other for one, other in pairs if one == name]) for name in names]
 
 
 def _minutes(seconds: float) -> str:

@@ -198,16 +198,24 @@ def test_events_are_told_with_their_moments() -> None:
     assert f"{cls.name} at 33.71 s and 90.70 s: " in words_of(replace(FOUND, effect=on, also=(off,)))
 
 
+def test_of_two_changes_of_the_iron_it_is_said_when_each_acts() -> None:
+    on = replace(FOUND, effect=HardIron((3.0, 0.0, 0.0), active_s=(30.0, 90.0)), alternatives=("sensor_offset",))
+    found = _diagnosis(Verdict.PARTIAL, on, _or(IRON, "sensor_offset"))
+    told = sentence_for(found)
+    assert "hard_iron (or sensor_offset) from 30 s to 90 s" in told
+    assert "; hard_iron (or sensor_offset) in the whole run: offset_nT" in told
+    assert "whole run" not in sentence_for(_diagnosis(Verdict.PARTIAL, FOUND, IRON))
+    assert sum("may also be" in line for line in advice_for(found)) == 1
+
+
 def test_of_several_motors_the_sentence_says_whose_gain_it_tells() -> None:
     two, one = (DRIVEN(**{DRIVEN.linear[0]: (gain, 0.0, 0.0), "motor": motor}) for motor, gain in ((2, 5.0), (1, 3.0)))
     both = replace(FOUND, effect=two, also=(one,))
     assert words_of(both).startswith(f"{DRIVEN.name}: {DRIVEN.linear[0]} of current_2_A (5, 0, 0) nT/A")
     rods = {"current_1_A": "rod_x", "current_2_A": "rod_y"}
-    assert words_of(both, None, rods).startswith(
-        f"{DRIVEN.name} of rod_x, rod_y: {DRIVEN.linear[0]} of rod_y (5, 0, 0)"
-    )
+    assert words_of(both, "", rods).startswith(f"{DRIVEN.name} of rod_x, rod_y: {DRIVEN.linear[0]} of rod_y (5, 0, 0)")
     alone = replace(FOUND, effect=two)
-    assert words_of(alone, None, rods).startswith(f"{DRIVEN.name} of rod_y: {DRIVEN.linear[0]} (5, 0, 0)")
+    assert words_of(alone, "", rods).startswith(f"{DRIVEN.name} of rod_y: {DRIVEN.linear[0]} (5, 0, 0)")
 
 
 def test_a_leading_name_at_the_ends_of_what_it_can_be_is_doubted() -> None:

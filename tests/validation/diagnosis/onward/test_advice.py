@@ -19,7 +19,7 @@ from sim.scenario import Scenario, load
 from sim.simulate import plan
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT
 from validation.diagnosis.onward import advice
-from validation.diagnosis.onward.advice import advised, onward
+from validation.diagnosis.onward.advice import Onward, _by_name, advised, onward
 from validation.diagnosis.onward.legs import legs_of, measured_along
 from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.workflow import diagnose
@@ -85,3 +85,8 @@ def test_twins_are_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
     first = legs_of(scenario)[:1]
     monkeypatch.setattr(advice, "legs_of", lambda model: first)
     assert ("hard_iron", "sensor_offset") in onward(found).same
+
+
+def test_look_alikes_of_two_effects_of_a_name_are_listed_once() -> None:
+    twice = Onward(None, (("hard_iron", "sensor_offset"), ("latency", "bandwidth"), ("hard_iron", "sensor_offset")))
+    assert _by_name(twice) == [("hard_iron", ["sensor_offset"]), ("latency", ["bandwidth"])]

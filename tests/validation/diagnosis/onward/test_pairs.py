@@ -67,3 +67,10 @@ def test_a_leg_tells_no_more_than_it_shows_of_the_name(flown: Flown) -> None:
     pair = Pair(error, other, (Candidate(RegionalField),), (Candidate.of(other),), listed=True)
     assert flown.lacks(other, pair.mine) > 10 * flown.size(error)
     assert pair.apart(flown) == flown.size(error)
+
+
+def test_a_leg_at_rest_tells_changes_of_the_iron_apart_only_where_iron_is_fitted(flown: Flown) -> None:
+    (pair,) = pairs_of(flown, named(HardIron((30.0, -20.0, 10.0)), "soft_iron"))
+    turning = replace(flown, iron=False)
+    assert pair.apart(turning) > 0
+    assert pair.apart(replace(turning, problem=replace(flown.problem, still=True))) == 0
