@@ -11,8 +11,9 @@ import pytest
 from sim.effects import BY_NAME
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.result import How, Reach
-from validation.together import judgement
-from validation.together.judgement import _borne_out, _is_the_sensors
+from validation.together import judgement, selection
+from validation.together.judgement import Lot, _borne_out, _is_the_sensors
+from validation.together.reach import There
 
 TOLD, OPEN = SimpleNamespace(identified=True), SimpleNamespace(identified=False)
 
@@ -62,3 +63,40 @@ def test_noise_of_another_size_in_each_is_in_no_lot(monkeypatch: pytest.MonkeyPa
         monkeypatch.setattr(judgement, name, lambda *asked, found=found: found)
     lot = SimpleNamespace(chosen=[], members=[], problems=[SimpleNamespace(policy=STANDARD)])
     assert judgement._common(lot, []) == (white,)  # type: ignore[arg-type,comparison-overlap]
+
+
+@dataclass(frozen=True)
+class Chose:
+    """Of a selection what a lot changes."""
+
+    found: tuple[Any, ...] = ()
+    end: Any = None
+    before: Any = None
+    after: Any = None
+
+
+@pytest.mark.parametrize(("there", "count"), [(There.PRESENT, 1), (There.OPEN, 1), (There.ABSENT, 0)])
+def test_a_recording_believes_no_effect_that_it_says_is_absent(
+    there: There, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ground = SimpleNamespace(beside=lambda columns: ground)
+    belief = SimpleNamespace(selection=Chose())
+    member = SimpleNamespace(events=[], ground=ground, seen=SimpleNamespace(belief=belief), problem=None)
+    joint = SimpleNamespace(asked=[member], candidate=SimpleNamespace(columns=lambda problem: None, name="scale"))
+    one = SimpleNamespace(finding=SimpleNamespace(joint=joint, there=[there]), alternatives=())
+    monkeypatch.setattr(judgement, "judged_at", lambda *asked: SimpleNamespace(name="scale"))
+    monkeypatch.setattr(judgement, "tests_beside", lambda *asked: None)
+    monkeypatch.setattr(judgement, "believed", lambda selection: selection)
+    lot = Lot([member], [one])  # type: ignore[list-item]
+    assert len(lot.belief(0).found) == count
+
+
+@pytest.mark.parametrize(("mode", "holds"), [("vector", False), ("strength", True)])
+def test_a_source_must_show_along_the_field_where_more_than_that_is_seen(
+    mode: str, holds: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(selection, "gains_along_the_field", lambda *grounds: False)
+    candidate = SimpleNamespace(effect=BY_NAME["local_dipole"])
+    found = SimpleNamespace(there=[There.PRESENT] * 2, joint=SimpleNamespace(candidate=candidate))
+    members = [SimpleNamespace(ground=None, problem=SimpleNamespace(mode=mode))] * 2
+    assert selection._along_the_field(found, members, members) is holds  # type: ignore[arg-type]
