@@ -11,7 +11,6 @@ import numpy as np
 from scenarios.errors import InputError
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
 from sim.effects.clues import AT_SEVERAL_RATES, LATE, OTHER_THRUST, Clues
-from sim.effects.dynamic import Bandwidth, Latency
 from sim.effects.kernels import first_order_lag, times
 from sim.effects.values import Mat3, Quantity, Vec3
 from sim.state import Array, State, current_name, missing_channel
@@ -38,10 +37,7 @@ class EddyCurrent(Effect):
         "matrix_s": ((0.1, 0.01, 0.02), (-0.03, 0.05, 0.03), (0.04, 0.01, 0.02)),
         "time_constant_s": 0.1,
     }
-    clues = Clues(
-        apart=AT_SEVERAL_RATES, remedy="use a calibration with an eddy term, or turn more slowly", kin=LATE,
-        contains=(Bandwidth.name, Latency.name),
-    )  # fmt: skip
+    clues = Clues(apart=AT_SEVERAL_RATES, remedy="use a calibration with an eddy term, or turn more slowly", kin=LATE)
 
     matrix_s: Annotated[
         Mat3, Quantity("s", -10.0, 10.0, "B, on the field's rate in the body frame (nT/s)", role="linear")

@@ -20,20 +20,20 @@ from validation.diagnosis.policy import STANDARD
 ERROR = {"error_enu_nT": [60.0, -40.0, 20.0]}
 
 
-@pytest.mark.parametrize("hidden", [{"latency": {"delay_s": 0.02}}, {"bandwidth": {"cutoff_hz": 8.0}}])
-def test_a_delay_alike_on_all_axes_is_no_eddy_current(hidden: Any) -> None:
-    """Of an eddy current's nine coefficients a delay is one: a hull's currents are not alike on all axes."""
-    (first,) = select(problem(n=2000, hidden=hidden)).found
-    assert {first.name, *first.alternatives} == {"latency", "bandwidth"}
+def test_eddy_currents_are_listed_beside_a_delay_that_they_make_too() -> None:
+    """Of a shell that is alike on all axes: whether it is that or the sensor no data tell."""
+    nothing: Any = None
+    delay, shell = (Candidate(BY_NAME[name]) for name in ("latency", "eddy_current"))
+    one = Evidence(delay, 600.0, 1.0, 1.0, 1.0, nothing, nothing, 1)
+    assert len(without_fuller([one, replace(one, candidate=shell, gain=601.0)], one, 4.6, STANDARD)) == 2
 
 
 def test_a_fuller_effect_that_gains_more_than_an_error_of_form_is_listed() -> None:
-    """Of a delay with a matrix of its own nobody knows whether it is a hull or a sensor."""
     nothing: Any = None
-    delay, hull = (Candidate(effect) for name in ("latency", "eddy_current") for effect in [BY_NAME[name]])
-    one = Evidence(delay, 600.0, 1.0, 1.0, 1.0, nothing, nothing, 1)
+    constant, gradient = (Candidate(BY_NAME[name]) for name in ("regional_field", "field_gradient"))
+    one = Evidence(constant, 600.0, 1.0, 1.0, 1.0, nothing, nothing, 3)
     for gain, listed in ((610.0, 1), (900.0, 2)):
-        assert len(without_fuller([one, replace(one, candidate=hull, gain=gain)], one, 4.6, STANDARD)) == listed
+        assert len(without_fuller([one, replace(one, candidate=gradient, gain=gain)], one, 4.6, STANDARD)) == listed
 
 
 def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.MonkeyPatch) -> None:
