@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
@@ -14,6 +15,7 @@ from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.evidence.when import largest
 from validation.diagnosis.problem.actuators import as_currents
+from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.track import ALTITUDE, LATITUDE, LONGITUDE
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
@@ -91,9 +93,9 @@ def follow_the_height(found: Diagnosis) -> Iterator[str]:
 
 
 def try_an_actuator(found: Diagnosis) -> Iterator[str]:
-    """A recorded channel that the gap goes with may be what drives it."""
+    """A recorded channel that the gap goes with may be what drives it; a place drives nothing."""
     recording = found.problem.recording
-    untried = set(recording.channels) - set(as_currents(recording))
+    untried = set(recording.channels) - set(as_currents(recording)) - {LATITUDE, LONGITUDE, ALTITUDE}
     goes_with = [one.channel for one in found.where[:TRIED_CHANNELS] if one.channel in untried]
     if goes_with and not found.verdict.explained and not curves_of(found):
         options = " ".join(f"--actuator {name}" for name in goes_with)
@@ -128,6 +130,28 @@ def ways_to_tell(named: Sequence[Named]) -> Iterator[str]:
         if one.others:
             ways = dict.fromkeys(filter(None, (BY_NAME[name].clues.apart for name in (one.name, *one.alternatives))))
             yield f"{one.name} may also be {', '.join(one.others)}. To tell: {'; '.join(ways)}."
+
+
+def turn_where_it_stood(found: Diagnosis) -> Iterator[str]:
+    """Iron in a part of the run, in which or beside which the vehicle stands: so is the field of that place."""
+    for one in found.named:
+        if (stretch := found.stretch(one)) is None or not (one.effect.clues.absorbed and found.problem.turns):
+            continue
+        acts = one.effect.acts(found.problem.state.time_s)
+        if _stands(found.problem, acts) or _stands(found.problem, ~acts):
+            yield (
+                f"{one.name} acts {stretch.words}, and in that part or beside it the vehicle stands: the field of the "
+                "place where it stood, of steel or a magnet near by, looks the same. To tell: turn it there too."
+            )
+
+
+def _stands(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
+    """Whether the field hardly turns in the sensor at some of the samples (n,)."""
+    if not samples.any():
+        return False
+    field_nT = problem.state.field_nT[samples]
+    spread_nT = float(np.linalg.norm(field_nT.std(axis=0)))
+    return spread_nT < problem.policy.still_spread * float(np.linalg.norm(field_nT.mean(axis=0)))
 
 
 def suspect_navigation(found: Diagnosis) -> Iterator[str]:
@@ -165,6 +189,7 @@ ADVICE: tuple[Advise, ...] = (
     seek_the_mechanism,
     fly_another_motion,
     tell_look_alikes_apart,
+    turn_where_it_stood,
     suspect_navigation,
     log_attitude,
     confirm,

@@ -160,6 +160,14 @@ def test_a_recorded_channel_is_offered_as_an_actuator() -> None:
     assert "--actuator" not in " ".join(advice_for(replace(found, verdict=Verdict.CLASS)))
 
 
+def test_a_height_is_offered_as_no_actuator() -> None:
+    given = replace(recording(), channels={"altitude_m": np.linspace(0.0, 900.0, 4000), "pump": np.ones(4000)})
+    where = (Share("altitude_m", "body", 0.9), Share("pump", "body", 0.5))
+    told = " ".join(advice_for(_diagnosis(Verdict.UNKNOWN, problem=problem(given), where=where)))
+    assert "--actuator pump" in told
+    assert "--actuator altitude_m" not in told
+
+
 def test_what_was_confirmed_need_not_be_confirmed_again() -> None:
     assert advice_for(_diagnosis(Verdict.NAMED, replace(FOUND, evidence=Reach.TRANSFERRED))) == ()
 
@@ -181,7 +189,7 @@ def test_no_actuator_is_tried_where_a_curve_of_a_channel_stands() -> None:
 def test_without_attitude_attitude_is_asked_for() -> None:
     found = _diagnosis(Verdict.NONE, problem=problem(without_attitude(recording())))
     assert "log attitude" in advice_for(found)[0]
-    assert len(ADVICE) == 11
+    assert len(ADVICE) == 12
 
 
 def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
@@ -206,6 +214,21 @@ def test_of_two_changes_of_the_iron_it_is_said_when_each_acts() -> None:
     assert "; hard_iron (or sensor_offset) in the whole run: offset_nT" in told
     assert "whole run" not in sentence_for(_diagnosis(Verdict.PARTIAL, FOUND, IRON))
     assert sum("may also be" in line for line in advice_for(found)) == 1
+
+
+@pytest.mark.parametrize(("stood", "told"), [((0.0, 100.0), True), ((100.0, 400.0), True), ((0.0, 50.0), False)])
+def test_iron_that_begins_where_the_vehicle_stops_standing_may_be_the_field_there(
+    stood: tuple[float, float], told: bool
+) -> None:
+    """It acts from 100 s on; the run has 400 s."""
+    on = replace(FOUND, effect=HardIron((3.0, 0.0, 0.0), active_s=(100.0, 500.0)))
+    time_s, field_nT = POSED.state.time_s, POSED.state.field_nT.copy()
+    field_nT[(time_s >= stood[0]) & (time_s < stood[1])] = field_nT[0]
+    posed = replace(POSED, state=replace(POSED.state, field_nT=field_nT))
+    lines = advice_for(_diagnosis(Verdict.PARTIAL, on, problem=posed))
+    assert any("turn it there too" in line for line in lines) is told
+    always = replace(FOUND, effect=HardIron((3.0, 0.0, 0.0)))
+    assert "turn it there too" not in " ".join(advice_for(_diagnosis(Verdict.PARTIAL, always, problem=posed)))
 
 
 def test_of_several_motors_the_sentence_says_whose_gain_it_tells() -> None:
