@@ -44,6 +44,11 @@ class Estimate:
         """Nats that coefficients (k,) as they are explain under the stated error: ``c^T g - c^T N c / 2``."""
         return float(c @ self.g - c @ self.N @ c / 2)
 
+    def scaled_gain(self, c: Array) -> float:
+        """Nats that coefficients (k,) times the factor above zero that is best explain, over their inflation."""
+        along, size = float(c @ self.g), float(c @ self.N @ c)
+        return along**2 / (2 * size * self.inflation(c)) if min(along, size) > 0 else 0.0
+
     def inflation(self, c: Array) -> float:
         """Variance along coefficients (k,) over the stated one."""
         size = float(c @ self.N @ c)

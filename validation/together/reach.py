@@ -50,10 +50,25 @@ def finding(joint: Joint, needed: float, policy: Policy) -> Finding:
     if len(some) < 2:
         return Finding(joint, None, total, there, agree)
     part, agree_there = _common(joint, some, policy)
-    believed = _holds(joint, max(total, part), agree_there, needed)
-    same = There.ABSENT in there and part > needed and agree_there.p > policy.not_transferred_alarm
-    reach = Reach.SOME if same else Reach.NOT_TRANSFERRED
-    return Finding(joint, reach if believed else None, max(total, part), there, agree_there)
+    reach = None
+    if _holds(joint, max(total, part), agree_there, needed):
+        same = There.ABSENT in there and part > needed and agree_there.p > policy.not_transferred_alarm
+        reach = Reach.SOME if same else _differing(joint, some, needed, policy)
+    return Finding(joint, reach, max(total, part), there, agree_there)
+
+
+def _differing(joint: Joint, some: Sequence[int], needed: float, policy: Policy) -> Reach | None:
+    return Reach.NOT_TRANSFERRED if _shown_by_two(joint, some, needed, policy) else None
+
+
+def _shown_by_two(joint: Joint, some: Sequence[int], needed: float, policy: Policy) -> bool:
+    """Whether two recordings show an effect whose coefficients differ: enough by themselves, or the others' course.
+
+    The others' coefficients then explain each, times a factor of its own: what has another sign is no second witness.
+    """
+    there = {i: one for i in some if (one := joint.estimates[i]) is not None}
+    gains = (one.scaled_gain(c) for one, c in zip(there.values(), foretold(list(there.values())), strict=True))
+    return sum(gain > policy.apart or joint.own(i) > needed for i, gain in zip(there, gains, strict=True)) > 1
 
 
 def compared(joint: Joint, policy: Policy) -> Finding:

@@ -22,7 +22,7 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.workflow import Examined
 from validation.together.alike import Settings, explain_as_much, is_useless_beside, look_alikes
-from validation.together.asked import Joint, beside_own, columns_in, estimate
+from validation.together.asked import Asked, Joint, beside_own, columns_in, estimate
 from validation.together.coefficients import Estimate, left_out_gains
 from validation.together.reach import Finding, There, finding
 
@@ -63,10 +63,10 @@ class Member:
         """Of these, what they may be instead too."""
         return {name for one in self.named for name in (one.name, *one.alternatives)}
 
-    def instead_of(self, name: str) -> list[Array]:
-        """Columns (N, q, k) of what its own diagnosis finds and does not take for an effect of this name."""
-        others = (one for one in self.named if name not in (one.name, *one.alternatives))
-        return [one.columns(self.problem) for one in others]
+    def instead_of(self, one: Joint) -> list[Array]:
+        """Columns (N, q, k) of what its own diagnosis finds, of another kin, and does not take for such an effect."""
+        others = (own for own in self.named if one.name not in (own.name, *own.alternatives))
+        return [own.columns(self.problem) for own in others if not are_kin(own.evidence, one)]
 
     def beside(self, candidate: Candidate) -> Member:
         """The same with a further effect in, where the recording holds its causes."""
@@ -93,14 +93,24 @@ class Chosen:
         sizes = [one.strength for one, there in pairs if one is not None and there is There.PRESENT]
         return float(np.sqrt(np.mean(np.square(sizes or [one.strength for one in self.finding.joint.there]))))
 
+    def alone(self, besides: Sequence[Beside]) -> Chosen:
+        """The same as if nothing else were in."""
+        joint = self.finding.joint
+        asked = tuple(
+            one and Asked.of(one.candidate, one.problem, beside, one.columns)
+            for one, beside in zip(joint.asked, besides, strict=True)
+        )
+        return replace(self, finding=replace(self.finding, joint=replace(joint, asked=asked)))
+
 
 def select_together(members: Sequence[Member], say: Progress) -> tuple[list[Chosen], list[Finding]]:
     """Effects that the recordings together bear out, and those that only one of them names."""
     policy, settings, chosen = members[0].problem.policy, _settings(members), list[Chosen]()
+    first = [Beside.of(one.problem, one.ground.inside) for one in members]
     while len(chosen) < policy.most_effects and not (chosen and _clean(members, [one.name for one in chosen])):
         say(f"all recordings together, round {len(chosen) + 1}")
         best = _best(members, settings, chosen)
-        if best is None or _is_form(best, chosen, policy):
+        if best is None or _is_form(best, chosen, first, policy):
             break
         chosen.append(best)
         members = [one.beside(best.finding.joint.candidate) for one in members]
@@ -141,7 +151,8 @@ def _best(members: Sequence[Member], settings: Settings, chosen: Sequence[Chosen
             named = _named(joint, found, tried, settings, members, coloured=coloured)
             if not _is_refused(named, members):
                 return named
-        refused.append(joint)
+        if found.joint.asked == joint.asked:  # where one recording has another cause, that one may be what all have
+            refused.append(joint)
     return None
 
 
@@ -164,7 +175,7 @@ def _finding(joint: Joint, members: Sequence[Member], *, coloured: bool) -> Find
     policy = members[0].problem.policy
     needed = policy.coloured_nats if coloured else policy.accepted_together(len(EFFECTS))
     pairs = zip(joint.asked, members, strict=True)
-    asked = tuple(one and beside_own(one, member.instead_of(joint.name)) for one, member in pairs)
+    asked = tuple(one and beside_own(one, member.instead_of(joint)) for one, member in pairs)
     return finding(replace(joint, asked=asked), needed, policy)
 
 
@@ -258,13 +269,17 @@ def _named(
     return Chosen(last, tuple(name for name in names if name != last.joint.name))
 
 
-def _is_form(best: Chosen, chosen: Sequence[Chosen], policy: Policy) -> bool:
-    """Whether an effect is only the form of what is in: of its kin, or smaller by far."""
+def _is_form(best: Chosen, chosen: Sequence[Chosen], first: Sequence[Beside], policy: Policy) -> bool:
+    """Whether an effect is only the form of what is in: of its kin, or smaller by far.
+
+    first : the rows without any effect. What is much smaller than alone looked like what is in.
+    """
     if not chosen:
         return False
     kin = any(are_kin(best.finding.joint, one.finding.joint) for one in chosen)
     same = any(best.name == one.name for one in chosen)
-    share = policy.same_form_share if same else policy.form_share
+    like = best.strength < policy.shrunk_form * best.alone(first).strength
+    share = policy.same_form_share if same or like else policy.form_share
     return kin or best.strength < share * chosen[0].strength
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sim.effects import BY_NAME
 from sim.effects.currents import MotorCurrent
 from sim.effects.earth import FieldGradient, RegionalField
 from sim.effects.iron import HardIronDrift
@@ -21,7 +22,7 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.together.alike import explain_as_much
 from validation.together.asked import Asked, Joint, beside_own
 from validation.together.reach import finding as reached
-from validation.together.selection import _is_refused
+from validation.together.selection import Chosen, Member, _is_form, _is_refused
 
 DRIFT = Candidate.of(HardIronDrift(rate_nT_h=(100.0, 50.0, 20.0)))
 WARM = Candidate.of(TemperatureOffset(slope_nT_K=(1.0, 0.5, 0.2)))
@@ -87,3 +88,32 @@ def test_what_half_of_the_recordings_refuse_by_themselves_is_no_name(own, named,
     )
     members: Any = [SimpleNamespace(names=set(names)) for names in named]
     assert _is_refused(one, members) is refused
+
+
+def test_what_is_much_smaller_than_alone_looked_like_what_is_in() -> None:
+    here = flown("warm", 4.0)
+    alone, beside = (Beside.of(here, inside) for inside in ([], [WARM.columns(here)]))
+    joints = (Joint.of(DRIFT, [each] * 2, [here] * 2, 1) for each in (beside, alone))
+    one, other = (Chosen(reached(joint, 0.0, STANDARD), ()) for joint in joints)
+    assert one.strength < STANDARD.shrunk_form * other.strength
+    assert one.alone([alone] * 2).strength == other.strength
+
+
+@pytest.mark.parametrize(("alone", "is_form"), [(0.35, False), (1.1, True)])
+def test_a_third_of_the_first_is_its_form_only_where_it_looked_like_it(alone: float, is_form: bool) -> None:
+    def chosen(effect: Candidate, strength: float) -> Any:
+        joint = SimpleNamespace(candidate=effect)
+        found = SimpleNamespace(name=effect.name, strength=strength, finding=SimpleNamespace(joint=joint))
+        found.alone = lambda first: SimpleNamespace(strength=alone)
+        return found
+
+    assert _is_form(chosen(DRIFT, 0.3), [chosen(WARM, 0.92)], [], STANDARD) is is_form
+
+
+def test_what_is_of_one_kin_is_not_held_against_it() -> None:
+    latency, eddy = (Candidate(BY_NAME[name]) for name in ("latency", "eddy_current"))
+    own: Any = SimpleNamespace(name="latency", alternatives=(), evidence=SimpleNamespace(candidate=latency))
+    own.columns = lambda given: np.zeros((1, 1, 1))
+    member: Any = SimpleNamespace(named=[own], problem=None)
+    asked = [Member.instead_of(member, SimpleNamespace(name=one.name, candidate=one)) for one in (latency, eddy, DRIFT)]  # type: ignore[arg-type]
+    assert [len(one) for one in asked] == [0, 0, 1]

@@ -2,15 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.result import Reach
 from validation.together import reach
-from validation.together.reach import There, finding
+from validation.together.coefficients import Estimate
+from validation.together.reach import There, _shown_by_two, finding
+
+GIVEN = Estimate(np.diag([20.0, 10.0]), np.array([20.0, 10.0]))
+SMALL, TURNED, WEAK = (replace(GIVEN, g=by * GIVEN.g) for by in (0.7, -0.7, 0.1))
+
+
+def joint_of(estimates: tuple[Estimate, ...], own: tuple[float, ...], candidate: Any = None) -> Any:
+    return SimpleNamespace(asked="abc", estimates=estimates, own=own.__getitem__, candidate=candidate)
+
+
+@pytest.mark.parametrize(
+    ("second", "own", "shown"),
+    [
+        (SMALL, (6.0, 6.0), True),
+        (TURNED, (6.0, 6.0), False),
+        (TURNED, (6.0, 16.0), False),
+        (TURNED, (16.0, 16.0), True),
+        (WEAK, (16.0, 6.0), False),
+    ],
+)
+def test_what_has_another_sign_is_no_second_witness(second: Estimate, own: tuple[float, float], shown: bool) -> None:
+    """Unless both show it by themselves."""
+    assert _shown_by_two(joint_of((GIVEN, second), own), (0, 1), 10.0, STANDARD) is shown
 
 
 @pytest.mark.parametrize(
@@ -25,7 +50,7 @@ def test_what_differs_is_present_in_two_recordings_at_least(
 ) -> None:
     """However much the coefficients explain: what one recording alone shows is no name."""
     candidate = SimpleNamespace(possible=lambda c: True)
-    joint: Any = SimpleNamespace(asked=("a", "b", "c"), candidate=candidate)
+    joint: Any = joint_of((GIVEN, SMALL, replace(GIVEN)), (9.0, 9.0, 9.0), candidate)
     differ = SimpleNamespace(p=1e-9, c=1.0)
     monkeypatch.setattr(reach, "_there", lambda *_: there)
     monkeypatch.setattr(reach, "_common", lambda *_: (1e3, differ))
