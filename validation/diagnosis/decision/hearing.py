@@ -29,8 +29,15 @@ from validation.diagnosis.evidence.windowed import comes_again
 from validation.diagnosis.evidence.within import gain_within
 from validation.diagnosis.policy import Policy
 
+NOT_ALONG = "nothing along the field: an error of the attitude"
+DENIED_ALONG = "adds along the field what is not there: an error of the attitude"
+OF_MANY_SIZES = "of another size in each part of the run"
+BY_ANOTHER = (NOT_ALONG, DENIED_ALONG, OF_MANY_SIZES)
+"""Refusals that may be for what another effect leaves."""
 IsClean = Callable[[Ground, str], bool]
 """(ground with an effect in, its name) -> whether what is left is white."""
+Next = Callable[[Ground, Evidence], Accepted | None]
+"""(ground with an effect in, that one) -> what is found beside it."""
 
 
 def beside_colour(
@@ -40,11 +47,13 @@ def beside_colour(
     is_clean: IsClean,
     windowed: Sequence[Evidence] = (),
     fuller: Sequence[Evidence] = (),
+    beyond: Next | None = None,
 ) -> Round:
     """The candidate that beats a rest with its own colour; one rest for all would swallow it, or take it for granted.
 
     start : the ground without any effect, whose gap a share is of. windowed : candidates that act in a part of the run.
-    fuller : candidates with a form from the start, each in place of the plain one where that gains less.
+    fuller : candidates with a form from the start, each in place of the plain one where that gains less. beyond : what
+    is found beside one that does not stand alone.
     """
     beside = Beside.of(ground.problem, ground.inside)
     ranking, columns, rough, within = _roughly([*ranking, *fuller], beside, ground)
@@ -53,7 +62,7 @@ def beside_colour(
     heard = (beside.standing(ranking[i], columns[i], within[i]) for i in first[:most])
     tried = sorted(heard, key=lambda one: -one.gain)
     tried = [*_far_better(windowed, tried, beside, ground), *tried]
-    trials = _until_one_stands(Hearing(ground, beside, start, is_clean), tried)
+    trials = _until_one_stands(Hearing(ground, beside, start, is_clean, beyond), tried)
     chosen = _chosen(trials, tried, beside, ranking)
     others = [(ranking[i], float(rough[i])) for i in first[most:]]
     return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, ground.problem.policy)])
@@ -134,6 +143,23 @@ class Hearing:
     beside: Beside
     start: Ground
     is_clean: IsClean
+    beyond: Next | None = None
+
+    def stands_beside_another(self, one: Standing) -> bool:
+        """Whether a candidate stands once the next effect is in, which is found with this one in.
+
+        Of two effects the larger may be refused for what the other leaves: neither stands by itself, each beside the
+        other.
+        """
+        problem = self.ground.problem
+        if self.beyond is None:
+            return False
+        other = self.beyond(self.ground.beside(one.evidence.candidate.columns(problem)), one.evidence)
+        if other is None or other.name == one.evidence.name:
+            return False
+        ground = self.ground.beside(other.columns(problem))
+        hearing = Hearing(ground, Beside.of(problem, ground.inside), self.start, self.is_clean)
+        return not hearing.of(hearing.beside.standing(one.evidence, one.columns)).refusal
 
     def of(self, one: Standing) -> Trial:
         """A candidate on trial."""
@@ -148,7 +174,7 @@ class Hearing:
         elif one.gain <= by_chance.max():
             refusal = "no more than its columns moved in time"
         elif differs_along_the_run(one, self.beside):
-            refusal = "of another size in each part of the run"
+            refusal = OF_MANY_SIZES
         else:
             refusal = (
                 self._refusal_by_course(one.evidence, with_it)
@@ -185,17 +211,22 @@ class Hearing:
             return ""
         turned = source or problem.level is not None  # all that the dip has may be an error of roll and pitch
         if coloured and turned and not gains_along_the_field(self.ground, with_it, candidate.tried):
-            return "nothing along the field: an error of the attitude"
+            return NOT_ALONG
         if gained_along_the_field(self.ground, with_it) < -problem.policy.apart:
-            return "adds along the field what is not there: an error of the attitude"
+            return DENIED_ALONG
         return ""
 
 
 def _until_one_stands(hearing: Hearing, tried: Sequence[Standing]) -> list[Trial]:
+    """Trials in their order up to the first that stands; the strongest of all also beside another."""
     trials: list[Trial] = []
     for one in tried:
-        trials.append(hearing.of(one))
-        if not trials[-1].refusal:
+        trial = hearing.of(one)
+        doubted = one is tried[0] and trial.refusal in BY_ANOTHER
+        if doubted and hearing.stands_beside_another(one):
+            trial = replace(trial, refusal="")
+        trials.append(trial)
+        if not trial.refusal:
             break
     return trials
 

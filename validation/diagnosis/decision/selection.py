@@ -14,7 +14,7 @@ from validation.diagnosis.decision.forms import in_full
 from validation.diagnosis.decision.hearing import beside_colour
 from validation.diagnosis.decision.motors import each_by_itself
 from validation.diagnosis.evidence.battery import Battery, battery
-from validation.diagnosis.evidence.compare import judge, ranked
+from validation.diagnosis.evidence.compare import Evidence, judge, ranked
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import Judged
 from validation.diagnosis.evidence.stated import as_stated
@@ -89,8 +89,13 @@ def _round(
     found: Sequence[Accepted],
     start: Ground,
     tests: Battery,
+    *,
+    alone: bool = False,
 ) -> Round:
-    """The next effect: beside white noise where what is left is clean, else beside a rest with its own colour."""
+    """The next effect: beside white noise where what is left is clean, else beside a rest with its own colour.
+
+    alone : no other effect is looked for beside one that is doubted.
+    """
     ranking = ranked(ground, members)
     if tests.clean:
         return beside_white_noise(ranking, ground.problem.policy)
@@ -99,7 +104,12 @@ def _round(
     def is_clean(after: Ground, name: str) -> bool:
         return residual_tests(after, [*before, name]).clean
 
-    return beside_colour(ground, ranking, start, is_clean, windowed(ground, ranking, members), fuller(ground, members))
+    def beyond(with_it: Ground, one: Evidence) -> Accepted | None:
+        left = tests_beside(with_it, [*before, one.name])
+        return None if left.clean else _round(with_it, members, found, start, left, alone=True).chosen
+
+    switched, full = windowed(ground, ranking, members), fuller(ground, members)
+    return beside_colour(ground, ranking, start, is_clean, switched, full, None if alone else beyond)
 
 
 def names_of(found: Sequence[Accepted]) -> list[str]:

@@ -10,9 +10,10 @@ import pytest
 from sim.effects import BY_NAME, EFFECTS
 from tests.validation.diagnosis.synthetic import problem
 from validation.diagnosis.decision.choice import without_fuller
-from validation.diagnosis.decision.hearing import Hearing, Trial
+from validation.diagnosis.decision.hearing import BY_ANOTHER, NOT_ALONG, Hearing, Trial
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.compare import Evidence
+from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.standing import Standing
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
@@ -26,6 +27,22 @@ def test_eddy_currents_are_listed_beside_a_delay_that_they_make_too() -> None:
     delay, shell = (Candidate(BY_NAME[name]) for name in ("latency", "eddy_current"))
     one = Evidence(delay, 600.0, 1.0, 1.0, 1.0, nothing, nothing, 1)
     assert len(without_fuller([one, replace(one, candidate=shell, gain=601.0)], one, 4.6, STANDARD)) == 2
+
+
+@pytest.mark.parametrize("refusal", [NOT_ALONG, TOO_LITTLE])
+def test_of_two_effects_each_may_stand_beside_the_other_alone(refusal: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The larger is refused for what the other leaves, and is in once that one is; of too little nothing is asked."""
+    gradient = {"gradient_nT_m": [[0.4, -0.2, 0.1], [-0.2, 0.3, 0.5], [0.1, 0.5, -0.7]]}
+    jump = {"time_s": 120.0, "step_nT": [6.0, -6.0, 3.0]}
+    posed, of = problem(n=2000, hidden={"field_gradient": gradient, "offset_jump": jump}), Hearing.of
+
+    def refusing(self: Hearing, one: Standing) -> Trial:
+        sole = not self.ground.inside and one.evidence.name == "field_gradient"
+        return replace(of(self, one), refusal=refusal) if sole else of(self, one)
+
+    monkeypatch.setattr(Hearing, "of", refusing)
+    first = [one.name for one in select(posed).found][:1]
+    assert (first == ["field_gradient"]) is (refusal in BY_ANOTHER)
 
 
 def test_a_fuller_effect_that_gains_more_than_an_error_of_form_is_listed() -> None:
