@@ -114,7 +114,7 @@ class Judged:
         common = _common(lot, beliefs)
         cases = tuple(_case(lot, i, [one.named for one in common], belief) for i, belief in enumerate(beliefs))
         gaps = tuple(one.gap for one in cases)
-        verdict = verdict_of(replace(cases[0], clean=all(one.clean for one in cases), gap=joined(gaps), where=()))
+        verdict = verdict_of(replace(cases[0], clean=_nothing_is_left(common, beliefs), gap=joined(gaps), where=()))
         doubts = tuple((*doubts_of(case, verdict), *_explains_little(case)) for case in cases)
         found = cls(
             verdict, common, beliefs, cases, doubts, joined(gaps), gaps, lot.before, tuple(one.left for one in cases)
@@ -166,6 +166,11 @@ def _common(lot: Lot, beliefs: Sequence[Belief]) -> tuple[Common, ...]:
     noise = [noise_of(belief, [one.named for one in (*effects, *iron)]) for belief in beliefs]
     values = seen_by_values([[*d, *n] for d, n in zip(direct, noise, strict=True)], lot.problems[0].policy)
     return (*effects, *iron, *(one for one in values if _is_the_sensors(one)))
+
+
+def _nothing_is_left(common: Sequence[Common], beliefs: Sequence[Belief]) -> bool:
+    """Whether every recording is clean; slow noise that none of the lot's names stands for is no reason for it."""
+    return all(one.clean if common else one.after.clean for one in beliefs)
 
 
 def _is_the_sensors(one: Common) -> bool:

@@ -12,7 +12,7 @@ from sim.effects import BY_NAME
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.result import How, Reach
 from validation.together import judgement, selection
-from validation.together.judgement import Lot, _borne_out, _is_the_sensors
+from validation.together.judgement import Lot, _borne_out, _is_the_sensors, _nothing_is_left
 from validation.together.reach import There
 
 TOLD, OPEN = SimpleNamespace(identified=True), SimpleNamespace(identified=False)
@@ -28,6 +28,10 @@ class Leaves:
     @property
     def after(self) -> Any:
         return SimpleNamespace(clean=self.white)
+
+    @property
+    def clean(self) -> bool:
+        return self.white or self.noise is not None
 
 
 @pytest.mark.parametrize(
@@ -100,3 +104,9 @@ def test_a_source_must_show_along_the_field_where_more_than_that_is_seen(
     found = SimpleNamespace(there=[There.PRESENT] * 2, joint=SimpleNamespace(candidate=candidate))
     members = [SimpleNamespace(ground=None, problem=SimpleNamespace(mode=mode))] * 2
     assert selection._along_the_field(found, members, members) is holds  # type: ignore[arg-type]
+
+
+def test_slow_noise_without_a_name_in_the_lot_is_left() -> None:
+    each: Any = [Leaves(False, TOLD), Leaves(False, TOLD), Leaves(True)]
+    names: Any = [SimpleNamespace()]
+    assert [_nothing_is_left(one, each) for one in ([], names)] == [False, True]
