@@ -243,6 +243,10 @@ class Policy:
         run="tuning seeds 203 and 204: at most 0.03 of 67 true effects of 0.3 and 1 sigma; 0.15 for a day's change "
         "beside an attitude that walks",
     )  # fmt: skip
+    other_size_coloured: float = number(
+        0.3, "the same where something is left, which may be another effect",
+        run="tuning seed 211: 0.15 for a gradient beside a jump that is not in yet",
+    )  # fmt: skip
     look_alike_left: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
     least_added: float = number(0.05, "share of the gap that an effect must explain beside a coloured rest")
 

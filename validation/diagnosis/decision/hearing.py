@@ -173,11 +173,10 @@ class Hearing:
             refusal = TOO_LITTLE
         elif one.gain <= by_chance.max():
             refusal = "no more than its columns moved in time"
-        elif differs_along_the_run(one, self.beside):
-            refusal = OF_MANY_SIZES
         else:
             refusal = (
-                self._refusal_by_course(one.evidence, with_it)
+                self._refusal_by_size(one, coloured)
+                or self._refusal_by_course(one.evidence, with_it)
                 or self._refusal_by_share(with_it, coloured)
                 or self._refusal_along_the_field(one, with_it, coloured)
                 or self._refusal_by_any_course(one, coloured)
@@ -185,6 +184,11 @@ class Hearing:
         asked = not (refusal or coloured)
         turned = asked and an_attitude_does_as_well(self.ground, with_it, one.evidence.candidate)
         return Trial(one, inflation, coloured, needed, refusal, turned)
+
+    def _refusal_by_size(self, one: Standing, coloured: bool) -> str:
+        policy = self.ground.problem.policy
+        share = policy.other_size_coloured if coloured else policy.other_size
+        return OF_MANY_SIZES if differs_along_the_run(one, self.beside, share) else ""
 
     def _refusal_by_course(self, one: Evidence, with_it: Ground) -> str:
         """Why it is no tone, or has no window."""

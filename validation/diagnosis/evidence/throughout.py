@@ -13,12 +13,12 @@ OPEN = 1e-6
 """Eigenvalue of a part's information, its columns scaled to one, below which it says nothing of a combination."""
 
 
-def differs_along_the_run(one: Standing, beside: Beside) -> bool:
+def differs_along_the_run(one: Standing, beside: Beside, share: float) -> bool:
     """Whether the parts of a run ask for coefficients of their own, beyond their errors and an error of form.
 
     ``Q = sum_b g_b^T N_b^-1 g_b - g^T N^-1 g`` of the parts' information N_b (k, k) and scores g_b (k,), and of their
     sums: chi-square with the combinations that the parts determine less those of the whole. What a part does not show
-    says nothing there.
+    says nothing there. share: part of what the effect explains that an error of form may make of Q.
     """
     policy = beside.rows.policy
     parts = information_by_part(one.rows, beside.inside, one.columns, one.hypothesis.rest, policy.scatter_parts)
@@ -26,7 +26,7 @@ def differs_along_the_run(one: Standing, beside: Beside) -> bool:
     degrees = sum(rank for _, rank in each) - known
     Q = sum(squares for squares, _ in each) - whole
     by_chance = degrees == 0 or chi2.sf(Q, degrees) > policy.alpha
-    return not by_chance and bool(Q - degrees > policy.other_size * whole)
+    return not by_chance and bool(Q - degrees > share * whole)
 
 
 def _explained(products: Array) -> tuple[float, int]:

@@ -40,4 +40,4 @@ def test_a_gain_that_changes_is_none(gain: Array, differs: bool) -> None:
     assert evidence is not None
     beside = Beside.of(posed, ())
     one = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
-    assert differs_along_the_run(one, beside) is differs
+    assert differs_along_the_run(one, beside, posed.policy.other_size) is differs
