@@ -26,7 +26,7 @@ GUARDS = {
     "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
     "strength.py": {"TURN_STEP_S"},
     "late_attitude.py": {"FARTHEST", "SETTLED_S"},
-    "hypothesis.py": {"GONE", "SAME_NATS"},
+    "hypothesis.py": {"GONE", "SAME_NATS", "FAR_NATS"},
     "windows.py": {"NOTHING"},
     "iron_by_dip.py": {"FIELD_ERROR_RAD"},
     "iron_by_strength.py": {"PAIRS"},

@@ -13,6 +13,8 @@ from validation.diagnosis.evidence.rows import Rows
 
 SAME_NATS = 0.5
 """Nats by which a walk of another size must be likelier to go on from it."""
+FAR_NATS = 200.0
+"""Nats by which a walk is behind at first so far that no size of it is asked."""
 GONE = 1e-10
 """Part of a column's square below which it is the rounding of what other columns make whole."""
 
@@ -59,20 +61,22 @@ class Hypothesis:
         best = max(found, key=_whole)
         if rows.sight is None:
             return best
-        return max(best, cls._beside_a_walk(rows, columns, rows.sight, best.residual(rows, columns)), key=_whole)
+        walk = Rest.walking(best.residual(rows, columns), rows.interval_s, rows.policy, rows.sight)
+        beside_walk = cls.given(rows, columns, walk)
+        far_behind = beside_walk.whole < best.whole - FAR_NATS
+        return best if far_behind else max(best, beside_walk._at_its_size(rows, columns), key=_whole)
 
-    @classmethod
-    def _beside_a_walk(cls, rows: Rows, columns: Array, sight: Array, residual: Array) -> Hypothesis:
-        """The hypothesis with axes that walk, in the size in which it is likeliest; residual (n, q): for the first.
+    def _at_its_size(self, rows: Rows, columns: Array) -> Hypothesis:
+        """The hypothesis with axes that walk, from the size of this one to that in which it is likeliest.
 
         Iron takes up what is slowest of a wander that comes and goes with the motion: what it leaves has the spectrum
         of a smaller or a faster one, beside which a drift would stand out.
         """
-        now = cls.given(rows, columns, Rest.walking(residual, rows.interval_s, rows.policy, sight))
+        now = self
         for factor in (2.0, 0.5):
             while True:
                 larger = replace(now.rest, turning=factor * now.rest.turning)
-                then = cls.given(rows, columns, larger)
+                then = Hypothesis.given(rows, columns, larger)
                 if then.whole < now.whole + SAME_NATS:
                     break
                 now = then
