@@ -10,10 +10,9 @@ import numpy as np
 from sim.effects import EFFECTS
 from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted, are_kin, simplest
-from validation.diagnosis.decision.hearing import added_share
 from validation.diagnosis.decision.selection import tests_beside
 from validation.diagnosis.evidence.compare import Evidence
-from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.ground import Ground, added_share
 from validation.diagnosis.evidence.hypothesis import informations
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.standing import Beside, gains_along_the_field
@@ -236,7 +235,7 @@ def _most_by_chance(joint: Joint) -> float:
 def _adds(found: Finding, members: Sequence[Member], with_it: Sequence[Member]) -> bool:
     """Whether it explains a share of the gap where it is present."""
     pairs = zip(members, with_it, found.there, strict=True)
-    shares = [added_share(a.start, a.ground, b.ground) for a, b, there in pairs if there is There.PRESENT]
+    shares = [added_share(a.start, a.ground, b.ground.squares) for a, b, there in pairs if there is There.PRESENT]
     return float(np.mean(shares or [0.0])) >= members[0].problem.policy.least_added
 
 

@@ -9,10 +9,9 @@ import numpy as np
 
 from sim.effects.channels import HIGHEST, ChannelEffect, powers
 from sim.state import HEIGHT, Array
-from validation.diagnosis.decision.hearing import added_share
 from validation.diagnosis.decision.selection import residual_tests
 from validation.diagnosis.evidence.compare import Evidence, judged_at
-from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.ground import Ground, added_share
 from validation.diagnosis.evidence.hypothesis import Hypothesis
 from validation.diagnosis.evidence.localise import TIME, channels
 from validation.diagnosis.evidence.standing import Beside, Standing, look_alikes
@@ -89,7 +88,7 @@ def _next(ground: Ground, start: Ground, known: Sequence[Driver], *, first: bool
 
 
 def _adds(start: Ground, ground: Ground, chosen: Evidence) -> float:
-    return added_share(start, ground, ground.beside(chosen.candidate.columns(ground.problem)))
+    return added_share(start, ground, ground.beside(chosen.candidate.columns(ground.problem)).squares)
 
 
 def _tried(ground: Ground, look: _Look, known: Sequence[Driver]) -> list[Standing]:

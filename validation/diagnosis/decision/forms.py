@@ -18,7 +18,6 @@ from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence, judged_at, misfit
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
-from validation.diagnosis.problem.blocks import squares
 from validation.diagnosis.problem.linear import LinearProblem
 
 Tests = Callable[[Ground], Battery]
@@ -107,12 +106,8 @@ def _lead(fuller: Evidence, plainer: Evidence) -> float:
     What it adds at the start alone is an event, which data held out there do not determine.
     """
     k, m = fuller.width - plainer.width, len(fuller.sums.count)
-    on_all = (_squares(plainer) - _squares(fuller)) / 2 / fuller.V - k * math.log(m) / 2
+    on_all = (plainer.squares - fuller.squares) / 2 / fuller.V - k * math.log(m) / 2
     return max((fuller.gain - plainer.gain) / fuller.V, on_all)
-
-
-def _squares(one: Evidence) -> float:
-    return squares(one.sums, one.fit, one.sums.everything)
 
 
 def _fuller(others: Ground, one: Evidence) -> Evidence | None:

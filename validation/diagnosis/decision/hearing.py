@@ -12,7 +12,7 @@ from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, simplest, without_fuller
 from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
 from validation.diagnosis.evidence.compare import Evidence
-from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.ground import Ground, added_share
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
 from validation.diagnosis.evidence.lobes import goes_with_heading
 from validation.diagnosis.evidence.smoothly import comes_and_goes
@@ -57,7 +57,7 @@ def beside_colour(
     """
     beside = Beside.of(ground.problem, ground.inside)
     ranking, columns, rough, within = _roughly([*ranking, *fuller], beside, ground)
-    first = np.argsort(-rough, kind="stable")
+    first = _in_turn(ranking, rough, ground, start)
     most = ground.problem.policy.tried_coloured
     heard = (beside.standing(ranking[i], columns[i], within[i]) for i in first[:most])
     tried = sorted(heard, key=lambda one: -one.gain)
@@ -66,6 +66,16 @@ def beside_colour(
     chosen = _chosen(trials, tried, beside, ranking)
     others = [(ranking[i], float(rough[i])) for i in first[most:]]
     return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, ground.problem.policy)])
+
+
+def _in_turn(ranking: Sequence[Evidence], rough: Array, ground: Ground, start: Ground) -> list[int]:
+    """Candidates in the order of a first look, those behind that explain next to nothing of the gap.
+
+    What an iron that is fitted anew moves about gains much beside a slow rest, and takes no turn from what explains.
+    """
+    shares = [added_share(start, ground, one.squares) for one in ranking]
+    least = ground.problem.policy.least_added
+    return sorted(range(len(ranking)), key=lambda i: (shares[i] < least, -rough[i]))
 
 
 def _roughly(
@@ -107,12 +117,6 @@ def _far_better(
     both = (beside.standing(e, beside.rows.taken(e.candidate.columns(problem))) for e in windowed)
     far = [one for one in both if one.gain > max(always / policy.window_share, always + policy.coloured_nats)]
     return sorted(far, key=lambda one: -one.gain)
-
-
-def added_share(start: Ground, before: Ground, after: Ground) -> float:
-    """Share of the first gap that an effect explains beside those before it, by ordinary least squares."""
-    first, poorer, richer = (float((ground.residual() ** 2).mean()) for ground in (start, before, after))
-    return (poorer - richer) / max(first - 1, 1e-9)
 
 
 @dataclass(frozen=True)
@@ -199,7 +203,7 @@ class Hearing:
         return "comes again beside its own window" if comes_again(self.ground, with_it, one.candidate) else ""
 
     def _refusal_by_share(self, with_it: Ground, coloured: bool) -> str:
-        too_little = added_share(self.start, self.ground, with_it) < self.ground.problem.policy.least_added
+        too_little = added_share(self.start, self.ground, with_it.squares) < self.ground.problem.policy.least_added
         return "explains next to nothing of the gap" if coloured and too_little else ""
 
     def _refusal_by_any_course(self, one: Standing, coloured: bool) -> str:

@@ -52,6 +52,11 @@ class Evidence:
         return 0.0 if free else abs(math.log(max(float(self.coefficients[0]), 1e-9)))
 
     @property
+    def squares(self) -> float:
+        """Squares that it leaves beside those already in, in units of the noise."""
+        return squares(self.sums, self.fit, self.sums.everything)
+
+    @property
     def coefficients(self) -> Array:
         """The candidate's own coefficients."""
         return self.fit.c[self.fit.c.size - self.width :]
@@ -165,8 +170,7 @@ def _gains(ground: Ground, tried: Sequence[_Tried]) -> list[float]:
 def _gain_on_all(ground: Ground, one: _Tried) -> float:
     """Nats of a setting on the blocks that it was fitted to."""
     everything = ground.everything
-    before = squares(ground.sums, fit(ground.sums, everything), everything)
-    return (before - squares(one.sums, one.whole, everything)) / 2
+    return (ground.squares - squares(one.sums, one.whole, everything)) / 2
 
 
 def misfit(ground: Ground, candidate: Candidate) -> float:

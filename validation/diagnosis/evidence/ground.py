@@ -44,6 +44,11 @@ class Ground:
         """The folds (f,) that each split holds out."""
         return list(held_out(self.problem.policy))
 
+    @property
+    def squares(self) -> float:
+        """Squares that the base and the effects already in leave, in units of the noise."""
+        return squares(self.sums, fit(self.sums, self.everything), self.everything)
+
     def residual(self, use: NDArray[np.bool_] | None = None) -> Array:
         """What the base and the effects already in leave (n, q), in units of the noise; fitted to the folds `use`."""
         f = fit(self.sums, self.everything if use is None else use)
@@ -98,3 +103,8 @@ class Ground:
             for held in self.splits
         ]
         return self.mean_gain(gains) / inflation(joint, fit(joint, self.everything), self.problem.policy)
+
+
+def added_share(start: Ground, before: Ground, squares: float) -> float:
+    """Share of the first gap that ordinary least squares explain beside what is in before, where they leave squares."""
+    return (before.squares - squares) / max(start.squares - start.problem.target.size, 1e-9)
