@@ -70,7 +70,7 @@ def select(
             if chosen is None:
                 found = _with_kin(found, form)
                 break
-            found = _settled_beside(chosen, found, members, start)
+        found = _settled_beside(chosen, found, members, start)
         found.append(_as_form(chosen, found))
         ground = start  # the columns of the last one are let go before others are made
         found, ground, after = _with_forms(found, start)

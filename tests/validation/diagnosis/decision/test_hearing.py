@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from sim.effects import BY_NAME, EFFECTS
 from tests.validation.diagnosis.synthetic import problem
 from validation.diagnosis.decision.choice import without_fuller
-from validation.diagnosis.decision.hearing import BY_ANOTHER, NOT_ALONG, Hearing, Trial
+from validation.diagnosis.decision.hearing import BY_ANOTHER, NOT_ALONG, Hearing, Trial, _in_turn
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.judged import TOO_LITTLE
@@ -68,3 +70,10 @@ def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.Mon
     assert tried[0] in {first.name, *first.alternatives}
     assert found
     assert tried[0] not in {found[0].name, *found[0].alternatives}
+
+
+def test_what_explains_next_to_nothing_takes_no_turn() -> None:
+    """Nats of a first look come from what fitted iron moves about too; squares do not."""
+    start: Any = SimpleNamespace(squares=4000.0, problem=SimpleNamespace(target=np.zeros((500, 3)), policy=STANDARD))
+    candidates: Any = [SimpleNamespace(squares=4000.0 - less) for less in (10.0, 2000.0, 500.0, 0.0)]
+    assert _in_turn(candidates, np.array([490.0, 30.0, 50.0, 500.0]), start, start) == [2, 1, 3, 0]

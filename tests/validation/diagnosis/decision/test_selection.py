@@ -129,3 +129,13 @@ def test_a_low_pass_of_another_order_is_one_class_of_look_alikes(cutoff_hz: floa
     found = select(problem(replace(given, mag_nT=late + noise * 40.0))).found
     assert len(found) == 1
     assert {found[0].name, *found[0].alternatives} >= {"latency", "bandwidth"}
+
+
+def test_what_is_in_is_settled_anew_beside_the_next() -> None:
+    """A gradient's origin was found with the jump in what it leaves, and would leave a constant of the field."""
+    gradient = {"gradient_nT_m": [[0.4, 0.16, -0.12], [0.16, -0.24, 0.08], [-0.12, 0.08, -0.16]]}
+    jump = {"time_s": 180.0, "step_nT": [6.0, -4.8, 3.6]}
+    hidden = {"field_gradient": {**gradient, "origin_enu_m": [15.0, -10.0, 3.0]}, "offset_jump": jump}
+    selection = select(problem(n=2500, hidden=hidden))
+    assert {one.name for one in selection.found} == set(hidden)
+    assert selection.after.clean
