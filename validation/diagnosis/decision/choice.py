@@ -63,8 +63,7 @@ def accepted(ranking: Sequence[Evidence], policy: Policy) -> Accepted | None:
     as_good = [e for e in ranking if not e.behind(best, policy) or by_form_alone(e, best, policy.same_kin)]
     close = [e for e in as_good if e.nats > policy.apart]
     chosen = simplest(close, policy)
-    listed = without_fuller(close, chosen, policy.apart * best.V, policy)
-    return Accepted(chosen, tuple(e.name for e in listed if e is not chosen), needed)
+    return Accepted(chosen, tuple(e.name for e in close if e is not chosen), needed)
 
 
 def beside_white_noise(ranking: Sequence[Evidence], policy: Policy) -> Round:
@@ -124,22 +123,9 @@ def _of_kin(kin: Sequence[R], policy: Policy) -> R:
     return max((e for e in near if most - e.gain < policy.apart), key=lambda e: CHAIN.index(e.name))
 
 
-def without_fuller(several: Sequence[R], chosen: Rival, chance: float, policy: Policy) -> list[R]:
-    """Those that do not make the chosen one too, or gain more beyond it than chance (nats) and an error of form."""
-    return [one for one in several if chosen.name not in _made_by(one) or _is_more(one, chosen, chance, policy)]
-
-
-def _made_by(one: Rival) -> tuple[str, ...]:
-    return one.candidate.effect.clues.contains
-
-
-def _is_more(one: Rival, other: Rival, chance: float, policy: Policy) -> bool:
-    return one.gain - other.gain > max(chance, policy.same_kin * one.gain)
-
-
 def by_form_alone(one: Evidence, best: Evidence, share: float) -> bool:
     """Whether the best is of its kin or makes it too, and gains no more beyond it than a share, an error of form."""
-    near = are_kin(one, best) or one.name in _made_by(best)
+    near = are_kin(one, best) or one.name in best.candidate.effect.clues.contains
     return near and one.gain > (1 - share) * best.gain
 
 

@@ -9,26 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim.effects import BY_NAME, EFFECTS
+from sim.effects import EFFECTS
 from tests.validation.diagnosis.synthetic import problem
-from validation.diagnosis.decision.choice import without_fuller
 from validation.diagnosis.decision.hearing import BY_ANOTHER, NOT_ALONG, Hearing, Trial, _in_turn
 from validation.diagnosis.decision.selection import select
-from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.standing import Standing
-from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
 
 ERROR = {"error_enu_nT": [60.0, -40.0, 20.0]}
-
-
-def test_eddy_currents_are_listed_beside_a_delay_that_they_make_too() -> None:
-    """Of a shell that is alike on all axes: whether it is that or the sensor no data tell."""
-    nothing: Any = None
-    delay, shell = (Candidate(BY_NAME[name]) for name in ("latency", "eddy_current"))
-    one = Evidence(delay, 600.0, 1.0, 1.0, 1.0, nothing, nothing, 1)
-    assert len(without_fuller([one, replace(one, candidate=shell, gain=601.0)], one, 4.6, STANDARD)) == 2
 
 
 @pytest.mark.parametrize("refusal", [NOT_ALONG, TOO_LITTLE])
@@ -45,14 +34,6 @@ def test_of_two_effects_each_may_stand_beside_the_other_alone(refusal: str, monk
     monkeypatch.setattr(Hearing, "of", refusing)
     first = [one.name for one in select(posed).found][:1]
     assert (first == ["field_gradient"]) is (refusal in BY_ANOTHER)
-
-
-def test_a_fuller_effect_that_gains_more_than_an_error_of_form_is_listed() -> None:
-    nothing: Any = None
-    constant, gradient = (Candidate(BY_NAME[name]) for name in ("regional_field", "field_gradient"))
-    one = Evidence(constant, 600.0, 1.0, 1.0, 1.0, nothing, nothing, 3)
-    for gain, listed in ((610.0, 1), (900.0, 2)):
-        assert len(without_fuller([one, replace(one, candidate=gradient, gain=gain)], one, 4.6, STANDARD)) == listed
 
 
 def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.MonkeyPatch) -> None:
