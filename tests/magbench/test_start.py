@@ -77,7 +77,9 @@ def test_the_shell_completes(line: str, offered: str, left_out: str) -> None:
     assert left_out not in done.stdout.split()
 
 
-def test_a_script_for_the_shell_is_shown(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_script_for_the_shell_is_shown(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Typer looks for the shell among the processes above, where a test run need not have one."""
+    monkeypatch.setattr("shellingham.detect_shell", lambda: ("bash", "bash"))
     assert main(["--show-completion", "bash"]) == 0
     assert "_MAGBENCH_COMPLETE=complete_bash" in capfd.readouterr().out
 

@@ -11,7 +11,7 @@ import pytest
 
 from sim.effects import EFFECTS
 from tests.validation.diagnosis.synthetic import problem
-from validation.diagnosis.decision.hearing import BY_ANOTHER, NOT_ALONG, Hearing, Trial, _in_turn
+from validation.diagnosis.decision.hearing import BY_ANOTHER, NOT_ALONG, OF_MANY_SIZES, Hearing, Trial, _in_turn
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.standing import Standing
@@ -58,3 +58,14 @@ def test_what_explains_next_to_nothing_takes_no_turn() -> None:
     start: Any = SimpleNamespace(squares=4000.0, problem=SimpleNamespace(target=np.zeros((500, 3)), policy=STANDARD))
     candidates: Any = [SimpleNamespace(squares=4000.0 - less) for less in (10.0, 2000.0, 500.0, 0.0)]
     assert _in_turn(candidates, np.array([490.0, 30.0, 50.0, 500.0]), start, start) == [2, 1, 3, 0]
+
+
+def test_what_has_another_size_in_each_part_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each leaves a clean rest, and is held to the share for that."""
+    shares: list[float] = []
+    differs = "validation.diagnosis.decision.hearing.differs_along_the_run"
+    monkeypatch.setattr(differs, lambda one, beside, share: not shares.append(share))
+    selection = select(problem(n=1500, hidden={"regional_field": ERROR}))
+    assert not selection.found
+    assert OF_MANY_SIZES in {one.outcome for one in selection.judged}
+    assert set(shares) == {STANDARD.other_size}
