@@ -53,22 +53,23 @@ def finding(joint: Joint, needed: float, policy: Policy) -> Finding:
     reach = None
     if _holds(joint, max(total, part), agree_there, needed):
         same = There.ABSENT in there and part > needed and agree_there.p > policy.not_transferred_alarm
-        reach = Reach.SOME if same else _differing(joint, some, needed, policy)
+        reach = Reach.SOME if same else _differing(joint, some, needed)
     return Finding(joint, reach, max(total, part), there, agree_there)
 
 
-def _differing(joint: Joint, some: Sequence[int], needed: float, policy: Policy) -> Reach | None:
-    return Reach.NOT_TRANSFERRED if _shown_by_two(joint, some, needed, policy) else None
+def _differing(joint: Joint, some: Sequence[int], needed: float) -> Reach | None:
+    return Reach.NOT_TRANSFERRED if _shown_by_two(joint, some, needed) else None
 
 
-def _shown_by_two(joint: Joint, some: Sequence[int], needed: float, policy: Policy) -> bool:
-    """Whether two recordings show an effect whose coefficients differ: enough by themselves, or the others' course.
+def _shown_by_two(joint: Joint, some: Sequence[int], needed: float) -> bool:
+    """Whether two recordings show an effect whose coefficients differ: by themselves, or in the others' direction.
 
-    The others' coefficients then explain each, times a factor of its own: what has another sign is no second witness.
+    The others' coefficients then explain as much of each, times a factor of its own: what has another sign is no second
+    witness, nor is a wander that happens to go that way.
     """
     there = {i: one for i in some if (one := joint.estimates[i]) is not None}
     gains = (one.scaled_gain(c) for one, c in zip(there.values(), foretold(list(there.values())), strict=True))
-    return sum(gain > policy.apart or joint.own(i) > needed for i, gain in zip(there, gains, strict=True)) > 1
+    return sum(max(gain, joint.own(i)) > needed for i, gain in zip(there, gains, strict=True)) > 1
 
 
 def compared(joint: Joint, policy: Policy) -> Finding:
