@@ -52,15 +52,18 @@ def explain_as_much(found: Finding, settings: Settings, problems: Sequence[Linea
     """Names that fit as well as the best where it is present, on all data, and are of no use beside it.
 
     What many columns lose on held-out data and what a search pays for guard a name, but not against its look-alikes.
-    One that contains the best always fits as well, and is none.
+    One that contains the best always fits as well: it is one of them where it fits better than by chance.
     """
     best = found.joint
-    flat = (one for each in settings.values() for one in each)
-    several = [one for one in flat if best.name not in (one.name, *one.effect.clues.contains)]
+    several = [one for each in settings.values() for one in each if one.name != best.name]
     columns = _where_present(found, several, problems)
     gains = _fitted_gains(found, list(columns.values()))
     best_gain = _fitted_gains(found, [best.columns])[0]
-    close = [one for one, gain in zip(columns, gains, strict=True) if gain > best_gain - best.chance]
+
+    def least(one: Candidate) -> float:
+        return best_gain + (best.chance if best.name in one.effect.clues.contains else -best.chance)
+
+    close = [one for one, gain in zip(columns, gains, strict=True) if gain > least(one)]
     return list(dict.fromkeys(one.name for one in close if is_useless_beside(columns[one], best)))
 
 

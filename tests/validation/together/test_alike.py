@@ -64,12 +64,23 @@ def test_a_name_lists_what_fits_as_well_whatever_its_search_cost(size: float, na
     assert explain_as_much(found, settings, problems) == names
 
 
-def test_what_contains_a_name_is_none_of_its_look_alikes() -> None:
-    hidden = {REGIONAL.name: {"error_enu_nT": [0.8, -0.5, 0.6]}}
-    problems = [problem(recording(1200, seed=seed, hidden=hidden)) for seed in (1, 2)]
+NEAR_M = (60.0, 0.0, 0.0)
+FIELDS = {
+    REGIONAL.name: {"error_enu_nT": (0.8, -0.5, 0.6)},
+    GRADIENT.name: {
+        "gradient_nT_m": ((-0.013, 0.008, -0.01), (0.008, 0.013, 0.0), (-0.01, 0.0, 0.0)),
+        "origin_enu_m": NEAR_M,
+    },
+}
+
+
+@pytest.mark.parametrize(("hidden", "names"), [(REGIONAL.name, []), (GRADIENT.name, [GRADIENT.name])])
+def test_what_contains_a_name_is_a_look_alike_where_it_fits_better(hidden: str, names: list[str]) -> None:
+    """Most of a gradient of a place passed at a distance is a constant, but not all."""
+    problems = [problem(recording(1200, seed=seed, hidden={hidden: FIELDS[hidden]})) for seed in (1, 2)]
     joint = Joint.of(REGIONAL, [Beside.of(one, []) for one in problems], problems, 1)
-    settings = {GRADIENT.name: [GRADIENT.at({"origin_enu_m": (900.0, 0.0, 0.0)})]}
-    assert explain_as_much(reached(joint, STANDARD.apart, STANDARD), settings, problems) == []
+    settings = {GRADIENT.name: [GRADIENT.at({"origin_enu_m": NEAR_M})]}
+    assert explain_as_much(reached(joint, STANDARD.apart, STANDARD), settings, problems) == names
 
 
 @pytest.mark.parametrize(
