@@ -51,7 +51,7 @@ class Track:
             return None
         _check(places, known)
         nodes = known[np.unique(np.linspace(0, len(known) - 1, NODES).astype(int))]
-        middle = places[nodes[len(nodes) // 2]] if stated is None or _has_place(recording) else stated
+        middle = places[known[len(known) // 2]] if stated is None or _has_place(recording) else stated
         date = None if field is None else field.date
         here, *at = earth_field_along(np.vstack([middle, places[nodes]]), date or ANY_DATE)
         strength = np.linalg.norm(at, axis=1) - np.linalg.norm(here)

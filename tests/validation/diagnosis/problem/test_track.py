@@ -101,6 +101,7 @@ def test_an_orbit_is_followed() -> None:
     mag_nT = np.ones((len(turn), 3))
     track = Track.of(Recording(np.arange(len(turn), dtype=float), mag_nT, channels=channels), FIELD)
     assert track is not None
+    assert track.middle == tuple(places[len(turn) // 2])  # a row away it is 97 nT more
     here = earth_field_along(np.array([track.middle]), DATE)
     at = slice(37, None, 500)
     assert track.change_enu_nT[at] == pytest.approx(earth_field_along(places[at], DATE) - here, abs=1.0)
