@@ -59,16 +59,19 @@ def vector_problem(
 
 
 def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: Track | None) -> State:
+    """The state of what is measured, ``dT/dt = R^T dF/dt - w x T``, F the field along the track."""
     assert recording.att_q is not None
     rate = quieter_rate(recording, policy)
     R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
-    field = to_body(R_wb, field_enu_nT + (np.zeros((1, 3)) if track is None else track.change_enu_nT))
+    change = np.zeros((len(recording), 3)) if track is None else track.change_enu_nT
+    field = to_body(R_wb, field_enu_nT + change)
+    on_the_way = to_body(R_wb, np.gradient(change, recording.time_s, axis=0))
     return State(
         R_wb=R_wb,
         rate_rad_s=rate,
         field_enu_nT=field_enu_nT,
         field_nT=field,
-        field_rate_nT_s=-cross(rate, field),
+        field_rate_nT_s=on_the_way - cross(rate, field),
         **course(recording),
     )
 

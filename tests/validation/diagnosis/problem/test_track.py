@@ -17,7 +17,7 @@ from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import NOISE_NT, recording, without_attitude
 from validation.diagnosis.decision.remarks import long_climb
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.problem.track import Track
+from validation.diagnosis.problem.track import ALTITUDE, LATITUDE, LONGITUDE, Track
 from validation.diagnosis.workflow import diagnose
 
 DATE = datetime.date(2024, 5, 27)
@@ -36,7 +36,7 @@ def _flown(*, hidden_nT_A: float = 0.0) -> Recording:
     noise = NOISE_NT * np.random.default_rng(1).normal(size=(len(given), 3))
     mag_nT = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]).inv().apply(along) + noise
     mag_nT += hidden_nT_A * given.current_A[:, :1] * [1.0, -0.5, 0.7]
-    channels = {"latitude_deg": places[:, 0], "longitude_deg": places[:, 1]}
+    channels = {LATITUDE: places[:, 0], LONGITUDE: places[:, 1], ALTITUDE: places[:, 2]}
     return replace(given, mag_nT=mag_nT, channels=channels, temperature_degC=None)
 
 
@@ -50,6 +50,17 @@ def test_many_places_at_once_are_the_model_at_each() -> None:
         earth_field_enu_nT(FieldSpec(latitude_deg=a, longitude_deg=b, altitude_m=c, date=DATE)) for a, b, c in places
     ]
     assert earth_field_along(places, DATE) == pytest.approx(np.array(singly))
+
+
+def test_the_fields_rate_has_what_changes_on_the_way() -> None:
+    """A delay of a satellite's magnetometer shows in it where its turn looks like iron."""
+    given = _flown()
+    state = posed(given, _model(), None, None).state
+    turned = np.cross(state.rate_rad_s, state.field_nT)
+    on_the_way = np.einsum("nij,nj->ni", state.R_wb, state.field_rate_nT_s + turned)
+    along = earth_field_along(np.column_stack([given.channels[key] for key in (LATITUDE, LONGITUDE, ALTITUDE)]), DATE)
+    assert on_the_way == pytest.approx(np.gradient(along, given.time_s, axis=0), rel=0.02, abs=0.1)
+    assert np.abs(on_the_way).max() > 10
 
 
 @pytest.mark.parametrize("attitude", [True, False])
