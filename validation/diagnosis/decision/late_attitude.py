@@ -21,7 +21,7 @@ from validation.diagnosis.problem.linear import Instead, LinearProblem
 from validation.diagnosis.problem.pose import pose
 from validation.signals.size import rms
 
-FARTHEST, SETTLED_S = 3.0, 1e-4
+FARTHEST, SETTLED_S = 3.0, 1e-6
 """First guesses of a lead up to which it is looked for, and the accuracy of the search."""
 
 

@@ -13,8 +13,10 @@ from sim.effects.clues import LATE
 from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import ModelSpec
 from sim.state import Array
-from validation.diagnosis.decision.late_attitude import _free_of_kin
+from validation.diagnosis.decision.late_attitude import _best_lead_s, _free_of_kin, attitude_course
 from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import diagnose
@@ -38,6 +40,10 @@ def field_at(time_s: Array) -> Array:
     return to_body(matrix_from_q(hand_q(time_s)), FIELD_ENU_NT[None])
 
 
+def posed(mag_nT: Array, att_q: Array) -> LinearProblem:
+    return pose(Recording(time_s=TIME_S, mag_nT=mag_nT, att_q=att_q), FIELD_ENU_NT, 5e4, ())
+
+
 def found(mag_nT: Array, attitude_late_s: float = 0.0) -> Diagnosis:
     noise = NOISE_NT * np.random.default_rng(1).normal(size=mag_nT.shape)
     attitude = hand_q(TIME_S - attitude_late_s)
@@ -51,6 +57,12 @@ def test_a_late_attitude_is_moved_to_its_time_and_nothing_is_missing(late_s: flo
     assert told.verdict is Verdict.NONE
     assert told.sentence.startswith(f"The attitude comes {1e3 * late_s:.0f}")
     assert "earlier the gap falls from" in told.advice[0]
+
+
+def test_the_lead_leaves_no_delay_of_its_own() -> None:
+    """In a hand some microseconds show beside little noise."""
+    problem = posed(field_at(TIME_S) + OFFSET_NT, hand_q(TIME_S - 0.0307))
+    assert _best_lead_s(problem, attitude_course(problem), 0.03) == pytest.approx(0.0307, abs=3e-6)
 
 
 def test_a_late_magnetometer_stays_a_delay() -> None:
@@ -87,8 +99,8 @@ def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
     [({}, True), ({"still": True}, False), ({"relative": True}, False), ({"mode": "strength"}, False)],
 )
 def test_only_an_attitude_that_was_logged_can_be_late(changed: dict[str, object], asked: bool) -> None:
-    posed = SimpleNamespace(**{"mode": "vector", "relative": False, "still": False, **changed})
+    asked_of = SimpleNamespace(**{"mode": "vector", "relative": False, "still": False, **changed})
     effect = next(one for one in EFFECTS if one.clues.kin == LATE and one.linear)
     named = SimpleNamespace(evidence=SimpleNamespace(candidate=Candidate(effect)))
-    selection = SimpleNamespace(start=SimpleNamespace(problem=posed), found=[named])
+    selection = SimpleNamespace(start=SimpleNamespace(problem=asked_of), found=[named])
     assert (_free_of_kin(selection) is named) is asked  # type: ignore[arg-type]
