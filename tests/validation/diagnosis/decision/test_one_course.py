@@ -20,6 +20,7 @@ from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import diagnose
 
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
+WARM_SCALE = next(effect for effect in EFFECTS if any(p.unit == "1/K" for p in effect.parameters()))
 DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
 JUMP = next(effect for effect in EFFECTS if effect.sought() == "moment")
 N = 4000
@@ -54,6 +55,8 @@ def test_without_the_cause_in_the_library_what_shares_its_course_is_no_name_alon
     [
         (WARM((3.0, -2.0, 4.0)), 15 + 5 * np.sqrt(UP), (TIME,)),
         (WARM((3.0, -2.0, 4.0)), 15 + 5 * np.sin(7 * UP), ()),
+        (WARM_SCALE((3e-4, -2e-4, 4e-4)), 15 + 5 * np.sqrt(UP), (TIME,)),
+        (WARM_SCALE((3e-4, -2e-4, 4e-4)), 15 + 5 * np.sin(7 * UP), ()),
         (DRIFT((9.0, 2.0, 4.0)), 15 - 5 * UP**2, (TEMPERATURE,)),
         (DRIFT((9.0, 2.0, 4.0)), 15 + 5 * np.sin(7 * UP), ()),
         (JUMP(200.0, (3.0, -2.0, 4.0)), 15 + 5 * UP, ()),
