@@ -36,8 +36,9 @@ def with_rivals(problem: LinearProblem, one: Named) -> Named:
 def channels_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:
     """Time and the channels with the same course as what an effect adds; none where it rises and falls.
 
-    Courses are one where their rank correlation is above `one_course`: one is then a curve of the other. What scales
-    with the signal comes and goes as the sensor turns: of it the course is that beside a signal that stands.
+    Beside a jump those that jump with it: in time only that moment speaks for it. Courses are one where their rank
+    correlation is above `one_course`: one is then a curve of the other. What scales with the signal comes and goes as
+    the sensor turns: of it the course is that beside a signal that stands.
     """
     standing_nT = np.broadcast_to(column_rms(problem.clean_nT), problem.clean_nT.shape)
     several = (_alike_beside(problem, one, signal_nT) for signal_nT in (problem.clean_nT, standing_nT))
@@ -50,7 +51,7 @@ def _alike_beside(problem: LinearProblem, one: Named, signal_nT: Array) -> tuple
     added_nT = one.effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {})
     course, least = _main_course(cut.means(added_nT)), problem.policy.one_course
     names = [name for name, x in _courses(problem) if _rank_correlation(course, cut.means(x)) > least]
-    return tuple(names) if TIME in names else ()
+    return tuple(names) if TIME in names or one.effect.sought() == "moment" else ()
 
 
 def _courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:

@@ -60,6 +60,7 @@ def test_without_the_cause_in_the_library_what_shares_its_course_is_no_name_alon
         (DRIFT((9.0, 2.0, 4.0)), 15 - 5 * UP**2, (TEMPERATURE,)),
         (DRIFT((9.0, 2.0, 4.0)), 15 + 5 * np.sin(7 * UP), ()),
         (JUMP(200.0, (3.0, -2.0, 4.0)), 15 + 5 * UP, ()),
+        (JUMP(200.0, (3.0, -2.0, 4.0)), 15 + 5.0 * (UP * N * 0.1 > 200.0), (TEMPERATURE,)),
     ],
 )
 def test_only_what_rises_all_the_time_has_rivals(effect, temperature_degC, rivals) -> None:
