@@ -54,9 +54,12 @@ class Round:
         return cls(chosen, with_outcomes(judged, name, alternatives))
 
 
-def accepted(ranking: Sequence[Evidence], policy: Policy) -> Accepted | None:
-    """The one with the fewest columns of those that the data do not tell from the best, if the best is accepted."""
-    needed = policy.accepted(len(EFFECTS))
+def accepted(ranking: Sequence[Evidence], policy: Policy, *, clean: bool = True) -> Accepted | None:
+    """The one with the fewest columns of those that the data do not tell from the best, if the best is accepted.
+
+    clean : whether white noise is left; beside a colour more is needed.
+    """
+    needed = policy.accepted(len(EFFECTS)) if clean else policy.coloured_nats
     if not ranking or ranking[0].nats <= needed:
         return None
     best = ranking[0]

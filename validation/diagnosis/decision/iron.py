@@ -55,7 +55,7 @@ def _changes(selection: Selection, ground: Ground) -> tuple[Accepted, ...]:
     found: list[Accepted] = []
     while len(found) < problem.policy.most_effects:
         ranking = ranked(ground, members)
-        chosen = accepted(ranking, problem.policy)
+        chosen = accepted(ranking, problem.policy, clean=selection.after.clean)
         if chosen is None or _is_of_no_account(chosen, found, selection):
             break
         rivals = ranked(ground, others)

@@ -90,6 +90,13 @@ def test_a_scale_that_differs_is_a_change_of_the_iron() -> None:
     assert [one.name for one in iron_changes(found).found] == ["scale"]
 
 
+def test_beside_a_colour_a_change_of_the_iron_needs_what_any_effect_needs_there() -> None:
+    """What is slow moves a fitted matrix too: 17 nats are a scale where white noise is left alone."""
+    found = select(problem(hidden={"scale": {"error": [5e-6, -5e-6, 2.5e-6]}}))
+    assert [one.name for one in iron_changes(found).found] == ["scale"]
+    assert iron_changes(replace(found, after=replace(found.after, why=("means over 5 s",)))).found == ()
+
+
 @pytest.mark.parametrize(("less", "name"), [(0.02, "regional_field"), (0.2, "field_gradient")])
 def test_an_error_of_form_makes_no_gradient_of_a_constant(less: float, name: str) -> None:
     """A gradient has a constant within it: it must gain more beyond that than an error of form does."""
