@@ -13,6 +13,7 @@ from sim.state import Array, current_name
 from validation.diagnosis.evidence.following import iron_follows
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, Share, localise
+from validation.diagnosis.evidence.stated import as_stated
 from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.strength import turns_too_fast
@@ -56,14 +57,40 @@ def verdict_of(case: Case) -> Verdict:
 
 def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
     """Why the names only resemble the cause; empty where nothing speaks against them, or nothing can be told."""
-    if case.found and case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma:
-        return ("with the names in the model the gap is larger",)
-    if case.found and turns_too_fast(case.problem):
-        return ("the field turns faster than a vehicle does",)
+    sure = tuple(reason for holds, reason in SURE_DOUBTS if case.found and holds(case))
+    if sure:
+        return sure[:1]
     mixed = verdict is Verdict.PARTIAL or (verdict in (Verdict.COMPOSITE, Verdict.CLASS) and case.noisy)
     if not mixed or case.gap.explained is None:
         return ()
     return tuple(reason for doubt in NAME_DOUBTS if (reason := doubt(case)) is not None)
+
+
+def _is_larger(case: Case) -> bool:
+    return case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma
+
+
+def _turns_too_fast(case: Case) -> bool:
+    return turns_too_fast(case.problem)
+
+
+def _leaves_nearly_all(case: Case) -> bool:
+    """Whether names explain next to nothing of what is no noise between neighbours, though slow means are clean.
+
+    Noise among the names, and slow errors that the model states, are a part of the gap that no name takes away.
+    """
+    explained = case.gap.explained
+    if not case.clean or case.noisy or explained is None or explained >= case.problem.policy.least_share:
+        return False
+    return not as_stated(case.problem, case.left)
+
+
+SURE_DOUBTS: tuple[tuple[Rule, str], ...] = (
+    (_is_larger, "with the names in the model the gap is larger"),
+    (_turns_too_fast, "the field turns faster than a vehicle does"),
+    (_leaves_nearly_all, "nearly all of the gap is left, too fast for the means that are tested"),
+)
+"""Doubts that speak against every name, whatever the verdict."""
 
 
 def channel_is_left(case: Case) -> str | None:

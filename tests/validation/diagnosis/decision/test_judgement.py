@@ -113,6 +113,16 @@ def test_names_that_make_the_gap_larger_are_doubted() -> None:
     assert doubts_of(replace(_case(SEEN), gap=larger), Verdict.NAMED) == ()
 
 
+def test_names_that_leave_a_fast_gap_as_it_was_are_doubted() -> None:
+    """A rotor's tone that sweeps leaves means clean: a ripple that meets it here and there explains next to nothing."""
+    fast = _case(FOUND, explained=0.05)
+    assert doubts_of(fast, Verdict.NAMED)
+    assert doubts_of(replace(fast, gap=replace(GAP, explained=None)), Verdict.NAMED) == ()
+    assert doubts_of(_case(FOUND, NOISE, explained=0.05), Verdict.COMPOSITE) == ()
+    assert doubts_of(_case(IRON, explained=0.0), Verdict.NAMED) == ()
+    assert doubts_of(_case(FOUND, explained=0.3), Verdict.NAMED) == ()
+
+
 def _diagnosis(verdict: Verdict = Verdict.NAMED, *named: Named, **changes: Any) -> Diagnosis:
     tests = Battery({}, (), 0.0, ("means over 5 s",))
     made = Diagnosis(verdict, "", named, (), GAP, (), (), (), (), tests, tests, None, POSED, POSED.target, POSED.target)  # type: ignore[arg-type]
