@@ -10,6 +10,7 @@ import numpy as np
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
 from sim.state import Array, current_name
+from validation.diagnosis.decision.one_course import channels_of_time
 from validation.diagnosis.evidence.following import iron_follows
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, Share, localise
@@ -97,7 +98,8 @@ def channel_is_left(case: Case) -> str | None:
     """What is left still goes with the channels that the gap goes with, and with these more than with time.
 
     Shares are of the gap: what a slow disturbance of its own leaves goes with time, and with every channel that does.
-    By chance with one of many a little more: any but the first must exceed time's share by all that speaks against.
+    By chance with one of many a little more: any but the first must exceed time's share by all that speaks against. A
+    channel that only rises is time by another name.
     """
     policy, explained = case.problem.policy, case.gap.explained
     if not case.where or explained is None:
@@ -107,7 +109,8 @@ def channel_is_left(case: Case) -> str | None:
     beside = [one for one in others if one.share > policy.leading_share * first.share]
     needed = {first.channel: max(policy.channel_left * first.share, time)}
     needed |= {one.channel: policy.channel_left * one.share + time for one in beside}
-    kept = [channel for channel, least in needed.items() if left.get(channel, 0.0) > least]
+    other = needed.keys() - channels_of_time(case.problem)
+    kept = [channel for channel, least in needed.items() if channel in other and left.get(channel, 0.0) > least]
     return f"what is left still goes with {', '.join(kept)}" if kept else None
 
 

@@ -10,7 +10,7 @@ from scipy.stats import spearmanr
 
 from sim.effects import BY_NAME
 from sim.state import Array, current_name
-from validation.diagnosis.evidence.localise import TIME
+from validation.diagnosis.evidence.localise import TIME, channels
 from validation.diagnosis.library.drivers import drivers
 from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.blocks import Cut
@@ -52,6 +52,13 @@ def _alike_beside(problem: LinearProblem, one: Named, signal_nT: Array) -> tuple
     course, least = _main_course(cut.means(added_nT)), problem.policy.one_course
     names = [name for name, x in _courses(problem) if _rank_correlation(course, cut.means(x)) > least]
     return tuple(names) if TIME in names or one.effect.sought() == "moment" else ()
+
+
+def channels_of_time(problem: LinearProblem) -> frozenset[str]:
+    """Time, and the channels that only rise or fall in the run: no gap tells these from it."""
+    cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
+    time_s, least = cut.means(problem.state.time_s), problem.policy.one_course
+    return frozenset(name for name, x in channels(problem) if _rank_correlation(time_s, cut.means(x)) > least)
 
 
 def _courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:

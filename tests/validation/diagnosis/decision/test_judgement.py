@@ -102,6 +102,19 @@ def test_what_goes_with_time_as_well_speaks_against_no_name() -> None:
     assert channel_is_left(replace(current, left=current.left + 9 * slow)) is None
 
 
+def test_a_channel_that_only_rises_speaks_against_no_name() -> None:
+    """A supply that sags, and with the load a little more: a slow rest goes with it by chance more than with time."""
+    part = POSED.state.time_s / POSED.state.time_s[-1]
+    sags = 12 - part - 0.02 * np.sin(90 * part)
+    left = np.sin(20 * sags)[:, None] * np.ones(3)
+    where = (Share("supply_V", "body", 0.9),)
+    case = _case(FOUND, clean=False, explained=0.5, where=where, left=left)
+    assert channel_is_left(replace(case, problem=problem(replace(recording(), channels={"supply_V": sags})))) is None
+    periodic = np.sin(90 * part)
+    driven = replace(recording(), channels={"supply_V": periodic})
+    assert channel_is_left(replace(case, problem=problem(driven), left=periodic[:, None] * np.ones(3)))
+
+
 def test_verdicts_that_leave_nothing_are_not_doubted() -> None:
     assert doubts_of(_still_driven(1.0), Verdict.NAMED) == ()
     assert doubts_of(replace(_still_driven(1.0), gap=replace(GAP, explained=None)), Verdict.PARTIAL) == ()
