@@ -27,6 +27,7 @@ from benchmarks.diagnosis.three import (
     FLIGHTS,
     SHORT_TRANSFERS,
     STRENGTHS,
+    WANDERS,
     Three,
     flight,
     rightly_named,
@@ -46,6 +47,8 @@ EACH = 3
 MIXED = ("ppc", "pcc", "App", "Acc", "Apc", "Bpp", "Bcc", "Bpc", "ABp", "ABc", "AAp", "AAc", "BBp", "BBc", "AAB", "ABB")
 """Lots of recordings that differ in what they hide: plain, coloured, the one and the other truth."""
 ALIKE = ("ppp", "ccc", "AAA", "BBB")
+TURNS = {"attitude_misalignment"} | EQUIVALENT["attitude_misalignment"]
+"""Names of a field that is turned against what it should be."""
 Row = dict[str, Any]
 
 
@@ -119,13 +122,19 @@ def run_lot(pool: Pool, lot: str) -> Row:
 
 
 def wrong(row: Row) -> list[str]:
-    """Names that stand without what two recordings of the lot hide; their iron differs by what has a mean there."""
+    """Names that stand without what two recordings of the lot hide; their iron differs by what has a mean there.
+
+    An attitude that walks has a mean error, as another recording may have by what it hides.
+    """
     seed, lot = row["key"].split("/")
     truths = Pool(int(seed)).truths
     right: set[str] = set()
     for letter, (kind, hidden, _) in truths.items():
         if lot.count(letter) > 1:
             right |= rightly_named(kind, hidden)
+    turned = [letter for letter, (_, hidden, _) in truths.items() if hidden in (*WANDERS, *TURNS)]
+    if sum(map(lot.count, turned)) > 1:
+        right |= TURNS
     disturbed = lot.count("A") + lot.count("B") > 1
     return [
         name

@@ -62,6 +62,17 @@ def test_iron_differs_only_where_two_recordings_are_disturbed() -> None:
     assert wrong(row(pool, "A0B1p2", "scale")) == ["scale"]
 
 
+def test_an_attitude_that_walks_is_turned_as_a_field_with_an_error_is() -> None:
+    def with_field(colour: str) -> Pool:
+        wanted = ("regional_field", colour)
+        return next(one for one in map(Pool, range(400)) if (one.truths["A"][1], one.truths["c"][1]) == wanted)
+
+    pool, still = with_field("all"), with_field("flicker")
+    assert wrong(row(pool, "A0c0p0", "regional_field", "attitude_misalignment")) == []
+    assert wrong(row(pool, "A0p0p1", "regional_field", "attitude_misalignment")) == ["regional_field"]
+    assert wrong(row(still, "A0c0p0", "regional_field", "attitude_misalignment")) == ["regional_field"]
+
+
 def test_figures_count_lots_with_a_wrong_name() -> None:
     pool, name = hiding()
     found = figures([row(pool, "p0p1p2"), row(pool, "A0p0p1", name), row(pool, "A1p0p2")])
