@@ -93,9 +93,10 @@ def common_of(
 
 
 def _ratios(several: Sequence[Estimate | None]) -> tuple[tuple[float, float] | None, ...]:
-    """Size of each estimate over that of all others; None where one is missing or the others have none."""
+    """Size of each estimate over that of all others; None where one is missing or its course is not the others'."""
     there = [one for one in several if one is not None]
-    found = iter(size_over(one, c) for one, c in zip(there, foretold(there), strict=True))
+    pairs = zip(there, foretold(there), strict=True)
+    found = iter(size_over(one, c) if 2 * one.scaled_gain(c) > one.scaled_gain(one.c) else None for one, c in pairs)
     return tuple(None if one is None else next(found) for one in several)
 
 

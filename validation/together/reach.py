@@ -36,10 +36,12 @@ class Finding:
     agreement: Agreement
 
 
-def finding(joint: Joint, needed: float, policy: Policy) -> Finding:
+def finding(joint: Joint, needed: float, policy: Policy, named: Sequence[int] = ()) -> Finding:
     """How far an effect reaches; needed : nats of the others' coefficients above which it is believed.
 
-    Of another size from recording to recording it is believed too, as long as the others' size explains more than none.
+    Of another size from recording to recording it is believed too, as long as the others' size explains more than none;
+    whatever the others' explain where two recordings name it by themselves, as a tone whose phase is another in every
+    run. named : the recordings whose own diagnosis names it.
     """
     everyone = [i for i, one in enumerate(joint.asked) if one is not None]
     there = _there(joint, everyone, policy)
@@ -54,6 +56,9 @@ def finding(joint: Joint, needed: float, policy: Policy) -> Finding:
     if _holds(joint, max(total, part), agree_there, needed):
         same = There.ABSENT in there and part > needed and agree_there.p > policy.not_transferred_alarm
         reach = Reach.SOME if same else _differing(joint, some, needed)
+    alone = [joint.own(i) for i in named if i in some and joint.own(i) > needed]
+    if reach is None and len(alone) > 1:
+        return Finding(joint, Reach.NOT_TRANSFERRED, sum(alone), there, agree_there)
     return Finding(joint, reach, max(total, part), there, agree_there)
 
 

@@ -175,7 +175,8 @@ def _finding(joint: Joint, members: Sequence[Member], *, coloured: bool) -> Find
     needed = policy.coloured_nats if coloured else policy.accepted_together(len(EFFECTS))
     pairs = zip(joint.asked, members, strict=True)
     asked = tuple(one and beside_own(one, member.instead_of(joint)) for one, member in pairs)
-    return finding(replace(joint, asked=asked), needed, policy)
+    named = [i for i, member in enumerate(members) if joint.name in (one.name for one in member.named)]
+    return finding(replace(joint, asked=asked), needed, policy, named)
 
 
 def _tried(

@@ -15,7 +15,8 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.result import How, Named
 from validation.diagnosis.workflow import examined
-from validation.together.common import Common, changes_of_iron, of_one_course
+from validation.together.coefficients import Estimate
+from validation.together.common import Common, _ratios, changes_of_iron, of_one_course
 from validation.together.reach import There
 
 N = 2000
@@ -54,3 +55,10 @@ def test_iron_that_differs_to_either_side_is_no_name(offsets_nT, names) -> None:
     each = [examined(one, MODEL).belief.iron for one in problems]
     assert [[one.name for one in found] for found in each] == [["hard_iron"], ["hard_iron"]]
     assert [one.name for one in changes_of_iron(each, problems)] == names
+
+
+@pytest.mark.parametrize(("along", "ratio"), [((13.0, 0.0), 1.3), ((5.0, 12.0), None), ((-10.0, 0.0), None)])
+def test_a_size_is_held_against_the_others_where_its_course_is_theirs(along, ratio) -> None:
+    first, second = (Estimate(np.diag([10.0, 10.0]), np.array(g)) for g in ((10.0, 0.0), along))
+    found = _ratios([first, second])[1]
+    assert (None if found is None else round(found[0], 9)) == ratio

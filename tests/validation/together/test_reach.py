@@ -57,3 +57,19 @@ def test_what_differs_is_present_in_two_recordings_at_least(
     monkeypatch.setattr(reach, "_there", lambda *_: there)
     monkeypatch.setattr(reach, "_common", lambda *_: (1e3, differ))
     assert finding(joint, 7.0, STANDARD).reach is found
+
+
+@pytest.mark.parametrize(
+    ("named", "needed", "found"),
+    [((0, 1), 7.0, (Reach.NOT_TRANSFERRED, 18.0)), ((0,), 7.0, (None, -50.0)), ((0, 1), 10.0, (None, -50.0))],
+)
+def test_what_two_recordings_name_by_themselves_need_not_be_alike(
+    monkeypatch: pytest.MonkeyPatch, named: tuple[int, ...], needed: float, found: tuple[Reach | None, float]
+) -> None:
+    """A tone begins every run with another phase: the others' coefficients explain less than none."""
+    joint: Any = joint_of((GIVEN, TURNED), (9.0, 9.0), SimpleNamespace(possible=lambda c: True))
+    monkeypatch.setattr(reach, "_there", lambda *_: (There.PRESENT, There.PRESENT))
+    monkeypatch.setattr(reach, "_common", lambda *_: (-50.0, SimpleNamespace(p=1e-9, c=1.0)))
+    joint.asked = "ab"
+    one = finding(joint, needed, STANDARD, named)
+    assert (one.reach, one.nats) == found
