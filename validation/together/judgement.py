@@ -110,7 +110,7 @@ class Judged:
     @classmethod
     def of(cls, lot: Lot) -> Judged:
         """The verdict of all recordings as of one case; names are doubted where half of them speak against."""
-        beliefs = _borne_out([lot.belief(i) for i in range(len(lot.members))])
+        beliefs = tuple(_borne_out(lot.belief(i)) for i in range(len(lot.members)))
         common = _common(lot, beliefs)
         cases = tuple(_case(lot, i, [one.named for one in common], belief) for i, belief in enumerate(beliefs))
         gaps = tuple(one.gap for one in cases)
@@ -179,14 +179,10 @@ def _is_the_sensors(one: Common) -> bool:
     return not slow or one.reach is Reach.TRANSFERRED
 
 
-def _borne_out(beliefs: Sequence[Belief]) -> tuple[Belief, ...]:
-    """Slow noise whose nature is not told is none where another recording leaves white noise.
-
-    The sensor's own is in all that it measures; what goes with a motion or a course may look like it in two of them.
-    """
-    if not any(one.after.clean for one in beliefs):
-        return tuple(beliefs)
-    return tuple(one if one.noise is None or one.noise.identified else replace(one, noise=None) for one in beliefs)
+def _borne_out(belief: Belief) -> Belief:
+    """Slow noise whose nature is not told is none: a disturbance that goes with the motion is alike in every run."""
+    open_ = belief.noise is not None and not belief.noise.identified
+    return replace(belief, noise=None) if open_ else belief
 
 
 def joined(gaps: Sequence[GapSize]) -> GapSize:

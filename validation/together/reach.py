@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -43,27 +43,30 @@ def finding(joint: Joint, needed: float, policy: Policy, named: Sequence[int] = 
     whatever the others' explain where two recordings name it by themselves, as a tone whose phase is another in every
     run. named : the recordings whose own diagnosis names it.
     """
-    everyone = [i for i, one in enumerate(joint.asked) if one is not None]
-    there = _there(joint, everyone, policy)
-    some = [i for i in everyone if there[i] is There.PRESENT]
+    everyone, there, some = _those_that_show(joint, policy)
     total, agree = _common(joint, everyone, policy)
     if _holds(joint, total, agree, needed) and agree.p > policy.not_transferred_alarm:
         return Finding(joint, Reach.TRANSFERRED, total, there, agree)
     if len(some) < 2:
         return Finding(joint, None, total, there, agree)
     part, agree_there = _common(joint, some, policy)
-    reach = None
-    if _holds(joint, max(total, part), agree_there, needed):
+    reach, nats = None, max(total, part)
+    if _holds(joint, nats, agree_there, needed):
         same = There.ABSENT in there and part > needed and agree_there.p > policy.not_transferred_alarm
         reach = Reach.SOME if same else _differing(joint, some, needed)
-    alone = [joint.own(i) for i in named if i in some and joint.own(i) > needed]
-    if reach is None and len(alone) > 1:
-        return Finding(joint, Reach.NOT_TRANSFERRED, sum(alone), there, agree_there)
-    return Finding(joint, reach, max(total, part), there, agree_there)
+    elif alone := _nats_of_each(joint, set(some).intersection(named), needed):
+        reach, nats = Reach.NOT_TRANSFERRED, alone
+    return Finding(joint, reach, nats, there, agree_there)
 
 
 def _differing(joint: Joint, some: Sequence[int], needed: float) -> Reach | None:
     return Reach.NOT_TRANSFERRED if _shown_by_two(joint, some, needed) else None
+
+
+def _nats_of_each(joint: Joint, which: Iterable[int], needed: float) -> float:
+    """Nats of the own coefficients of recordings that show an effect by themselves; zero unless two do."""
+    each = [own for i in which if (own := joint.own(i)) > needed]
+    return sum(each) if len(each) > 1 else 0.0
 
 
 def _shown_by_two(joint: Joint, some: Sequence[int], needed: float) -> bool:
@@ -83,9 +86,8 @@ def compared(joint: Joint, policy: Policy) -> Finding:
     Its coefficients are those of the sensors that have it, whatever the others say of them; known no better than by one
     of these, for the slow errors of a run are in all of its sensors.
     """
-    everyone = [i for i, one in enumerate(joint.asked) if one is not None]
-    there = _there(joint, everyone, policy)
-    some = [i for i in everyone if there[i] is There.PRESENT] or everyone
+    everyone, there, some = _those_that_show(joint, policy)
+    some = some or everyone
     nats, agree = _common(joint, some, policy)
     agree = replace(agree, covariance=len(some) * agree.covariance)
     if len(some) < 2:
@@ -103,6 +105,13 @@ def foretells(joint: Joint, policy: Policy) -> bool:
     if first is None or second is None or joint.nats(1, first.c) <= policy.apart:
         return False
     return agreement([first, second], policy.same_coefficient, joint.known).p > policy.not_transferred_alarm
+
+
+def _those_that_show(joint: Joint, policy: Policy) -> tuple[list[int], tuple[There, ...], list[int]]:
+    """Recordings that hold the causes, what each says, and those that show the effect."""
+    everyone = [i for i, one in enumerate(joint.asked) if one is not None]
+    there = _there(joint, everyone, policy)
+    return everyone, there, [i for i in everyone if there[i] is There.PRESENT]
 
 
 def _holds(joint: Joint, nats: float, agree: Agreement, needed: float) -> bool:
