@@ -16,8 +16,9 @@ from sim.state import Array
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.channels import without_their_noise
 from validation.diagnosis.problem.level import Level
-from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.linear import Instead, LinearProblem
 from validation.diagnosis.problem.relative import recorded_reference, relative_problem
+from validation.diagnosis.problem.repeats import Steady, between_repeats
 from validation.diagnosis.problem.still import at_rest, still_problem
 from validation.diagnosis.problem.strength import measured_strength, strength_problem
 from validation.diagnosis.problem.track import Track
@@ -78,12 +79,24 @@ def posed(
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
     strength = strength_nT or _strength_nT(recording) if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
-    problem = pose(recording, field_enu_nT, strength, effects, policy, track)
+    steady = between_repeats(recording, policy)
+    problem = _told(steady, pose(steady.recording, field_enu_nT, strength, effects, policy, track))
     stated_deg = 0.0
     if isinstance(model, Scenario) and not problem.relative:
         stated_deg = model.navigation.attitude_noise_std_deg
     known = iron_known and not (problem.still or problem.relative)
     return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=known)
+
+
+def _told(steady: Steady, problem: LinearProblem) -> LinearProblem:
+    """The problem with what was done about an attitude that repeats, and without the rows after its last value."""
+    if not (steady.repeated and problem.turns):
+        return problem
+    share = f"{100 * steady.repeated:.0f} %"
+    words = f"The attitude is repeated in {share} of the rows, and was taken between its own values."
+    figures = "Log the attitude with its own times, or leave the cells empty in which it is not new."
+    told = Instead(words, figures, problem.state.field_enu_nT)
+    return replace(problem, instead=(told,)).without(steady.unknown)
 
 
 def _strength_nT(recording: Recording) -> float:
