@@ -48,10 +48,12 @@ def channels_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:
 def _alike_beside(problem: LinearProblem, one: Named, signal_nT: Array) -> tuple[str, ...]:
     """The same beside a signal (n, 3)."""
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
-    added_nT = one.effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {})
-    course, least = _main_course(cut.means(added_nT)), problem.policy.one_course
-    names = [name for name, x in _courses(problem) if _rank_correlation(course, cut.means(x)) > least]
-    return tuple(names) if TIME in names or one.effect.sought() == "moment" else ()
+    same = [effect for effect in one.effects if effect.name == one.name]  # a second jump is a part of its course
+    parts = [effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {}) for effect in same]
+    course, jumps = _main_course(cut.means(np.sum(parts, axis=0))), one.effect.sought() == "moment"
+    alike = _correlation if jumps else _rank_correlation
+    names = [name for name, x in _courses(problem) if alike(course, cut.means(x)) > problem.policy.one_course]
+    return tuple(names) if jumps or TIME in names else ()
 
 
 def channels_of_time(problem: LinearProblem) -> frozenset[str]:
@@ -70,6 +72,11 @@ def _main_course(added_nT: Array) -> Array:
     """The first principal component (m,) of a course (m, 3)."""
     left, size, _ = np.linalg.svd(added_nT - added_nT.mean(axis=0), full_matrices=False)
     return np.asarray(left[:, 0] * size[0])
+
+
+def _correlation(one: Array, other: Array) -> float:
+    """``|r|``, for levels whose ranks are a matter of their noise; 0 for a course that stands."""
+    return abs(float(np.corrcoef(one, other)[0, 1])) if np.ptp(one) > 0 and np.ptp(other) > 0 else 0.0
 
 
 def _rank_correlation(one: Array, other: Array) -> float:

@@ -69,3 +69,12 @@ def test_only_what_rises_all_the_time_has_rivals(effect, temperature_degC, rival
     assert with_rivals(posed, named).rivals == rivals
     assert with_rivals(posed, replace(named, alternatives=(WARM.name, DRIFT.name))).rivals == ()
     assert with_rivals(posed, replace(named, how=How.SPECTRUM)).rivals == ()
+
+
+def test_a_channel_that_comes_and_goes_drives_two_jumps() -> None:
+    on = (UP * N * 0.1 > 150.0) & (UP * N * 0.1 < 250.0)
+    posed = problem(replace(recording(), temperature_degC=15 + 5.0 * on))
+    back = JUMP(250.0, (-3.0, 2.0, -4.0))
+    named = Named(JUMP(150.0, (3.0, -2.0, 4.0)), (), How.HELD_OUT, 100.0, 1.0, also=(back,))
+    assert with_rivals(posed, named).rivals == (TEMPERATURE,)
+    assert with_rivals(posed, replace(named, also=())).rivals == ()
