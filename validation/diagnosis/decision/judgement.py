@@ -78,10 +78,11 @@ def _turns_too_fast(case: Case) -> bool:
 def _leaves_nearly_all(case: Case) -> bool:
     """Whether names explain next to nothing of what is no noise between neighbours, though slow means are clean.
 
-    Noise among the names, and slow errors that the model states, are a part of the gap that no name takes away.
+    Slow noise among the names, and slow errors that the model states, are a part of the gap that no name takes away.
     """
     explained = case.gap.explained
-    if not case.clean or case.noisy or explained is None or explained >= case.problem.policy.least_share:
+    slow = any(one.how is How.SPECTRUM and one.effect.clues.spectrum is not None for one in case.named)
+    if not case.clean or slow or explained is None or explained >= case.problem.policy.least_share:
         return False
     return not as_stated(case.problem, case.left)
 

@@ -10,6 +10,7 @@ import pytest
 
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.iron import HardIron, SoftIron
+from sim.effects.noise import FlickerNoise, WhiteNoise
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, verdict_of
 from validation.diagnosis.decision.wording import ADVICE, advice_for, sentence_for, words_of
@@ -131,7 +132,10 @@ def test_names_that_leave_a_fast_gap_as_it_was_are_doubted() -> None:
     fast = _case(FOUND, explained=0.05)
     assert doubts_of(fast, Verdict.NAMED)
     assert doubts_of(replace(fast, gap=replace(GAP, explained=None)), Verdict.NAMED) == ()
-    assert doubts_of(_case(FOUND, NOISE, explained=0.05), Verdict.COMPOSITE) == ()
+    slow = replace(NOISE, effect=FlickerNoise((1.0, 1.0, 1.0)))
+    assert doubts_of(_case(FOUND, slow, explained=0.05), Verdict.COMPOSITE) == ()
+    more = replace(NOISE, effect=WhiteNoise((1.0, 1.0, 1.0)))  # no gap: neighbours differ by it
+    assert doubts_of(_case(FOUND, more, explained=0.05), Verdict.COMPOSITE)
     assert doubts_of(_case(IRON, explained=0.0), Verdict.NAMED) == ()
     assert doubts_of(_case(FOUND, explained=0.3), Verdict.NAMED) == ()
 
