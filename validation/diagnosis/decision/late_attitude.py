@@ -91,7 +91,9 @@ def _best_lead_s(problem: LinearProblem, q_at: CubicSpline, first_s: float) -> f
 def _gap_nT(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> float:
     """Rms (nT) that a free matrix and offset leave of the measured field along the moved attitude."""
     used = (problem.usable > 0) & _known(problem, lead_s)
-    field_nT = to_body(matrix_from_q(_ahead_q(problem, q_at, lead_s)), problem.state.field_enu_nT[None])
+    change_enu_nT = np.zeros((1, 3)) if problem.track is None else problem.track.change_enu_nT
+    turns = matrix_from_q(_ahead_q(problem, q_at, lead_s))
+    field_nT = to_body(turns, problem.state.field_enu_nT + change_enu_nT)
     base = np.column_stack([field_nT / 1e4, np.ones(len(field_nT))])[used]
     mag_nT = problem.recording.mag_nT[used]
     return rms(mag_nT - base @ np.linalg.lstsq(base.T @ base, base.T @ mag_nT, rcond=1e-13)[0])
@@ -105,9 +107,9 @@ def _ahead_q(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> Array:
 
 
 def _known(problem: LinearProblem, lead_s: float) -> NDArray[np.bool_]:
-    """Samples (n,) whose attitude was logged before the end."""
+    """Samples (n,) whose attitude was logged before the end of what is known."""
     time_s = problem.recording.time_s
-    return np.asarray(time_s + lead_s <= time_s[-1])
+    return np.asarray(time_s + lead_s <= time_s[problem.usable > 0][-1])
 
 
 def _moved(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> LinearProblem:

@@ -39,9 +39,8 @@ def direct_evidence(problem: LinearProblem, without: frozenset[str] = frozenset(
     lattices = tuple(find_lattice(axis) for axis in problem.recording.mag_nT.T)
     clipped = _clipped(problem, lattices)
     found = [_rounded(problem, lattices), clipped, _held(problem)]
-    gone = np.logical_or.reduce(
-        [repeated(problem.recording.mag_nT), *(one.samples for one in found if one is not None)]
-    )
+    no_values = [repeated(problem.recording.mag_nT), problem.usable == 0]
+    gone = np.logical_or.reduce([*no_values, *(one.samples for one in found if one is not None)])
     if clipped is None:  # a clipped stretch has no noise of its own to measure a spike by
         found.append(_wrong_values(problem, lattices, _beside(problem, gone)))
     return [one for one in found if one is not None and one.effect.name not in without]

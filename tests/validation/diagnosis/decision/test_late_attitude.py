@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,10 +14,11 @@ from sim.effects.clues import LATE
 from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import ModelSpec
 from sim.state import Array
-from validation.diagnosis.decision.late_attitude import _best_lead_s, _free_of_kin, attitude_course
+from validation.diagnosis.decision.late_attitude import _best_lead_s, _free_of_kin, _gap_nT, _known, attitude_course
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
+from validation.diagnosis.problem.track import Track
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import diagnose
@@ -63,6 +65,20 @@ def test_the_lead_leaves_no_delay_of_its_own() -> None:
     """In a hand some microseconds show beside little noise."""
     problem = posed(field_at(TIME_S) + OFFSET_NT, hand_q(TIME_S - 0.0307))
     assert _best_lead_s(problem, attitude_course(problem), 0.03) == pytest.approx(0.0307, abs=3e-6)
+
+
+def test_rows_of_an_unknown_attitude_are_not_reached_into() -> None:
+    """The last rows of a slower attitude stand, and are left out."""
+    problem = posed(field_at(TIME_S), hand_q(TIME_S)).without(np.arange(len(TIME_S)) >= len(TIME_S) - 5)
+    assert np.flatnonzero(~_known(problem, 0.1)).tolist() == list(range(len(TIME_S) - 8, len(TIME_S)))
+
+
+def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
+    change = np.linspace(-3000.0, 3000.0, len(TIME_S))[:, None] * [0.2, 1.0, 0.7]
+    mag_nT = to_body(matrix_from_q(hand_q(TIME_S)), FIELD_ENU_NT + change)
+    track = Track((50.0, 10.0, 5e5), change, np.zeros(len(TIME_S)))
+    problem = replace(posed(mag_nT, hand_q(TIME_S - 0.05)), track=track)
+    assert _gap_nT(problem, attitude_course(problem), 0.05) < 1.0
 
 
 def test_a_late_magnetometer_stays_a_delay() -> None:

@@ -164,6 +164,12 @@ def test_turns_between_samples_far_apart_are_no_spikes(seed: int) -> None:
     assert direct_evidence(problem(Recording(time_s=time_s, mag_nT=mag_nT))) == []
 
 
+def test_rows_that_are_left_out_hold_no_spikes() -> None:
+    spiked = problem(hidden={Spikes.name: FAULTS[Spikes]})
+    (found,) = direct_evidence(spiked)
+    assert direct_evidence(spiked.without(found.samples)) == []
+
+
 def test_a_spike_is_seen_in_the_strength_too() -> None:
     given = without_attitude(recording())
     mag = given.mag_nT.copy()

@@ -44,6 +44,17 @@ def test_nothing_is_missing_where_an_attitude_repeats() -> None:
     assert any("own times" in line for line in told.advice)
 
 
+def test_a_late_and_slower_attitude_is_taken_so_and_moved() -> None:
+    """The last rows have an attitude that stands: what is moved to its time does not reach into them."""
+    given = recording()
+    assert given.att_q is not None
+    last_new = 10 + np.arange(len(given) - 10) // 4 * 4
+    late = Recording(time_s=given.time_s[10:], mag_nT=given.mag_nT[10:], att_q=given.att_q[last_new - 2])
+    told = diagnose(late, MODEL, fitted_base=True)
+    assert "comes 200 ms later" in told.sentence
+    assert told.verdict is Verdict.NONE
+
+
 def test_a_rest_is_no_slower_attitude() -> None:
     """Half of the rows are one rest; the others are new each."""
     given = recording()
