@@ -14,7 +14,6 @@ from validation.diagnosis.decision.one_course import channels_of_time
 from validation.diagnosis.evidence.following import iron_follows
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, Share, localise
-from validation.diagnosis.evidence.stated import as_stated
 from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.strength import turns_too_fast
@@ -75,22 +74,9 @@ def _turns_too_fast(case: Case) -> bool:
     return turns_too_fast(case.problem)
 
 
-def _leaves_nearly_all(case: Case) -> bool:
-    """Whether names explain next to nothing of what is no noise between neighbours, though slow means are clean.
-
-    Slow noise among the names, and slow errors that the model states, are a part of the gap that no name takes away.
-    """
-    explained = case.gap.explained
-    slow = any(one.how is How.SPECTRUM and one.effect.clues.spectrum is not None for one in case.named)
-    if not case.clean or slow or explained is None or explained >= case.problem.policy.least_share:
-        return False
-    return not as_stated(case.problem, case.left)
-
-
 SURE_DOUBTS: tuple[tuple[Rule, str], ...] = (
     (_is_larger, "with the names in the model the gap is larger"),
     (_turns_too_fast, "the field turns faster than a vehicle does"),
-    (_leaves_nearly_all, "nearly all of the gap is left, too fast for the means that are tested"),
 )
 """Doubts that speak against every name, whatever the verdict."""
 

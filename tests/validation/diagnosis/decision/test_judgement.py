@@ -10,7 +10,6 @@ import pytest
 
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.iron import HardIron, SoftIron
-from sim.effects.noise import FlickerNoise, WhiteNoise
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, verdict_of
 from validation.diagnosis.decision.wording import ADVICE, advice_for, sentence_for, words_of
@@ -125,19 +124,6 @@ def test_names_that_make_the_gap_larger_are_doubted() -> None:
     larger = replace(GAP, after_sigma=1.2 * GAP.before_sigma)
     assert doubts_of(replace(_case(FOUND), gap=larger), Verdict.NAMED)
     assert doubts_of(replace(_case(SEEN), gap=larger), Verdict.NAMED) == ()
-
-
-def test_names_that_leave_a_fast_gap_as_it_was_are_doubted() -> None:
-    """A rotor's tone that sweeps leaves means clean: a ripple that meets it here and there explains next to nothing."""
-    fast = _case(FOUND, explained=0.05)
-    assert doubts_of(fast, Verdict.NAMED)
-    assert doubts_of(replace(fast, gap=replace(GAP, explained=None)), Verdict.NAMED) == ()
-    slow = replace(NOISE, effect=FlickerNoise((1.0, 1.0, 1.0)))
-    assert doubts_of(_case(FOUND, slow, explained=0.05), Verdict.COMPOSITE) == ()
-    more = replace(NOISE, effect=WhiteNoise((1.0, 1.0, 1.0)))  # no gap: neighbours differ by it
-    assert doubts_of(_case(FOUND, more, explained=0.05), Verdict.COMPOSITE)
-    assert doubts_of(_case(IRON, explained=0.0), Verdict.NAMED) == ()
-    assert doubts_of(_case(FOUND, explained=0.3), Verdict.NAMED) == ()
 
 
 def _diagnosis(verdict: Verdict = Verdict.NAMED, *named: Named, **changes: Any) -> Diagnosis:
