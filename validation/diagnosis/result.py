@@ -43,6 +43,10 @@ class How(StrEnum):
     CURVE = "curve", "gain of a curve on held-out data; no mechanism is told"
 
 
+FITTED = (How.HELD_OUT, How.CURVE)
+"""Names whose coefficients another recording can bear out."""
+
+
 class Reach(StrEnum):
     """Whether other recordings bear a name out: with one coefficient, with several, only some of them."""
 
@@ -89,6 +93,12 @@ class Named:
     def effects(self) -> tuple[Effect, ...]:
         """The effect, and what belongs to it."""
         return (self.effect, *self.also)
+
+    @property
+    def askable(self) -> bool:
+        """Whether it has coefficients that hold all through a run, which another recording can bear out."""
+        lasts = self.effect.active_s is None and not self.effect.clues.one_run
+        return lasts and self.how in FITTED
 
 
 @dataclass(frozen=True)
@@ -153,7 +163,7 @@ class Diagnosis:
     where: channels that the gap goes with; absorbed: effects that look like iron on this motion; untested: effects
     whose causes the recording does not hold; doubts: why names were taken back; ranking: every candidate as the first
     round judged it; before_nT, after_nT (n, q): what is left; parts: of the run, in which the gap's size is steady;
-    onward: what to fly next.
+    onward: what to fly next; second: whether a second recording was asked.
     """
 
     verdict: Verdict
@@ -174,6 +184,7 @@ class Diagnosis:
     advice: tuple[str, ...] = ()
     parts: tuple[Part, ...] = ()
     onward: Flight | None = None
+    second: bool = False
 
     def __repr__(self) -> str:
         """Verdict and sentence."""

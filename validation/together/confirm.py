@@ -11,20 +11,17 @@ from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.scenario import Model
 from sim.state import Array
-from validation.diagnosis.decision.wording import advice_for
+from validation.diagnosis.decision.wording import advice_for, sentence_for
 from validation.diagnosis.evidence.reference import settled
 from validation.diagnosis.evidence.standing import Beside
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.problem.strength import about
-from validation.diagnosis.result import Diagnosis, How, Named, Reach
+from validation.diagnosis.result import FITTED, Diagnosis, Named, Reach
 from validation.diagnosis.workflow import measured_rows
 from validation.together.asked import Joint, columns_in
 from validation.together.reach import foretells
-
-FITTED = (How.HELD_OUT, How.CURVE)
-"""Names whose coefficients another recording can bear out."""
 
 
 def confirmed(
@@ -42,14 +39,14 @@ def confirmed(
     problems = (found.problem, _beside_known(settled(measured_rows(whole)[0]), effects))
 
     def upgraded(one: Named) -> Named:
-        if not _lasts(one) or one.effect.clues.one_run or found.problem.mode != problems[1].mode:
+        if not one.askable or found.problem.mode != problems[1].mode:
             return one
         others = [effect for effect in effects if effect is not one.effect]
         holds = foretells(_joint(one.effect, others, problems), found.problem.policy)
         return replace(one, evidence=Reach.TRANSFERRED) if holds else one
 
-    known = replace(found, named=tuple(upgraded(one) for one in found.named))
-    return replace(known, advice=advice_for(known))
+    known = replace(found, named=tuple(upgraded(one) for one in found.named), second=True)
+    return replace(known, sentence=sentence_for(known), advice=advice_for(known))
 
 
 def _lasts(one: Named) -> bool:

@@ -29,13 +29,22 @@ def sentence_for(found: Diagnosis) -> str:
     """The finding in one sentence for a field engineer."""
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
     said = found.verdict.sentence(
-        causes="; ".join(words_of(one, _acts(found, one), _logged_as(found)) for one in found.named),
+        causes="; ".join(
+            words_of(one, _acts(found, one), _logged_as(found)) + _again(found, one) for one in found.named
+        ),
         share=_share(found),
         left="; ".join(found.after.why or found.doubts),
         nearest=_nearest(found),
         goes_with=(_curves(found) or (f"; it goes with {channels}" if channels else "")) + _largest(found),
     )
     return " ".join([*remarks(found), said])
+
+
+def _again(found: Diagnosis, one: Named) -> str:
+    """What a second recording says of a name, where one was asked."""
+    if not (found.second and one.askable):
+        return ""
+    return f", {'' if one.evidence is Reach.TRANSFERRED else 'not '}borne out by the second recording"
 
 
 def _share(found: Diagnosis) -> str:
@@ -169,9 +178,21 @@ def log_attitude(found: Diagnosis) -> Iterator[str]:
 
 def confirm(found: Diagnosis) -> Iterator[str]:
     """One recording shares its slow noise with its held-out segments; what the values show needs no other."""
+    if found.second:
+        yield from _not_borne_out(found)
+        return
     asked = [one for one in found.named if one.how is not How.DIRECT]
     if asked and all(one.evidence is Reach.SINGLE_RUN for one in asked):
         yield "Confirm on a second recording with --confirm: held-out segments of one run share its slow noise."
+
+
+def _not_borne_out(found: Diagnosis) -> Iterator[str]:
+    several = [one.name for one in found.named if one.askable and one.evidence is Reach.SINGLE_RUN]
+    if several:
+        yield (
+            f"The second recording does not bear out {', '.join(several)}: not there, of another size, or not to be "
+            "told there. Give both to magbench diagnose, without --confirm: it says which."
+        )
 
 
 def log_more_channels(found: Diagnosis) -> Iterator[str]:

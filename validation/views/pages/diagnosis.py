@@ -138,11 +138,20 @@ def _sure(found: Diagnosis) -> tuple[str, str]:
         return ("–", "no name to be sure of")
     one = min(found.named, key=lambda one: np.inf if one.nats is None else one.nats)
     whose = f" for {one.name}, the least sure" if len(found.named) > 1 else ""
-    again = "a second recording agrees" if one.evidence is Reach.TRANSFERRED else "one recording; confirm with a second"
+    again = _again(found, one)
     if one.nats is None or one.how not in FITTED:
         return (one.how.words, f"is the evidence{whose}; {again}")
     needed = f"; {digits(one.needed)} are needed" if one.needed else ""
     return (f"{digits(one.nats)} nats", f"of evidence on held-out data{whose}{needed}; {again}")
+
+
+def _again(found: Diagnosis, one: Named) -> str:
+    """What a second recording says of a name."""
+    if one.evidence is Reach.TRANSFERRED:
+        return "a second recording agrees"
+    if not found.second:
+        return "one recording; confirm with a second"
+    return "the second recording does not bear it out" if one.askable else "one recording; a second cannot tell"
 
 
 def _row(one: Named) -> dict[str, Any]:
