@@ -133,13 +133,19 @@ class Candidate:
         """The effect with fitted coefficients (k,) of its columns, brought into its bounds."""
         given = dict(self.nonlinear)
         if self.effect.tangents:
-            ((name, small),) = self.effect.tangents.items()
-            return self.effect(**given, **{name: tuple(c @ np.array(small))})
+            name, values, (low, high) = self._turned(c)
+            return self.effect(**given, **{name: tuple(np.clip(values, low, high))})
         if not self.effect.linear:
             return self.effect(**given)
         values, phase = self._without_phase(c)
         low, high = np.array(self.bounds).T
         return self.effect.combine(np.clip(values, low, high), (PLAIN, *self.forms), **given, **phase)
+
+    def _turned(self, c: Array) -> tuple[str, Array, tuple[float, float]]:
+        """The parameter of small turns by name, its values at coefficients (k,), and their bounds."""
+        ((name, small),) = self.effect.tangents.items()
+        bounds = next((p.low, p.high) for p in self.effect.parameters() if p.name == name)
+        return name, c @ np.array(small), bounds
 
     def _without_phase(self, c: Array) -> tuple[Array, dict[str, float]]:
         """The linear parameters' coefficients, and the phase by name, of coefficients (k,) of the columns."""
@@ -163,7 +169,10 @@ class Candidate:
         if self.effect.linear:
             values = self._without_phase(c)[0]
             return all(low <= v <= high for v, (low, high) in zip(values, self.bounds, strict=True))
-        return bool(self.effect.tangents or c[0] > 0)
+        if self.effect.tangents:
+            _, values, (low, high) = self._turned(c)
+            return bool(((low <= values) & (values <= high)).all())
+        return bool(c[0] > 0)
 
     def is_natural(self, problem: LinearProblem, c: Array) -> bool:
         """Whether with coefficients (k,) it changes in the earth's frame no faster than nature does, in the mean."""

@@ -124,6 +124,17 @@ def test_a_wave_beyond_its_bounds_is_not_possible(effect: type[Effect]) -> None:
     assert not candidate.possible(np.concatenate([1.1 * low, 9 * high]))
 
 
+@pytest.mark.parametrize("effect", TANGENT, ids=lambda effect: effect.name)
+def test_a_turn_beyond_its_bounds_is_not_possible_and_is_made_within_them(effect: type[Effect]) -> None:
+    candidate = Candidate(effect)
+    ((name, small),) = effect.tangents.items()
+    high = next(p.high for p in effect.parameters() if p.name == name)
+    c = np.linalg.solve(np.array(small).T, [high, 0.0, 0.0])
+    assert candidate.possible(0.99 * c)
+    assert not candidate.possible(1.1 * c)
+    assert np.allclose(getattr(candidate.made(1.1 * c), name), [high, 0.0, 0.0])
+
+
 def test_a_delay_of_the_wrong_sign_is_not_possible() -> None:
     delays = [e for e in EFFECTS if not e.linear and not e.tangents and e.search]
     assert delays
