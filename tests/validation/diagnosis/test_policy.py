@@ -40,7 +40,7 @@ GUARDS = {
     "drivers.py": {"ROUNDING", "LEAST_RANGE"},
     "places.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "battery.py": {"MOST_TONES"},
-    "spectrum.py": {"WINDOW_LINES"},
+    "spectrum.py": {"WINDOW_LINES", "LEAST_WHITE"},
     "steps.py": {"LOG_SIZES"},
     "when.py": {"NORMAL_MAD"},
     "advice.py": {"MINUTE_S", "MOST_TIMES"},

@@ -17,6 +17,8 @@ from validation.diagnosis.policy import Policy
 
 WINDOW_LINES = 35 / 18
 """By how much a Hann window correlates neighbouring lines: lines over independent ones."""
+LEAST_WHITE = 1e-4
+"""White noise over that of a sample, below which it does not show beside a slow noise and is taken for so much."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,10 @@ class Bands:
         return np.asarray(gamma.sf(ratio, self.shape, scale=1 / self.shape))
 
     def fit(self, level: float, slow: Array) -> tuple[float, float, float]:
-        """Greatest Whittle likelihood of ``S = w + s slow`` (slow (m,), zero: white alone), and w and s there."""
+        """Greatest Whittle likelihood of ``S = w + s slow`` (slow (m,), zero: white alone), and w and s there.
+
+        level : white noise of a sample, of which w is a ten-thousandth at least: without any a likelihood has no scale.
+        """
 
         def cost(x: Array) -> float:
             S = np.exp(x[0]) + np.exp(x[1]) * slow
@@ -58,7 +63,7 @@ class Bands:
         first = max(self.power[0] / max(slow[0], 1e-300), 1e-12) if slow.any() else 1.0
         start = np.log([level, first])
         found = minimize(cost, start, method="Nelder-Mead", options={"maxiter": 400, "xatol": 1e-3, "fatol": 1e-3})
-        return -float(found.fun), float(np.exp(found.x[0])), float(np.exp(found.x[1]))
+        return -float(found.fun), max(float(np.exp(found.x[0])), LEAST_WHITE * level), float(np.exp(found.x[1]))
 
 
 @dataclass(frozen=True)

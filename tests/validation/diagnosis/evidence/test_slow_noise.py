@@ -15,6 +15,7 @@ from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.slow_noise import along_field, slow_along_earth, slow_noise, turns_the_field, wander
 from validation.diagnosis.evidence.spectrum import Bands
 from validation.diagnosis.evidence.stated import as_stated
+from validation.diagnosis.evidence.steps import Steps
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -112,6 +113,16 @@ def test_bands_of_white_noise_have_its_level() -> None:
     level = bands.fit(0.2, np.zeros(len(bands.f)))[1]
     assert level == pytest.approx(0.2, rel=0.03)
     assert bands.odds(bands.power / 0.2).min() > 1e-4
+
+
+def test_slow_noise_that_hides_the_white_one_has_a_level_and_a_likelihood() -> None:
+    """Flicker of three sigma that is white nowhere in the band: the best level underflows to nothing."""
+    bands = Bands.of(np.random.default_rng(5).normal(size=(20_000, 3)), 0.1, STANDARD)
+    steep = 1 / bands.f**3
+    _, level, _ = replace(bands, power=steep).fit(0.2, steep)
+    assert level >= 2e-5
+    steps = Steps(np.random.default_rng(6).normal(size=(90, 1)), 5.0)
+    assert np.isfinite(steps.fit(level, lambda f: 1 / f)[0])
 
 
 def test_what_the_model_states_of_its_attitude_is_no_gap_and_more_is() -> None:
