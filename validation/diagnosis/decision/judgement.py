@@ -57,28 +57,14 @@ def verdict_of(case: Case) -> Verdict:
 
 def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
     """Why the names only resemble the cause; empty where nothing speaks against them, or nothing can be told."""
-    sure = tuple(reason for holds, reason in SURE_DOUBTS if case.found and holds(case))
-    if sure:
-        return sure[:1]
+    if case.found and case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma:
+        return ("with the names in the model the gap is larger",)
+    if case.found and turns_too_fast(case.problem):
+        return ("the field turns faster than a vehicle does",)
     mixed = verdict is Verdict.PARTIAL or (verdict in (Verdict.COMPOSITE, Verdict.CLASS) and case.noisy)
     if not mixed or case.gap.explained is None:
         return ()
     return tuple(reason for doubt in NAME_DOUBTS if (reason := doubt(case)) is not None)
-
-
-def _is_larger(case: Case) -> bool:
-    return case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma
-
-
-def _turns_too_fast(case: Case) -> bool:
-    return turns_too_fast(case.problem)
-
-
-SURE_DOUBTS: tuple[tuple[Rule, str], ...] = (
-    (_is_larger, "with the names in the model the gap is larger"),
-    (_turns_too_fast, "the field turns faster than a vehicle does"),
-)
-"""Doubts that speak against every name, whatever the verdict."""
 
 
 def channel_is_left(case: Case) -> str | None:
