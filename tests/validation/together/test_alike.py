@@ -64,7 +64,7 @@ def test_a_name_lists_what_fits_as_well_whatever_its_search_cost(size: float, na
     assert explain_as_much(found, settings, problems) == names
 
 
-NEAR_M = (60.0, 0.0, 0.0)
+NEAR_M, FAR_M = (60.0, 0.0, 0.0), (300.0, 0.0, 0.0)
 FIELDS = {
     REGIONAL.name: {"error_enu_nT": (0.8, -0.5, 0.6)},
     GRADIENT.name: {
@@ -74,12 +74,21 @@ FIELDS = {
 }
 
 
-@pytest.mark.parametrize(("hidden", "names"), [(REGIONAL.name, []), (GRADIENT.name, [GRADIENT.name])])
-def test_what_contains_a_name_is_a_look_alike_where_it_fits_better(hidden: str, names: list[str]) -> None:
-    """Most of a gradient of a place passed at a distance is a constant, but not all."""
+@pytest.mark.parametrize(
+    ("hidden", "origin_m", "names"),
+    [
+        (REGIONAL.name, NEAR_M, []),
+        (REGIONAL.name, FAR_M, []),
+        (GRADIENT.name, NEAR_M, [GRADIENT.name]),
+    ],
+)
+def test_what_contains_a_name_is_a_look_alike_where_it_fits_better(
+    hidden: str, origin_m: Any, names: list[str]
+) -> None:
+    """Most of a gradient of a place passed at a distance is a constant, but not all: from afar it fits as well."""
     problems = [problem(recording(1200, seed=seed, hidden={hidden: FIELDS[hidden]})) for seed in (1, 2)]
     joint = Joint.of(REGIONAL, [Beside.of(one, []) for one in problems], problems, 1)
-    settings = {GRADIENT.name: [GRADIENT.at({"origin_enu_m": NEAR_M})]}
+    settings = {GRADIENT.name: [GRADIENT.at({"origin_enu_m": origin_m})]}
     assert explain_as_much(reached(joint, STANDARD.apart, STANDARD), settings, problems) == names
 
 

@@ -97,6 +97,13 @@ def test_what_two_of_three_show_is_in_some() -> None:
     assert (one.reach, one.there[1]) == (Reach.SOME, There.ABSENT)
 
 
+def test_a_tone_begins_each_run_with_another_phase_and_is_a_name() -> None:
+    """By common coefficients it would be none, however plain each recording's own."""
+    ripple = {"amplitude_nT_A": [0.6, -0.4, 0.5], "frequency_hz": 2.7}
+    found = together(*({"current_ripple": {**ripple, "phase_deg": phase}} for phase in (0.0, 100.0, 220.0)), seed=5)
+    assert [(one.name, one.reach) for one in found.common] == [("current_ripple", Reach.NOT_TRANSFERRED)]
+
+
 def test_an_effect_too_weak_for_each_is_named_by_all_together() -> None:
     found = together(*[motor(0.038)] * 3, seed=3)
     assert all(not one.named for one in found.each)
