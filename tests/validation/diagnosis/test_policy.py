@@ -46,7 +46,7 @@ GUARDS = {
     "advice.py": {"MINUTE_S", "MOST_TIMES"},
     "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
     "result.py": {"NORMAL_95"},
-    "remarks.py": {"EARTH_RADIUS_M", "TURNS_OF_AXES"},
+    "remarks.py": {"EARTH_RADIUS_M", "AXES"},
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
     "chain.py": {"SCALE_NT"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},

@@ -15,18 +15,18 @@ from validation.diagnosis.problem.strength import turn_rate_rad_s, turns_too_fas
 from validation.diagnosis.problem.track import ALTITUDE
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.verdict import Verdict
+from validation.signals.size import rms
 from validation.text import digits
 
 EARTH_RADIUS_M = 6.371e6
 """Of the sphere; a dipole's field falls with the third power of the distance from its centre."""
 
-TURNS_OF_AXES = [
-    P
+AXES = [
+    np.array(order) * np.array(signs)[:, None]
     for order in itertools.permutations(np.eye(3))
     for signs in itertools.product((1.0, -1.0), repeat=3)
-    if np.linalg.det(P := np.array(order) * np.array(signs)[:, None]) > 0
 ]
-"""The 24 rotations that carry axes to axes."""
+"""The 48 matrices that carry axes to axes: 24 turns, and as many that mirror."""
 
 
 def remarks(found: Diagnosis) -> tuple[str, ...]:
@@ -87,24 +87,50 @@ def another_scale(found: Diagnosis) -> Iterator[str]:
 
 
 def turned_axes(found: Diagnosis) -> Iterator[str]:
-    """Axes of the magnetometer that are others of the body's, or point the other way, and of which the model knows not.
-
-    The turn of the fitted iron over the model's is nearest to one of the 24 that carry axes to axes.
-    """
-    problem = found.problem
-    if not problem.turns:
-        return
-    design = np.column_stack([problem.state.field_nT, np.ones(len(problem.recording))])
-    by_model = np.linalg.lstsq(design, problem.predicted_nT, rcond=1e-9)[0][:3].T
-    U, _, V = np.linalg.svd(problem.turn @ np.linalg.pinv(by_model, rcond=1e-6))
-    nearest = max(TURNS_OF_AXES, key=lambda P: float((P * (U @ V)).sum()))
-    off_deg = np.degrees(np.arccos(np.clip(((nearest * (U @ V)).sum() - 1) / 2, -1.0, 1.0)))
-    if not np.allclose(nearest, np.eye(3)) and off_deg < problem.policy.turned_axes_deg:
-        axes = [f"{'-' if row.sum() < 0 else ''}{'xyz'[int(np.abs(row).argmax())]}" for row in nearest]
+    """Axes of the magnetometer that are others of the body's, and of which the model knows not."""
+    if (axes := other_axes(found.problem)) is not None:
         yield (
-            f"The magnetometer's x, y, z lie along the body's {', '.join(axes)}: give the field in the axes of the "
-            "attitude, by --map with scale=-1 for an axis that points the other way."
+            f"The magnetometer's x, y, z lie along the body's {axes}: give the field in the axes of the attitude, by "
+            "--map with scale=-1 for an axis that points the other way."
         )
+
+
+def other_axes(problem: LinearProblem) -> str | None:
+    """The body's axes that a magnetometer's x, y, z lie along, where they are others than the model's, in words.
+
+    The matrix nearest to one of `AXES` is that which carries the modelled field best to the measured one [Wahba1965]:
+    ``U V``, where ``U diag(s) V`` is the mean of their products, each about its mean [Markley1988]. It may mirror only
+    where the motion shows three axes: one that it does not show is a right-handed sensor's.
+    """
+    if not problem.turns:
+        return None
+    measured_nT, modelled_nT = (one - one.mean(axis=0) for one in (problem.clean_nT, problem.predicted_nT))
+    U, s, V = np.linalg.svd(measured_nT.T @ modelled_nT / len(measured_nT))
+    shown = int(np.count_nonzero(np.sqrt(s) > _least_shown_nT(problem)))
+    if shown < 3:
+        U[:, 2] *= np.linalg.det(U @ V)
+    nearest = max(AXES, key=lambda P: float((P * (U @ V)).sum()))
+    off_deg = np.degrees(np.arccos(np.clip(((nearest * (U @ V)).sum() - 1) / 2, -1.0, 1.0)))
+    if shown < 2 or np.allclose(nearest, np.eye(3)) or off_deg > problem.policy.turned_axes_deg:
+        return None
+    return ", ".join(map(_axis, nearest)) + _as_shown(nearest, shown)
+
+
+def _axis(row: Array) -> str:
+    return f"{'-' if row.sum() < 0 else ''}{'xyz'[int(np.abs(row).argmax())]}"
+
+
+def _least_shown_nT(problem: LinearProblem) -> float:
+    """Spread of the field along a direction from which on its sign is known: it is more than what no iron explains."""
+    left_nT = (problem.target * problem.sigma_nT)[problem.usable > 0]
+    return max(problem.policy.shown_axis * float(np.linalg.norm(problem.state.field_enu_nT)), rms(left_nT))
+
+
+def _as_shown(axes: Array, shown: int) -> str:
+    """What else is said of axes (3, 3), by how many directions of the field the motion shows."""
+    if shown < 3:
+        return " (or mirrored, or the attitude turns the other way: this motion does not tell)"
+    return ", mirrored (the sign of a column is wrong, or their order)" if np.linalg.det(axes) < 0 else ""
 
 
 def too_fast(found: Diagnosis) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What is said before a verdict where the stated strength is wrong."""
+"""What is said before a verdict where the stated strength is wrong, or the axes are others."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from sim import effects as effect_table
+from sim.dataset import Recording
 from sim.scenario import ModelSpec
+from sim.state import Array
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
-from validation.diagnosis.decision.remarks import other_strength, turned_axes
+from validation.diagnosis.decision.remarks import AXES, other_axes, other_strength, turned_axes
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.result import Diagnosis
@@ -66,3 +69,41 @@ def test_axes_that_are_the_bodys_or_that_the_model_knows_are_not_told() -> None:
     assert not list(turned_axes(_along([[1, 0, 0], [0, 1, 0], [0, 0, 1]], {})))
     installed = {"misalignment": {"angles_deg": [180.0, 0.0, 0.0]}}
     assert not list(turned_axes(_along([[1, 0, 0], [0, -1, 0], [0, 0, -1]], installed)))
+
+
+def _axes(swap: Array, tilt_rad: float, noise_nT: float = 0.0) -> str | None:
+    """What is said of a magnetometer that measures ``swap f + b`` on a course that yaws, rolls and pitches.
+
+    noise_nT : rms of slow noise that no iron explains.
+    """
+    t = np.arange(2000) / 10.0
+    tilts = tilt_rad * np.column_stack([np.sin(0.17 * t), np.cos(0.23 * t)])
+    turn = Rotation.from_euler("ZYX", np.column_stack([0.13 * t, tilts]))
+    mag_nT = turn.inv().apply(FIELD_ENU_NT) @ swap.T + [300.0, -200.0, 150.0]
+    slow_nT = noise_nT * np.sqrt(2) * np.sin(np.outer(t, [0.41, 0.37, 0.29]))
+    white_nT = np.random.default_rng(0).normal(size=(len(t), 3))
+    att_q = turn.as_quat(scalar_first=True)
+    return other_axes(pose(Recording(t, mag_nT + slow_nT + white_nT, att_q=att_q), FIELD_ENU_NT, STRENGTH_NT, ()))
+
+
+@pytest.mark.parametrize("tilt_rad", [0.5, 0.1])
+def test_each_of_the_48_is_told_where_three_axes_are_shown(tilt_rad: float) -> None:
+    told = [_axes(swap, tilt_rad) for swap in AXES]
+    assert told[0] is None
+    assert len(set(told)) == 48
+    mirrored = [bool(np.linalg.det(swap) < 0) for swap in AXES]
+    assert ["mirrored (the sign" in (one or "") for one in told] == mirrored
+
+
+def test_an_axis_that_is_not_shown_is_a_right_handed_sensors() -> None:
+    assert _axes(np.diag([1.0, 1.0, -1.0]), 0.003) is None
+    for mirrored in (np.diag([1.0, -1.0, 1.0]), np.diag([1.0, -1.0, -1.0])):
+        told = _axes(mirrored, 0.003)
+        assert told is not None
+        assert told.startswith("x, -y, -z (or mirrored, or the attitude turns the other way")
+
+
+def test_what_no_iron_explains_may_hide_a_sign() -> None:
+    down = np.diag([1.0, 1.0, -1.0])
+    assert _axes(down, 0.1) is not None
+    assert _axes(down, 0.1, noise_nT=1500.0) is None
