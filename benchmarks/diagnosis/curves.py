@@ -32,7 +32,7 @@ from sim.effects.base import Effect
 from sim.scenario import ModelSpec
 from sim.state import Array, State
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.repair.chain import left_with_iron_refitted, predict
+from validation.diagnosis.repair.chain import left_with_iron_refitted
 from validation.diagnosis.result import How
 from validation.diagnosis.workflow import diagnose
 from validation.signals.size import rms
@@ -148,8 +148,8 @@ def explained(quiet: Recording, model: ModelSpec, effects: Sequence[Effect]) -> 
     """Share of the gap of a recording without noise that effects explain as they are, the iron refitted each time."""
     problem = posed(quiet, model, None, None)
     everywhere = np.ones(len(quiet), dtype=bool)
-    predicted = (predict(problem, some) for some in ((), effects))
-    before, after = (rms(left_with_iron_refitted(problem, one, everywhere) * problem.sigma_nT) for one in predicted)
+    left = (left_with_iron_refitted(problem, some, everywhere) for some in ((), effects))
+    before, after = (rms(one * problem.sigma_nT) for one in left)
     return 1 - (after / before) ** 2
 
 

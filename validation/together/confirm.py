@@ -73,5 +73,5 @@ def _beside_known(problem: LinearProblem, effects: Sequence[Effect]) -> LinearPr
             early = effect.stage in ("field", "vehicle")
             signal_nT = problem.state.field_nT if early else problem.clean_nT
             part_nT = effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {})
-            total_nT += part_nT @ problem.turn.T if early else part_nT
+            total_nT += part_nT @ problem.turn_behind(type(effect)).T
     return about(problem, total_nT)

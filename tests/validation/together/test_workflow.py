@@ -25,6 +25,7 @@ from validation.together.workflow import diagnose_together
 
 GAIN = np.array([3.0, -2.0, 4.0])
 NAMES = ("first", "second", "third")
+IRON = {"soft_iron": {"matrix": [[0.3, 0.1, 0.0], [0.1, -0.2, 0.0], [0.0, 0.1, 0.2]]}}
 
 
 def motor(share: float) -> dict[str, Any]:
@@ -61,8 +62,9 @@ def together(*hidden: dict[str, Any], seed: int = 0) -> Together:
     return diagnose_together(NAMES[: len(problems)], problems, MODEL)
 
 
-def test_one_coefficient_in_all_is_transferred_and_pooled() -> None:
-    found = together(motor(1.0), motor(1.0), motor(1.0))
+@pytest.mark.parametrize("iron", [{}, IRON], ids=["", "soft iron"])
+def test_one_coefficient_in_all_is_transferred_and_pooled(iron: dict[str, Any]) -> None:
+    found = together(*[motor(1.0) | iron] * 3)
     (one,) = found.common
     assert (found.verdict, one.name, one.reach) == (Verdict.NAMED, "motor_current", Reach.TRANSFERRED)
     std = one.named.spread["gain_nT_A"]

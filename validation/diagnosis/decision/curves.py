@@ -131,7 +131,7 @@ class _Look:
 def _unit(problem: LinearProblem) -> Array:
     """What one nT along each axis of the sensor is in the problem (n, q, 3)."""
     axes = np.tile(np.eye(3), (len(problem.recording), 1, 1))
-    return problem.whitened(axes, ChannelEffect.stage)
+    return problem.whitened(axes, ChannelEffect)
 
 
 def _clock(problem: LinearProblem) -> Array:

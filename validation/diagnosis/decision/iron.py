@@ -44,7 +44,7 @@ def _conventions(selection: Selection) -> Array:
     problem, columns = selection.end.problem, [np.zeros((*selection.end.problem.target.shape, 0))]
     for one in selection.found:
         effect = one.evidence.candidate.made(one.evidence.coefficients)
-        columns.append(problem.whitened(effect.conventions(problem.state, problem.clean_nT), effect.stage))
+        columns.append(problem.whitened(effect.conventions(problem.state, problem.clean_nT), type(effect)))
     return np.concatenate(columns, axis=2)
 
 
@@ -99,7 +99,7 @@ def _unfitted(selection: Selection) -> Ground:
     target: Array = (problem.recording.mag_nT - problem.predicted_nT) / problem.sigma_nT * problem.usable[:, None]
     bare = replace(problem, base=np.zeros((len(target), 1)), target=target)
     constant = [
-        problem.whitened(problem.state.R_wb.transpose(0, 2, 1), one.evidence.candidate.effect.stage)
+        problem.whitened(problem.state.R_wb.transpose(0, 2, 1), one.evidence.candidate.effect)
         for one in selection.found
         if one.evidence.candidate.effect.with_role("origin")
     ]

@@ -61,8 +61,7 @@ def disturbance_nT(selection: Selection) -> Array:
     for one in selection.found:
         contribution = one.evidence.candidate.contribution_nT(problem)
         part = contribution @ c[first : first + contribution.shape[2]]
-        early = one.evidence.candidate.effect.stage in ("field", "vehicle")
-        total += part @ problem.turn.T if early else part
+        total += part @ problem.turn_behind(one.evidence.candidate.effect).T
         first += contribution.shape[2]
     return total
 

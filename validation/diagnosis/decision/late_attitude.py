@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from sim.effects.clues import LATE
+from sim.effects.earth import AttitudeMisalignment
 from sim.rotation import matrix_from_q, to_body
 from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted
@@ -66,7 +67,7 @@ def _ahead(selection: Selection, named: Accepted) -> LinearProblem | None:
 
 def _first_lead_s(start: Ground) -> float:
     """The coefficient of the field's rate, alike on all axes: for a small lead that lead itself."""
-    rate = start.problem.whitened(start.problem.state.field_rate_nT_s[:, :, None], "vehicle")
+    rate = start.problem.whitened(start.problem.state.field_rate_nT_s[:, :, None], AttitudeMisalignment)
     return float(fit(start.joined(rate), start.everything).c[-1])
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from sim.effects import BY_NAME
+from sim.effects.earth import RegionalField
 from sim.effects.values import SWITCH
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, beside_white_noise
 from validation.diagnosis.decision.first_forms import fuller
@@ -230,7 +231,7 @@ def _with_earth_vector(tests: Battery, ground: Ground) -> Battery:
     problem = ground.problem
     if not tests.clean or problem.mode != "vector":
         return tests
-    constant = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), "field")
+    constant = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), RegionalField)
     if ground.evidence_of(constant) <= problem.policy.apart:
         return tests
     return replace(tests, why=("a constant vector in the earth's frame",))

@@ -45,5 +45,5 @@ def _courses(problem: LinearProblem) -> Array:
     """Columns (n, q, k) of the powers of time along each axis of the sensor."""
     time_s = problem.state.time_s
     x = np.asarray(2 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1, dtype=np.float64)
-    axes = problem.whitened(np.tile(np.eye(3), (len(x), 1, 1)), ChannelEffect.stage)
+    axes = problem.whitened(np.tile(np.eye(3), (len(x), 1, 1)), ChannelEffect)
     return in_axes(axes, powers(x, HIGHEST))

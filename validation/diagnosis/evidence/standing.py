@@ -106,7 +106,7 @@ def moved_in_time(candidate: Candidate, problem: LinearProblem, rows: Rows) -> l
     if problem.mode == "vector":
         return list(_to_and_fro(rows.taken(candidate.columns(problem)), problem.policy.surrogates))
     moved = _to_and_fro(candidate.contribution_nT(problem), problem.policy.surrogates)
-    return [rows.taken(problem.whitened(one, candidate.effect.stage)) for one in moved]
+    return [rows.taken(problem.whitened(one, candidate.effect)) for one in moved]
 
 
 def _to_and_fro(columns: Array, times: int) -> Iterator[Array]:

@@ -98,7 +98,7 @@ class Candidate:
 
     def columns(self, problem: LinearProblem) -> Array:
         """Columns E (n, q, k) of the problem."""
-        return problem.whitened(self.contribution_nT(problem), self.effect.stage)
+        return problem.whitened(self.contribution_nT(problem), self.effect)
 
     def contribution_nT(self, problem: LinearProblem) -> Array:
         """Columns (n, 3, k) in nT at the effect's place in the chain.

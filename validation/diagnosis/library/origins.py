@@ -32,7 +32,7 @@ def origins(problem: LinearProblem, residual: Array, member: Candidate) -> list[
 def _with_constant(problem: LinearProblem, residual: Array, about: Candidate) -> tuple[Array, Array]:
     """Matrix G (3, 3) and constant c (3,) of least squares beside the base."""
     linear = about.columns(problem)
-    constant = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), about.effect.stage)
+    constant = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), about.effect)
     cut = Cut.of(len(residual), problem.state.interval_s, problem.policy)
     s = sums(cut, problem.base, np.concatenate([linear, constant], axis=2), residual, problem.usable)
     found = fit(s, s.everything).c

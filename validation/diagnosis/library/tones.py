@@ -19,7 +19,7 @@ def tones(problem: LinearProblem, residual: Array, member: Candidate) -> list[Ca
     assert name is not None
     interval_s, policy = problem.state.interval_s, problem.policy
     unit_nT = _drive(problem, member)[:, None, None] * np.eye(3)
-    weighted = np.einsum("nq,nqk->nk", residual, problem.whitened(unit_nT, member.effect.stage))
+    weighted = np.einsum("nq,nqk->nk", residual, problem.whitened(unit_nT, member.effect))
     even = _in_slots(weighted, problem.state.time_s, interval_s)
     n = len(even)
     power = (np.abs(np.fft.rfft(even, axis=0)) ** 2).sum(axis=1)

@@ -16,7 +16,7 @@ from validation.diagnosis.library.places import ThinnedPath
 from validation.diagnosis.library.search import between_neighbours
 from validation.diagnosis.problem.blocks import Cut, Sums, fit, squares, sums
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.repair.chain import joined
+from validation.diagnosis.problem.place import joined
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.fft import dct, idct
 
 from calib.numerics.noise import white_noise_std
+from sim.effects.channels import ChannelEffect
 from sim.state import SCALAR, Array
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -41,7 +42,7 @@ def smoothed(x: Array, bands: int) -> Array:
 
 def _is_seen(problem: LinearProblem, taken: Array) -> bool:
     """Whether what is taken from a channel (n,) is seen in the target, on any axis of the sensor."""
-    columns = problem.whitened(taken[:, None, None] * np.eye(3), "sensor")
+    columns = problem.whitened(taken[:, None, None] * np.eye(3), ChannelEffect)
     squares = np.maximum((columns**2).sum(axis=(0, 1)), 1e-300)
     nats = (np.einsum("nqk,nq->k", columns, problem.target) ** 2 / squares).sum() / 2
     return bool(nats > problem.policy.apart)

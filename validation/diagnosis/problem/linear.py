@@ -19,6 +19,7 @@ from sim.state import Array, State
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.neighbours import by_neighbours
+from validation.diagnosis.problem.place import turn_behind
 from validation.diagnosis.problem.track import Track
 
 Mode = Literal["vector", "strength"]
@@ -143,26 +144,29 @@ class LinearProblem:
             self.mode == "vector" and not self.still and not self.relative and bool(spread > self.policy.still_spread)
         )
 
-    def whitened(self, contribution_nT: Array, stage: str) -> Array:
-        """Columns E (n, q, k) of contributions (n, 3, k) that enter at a stage of the chain, in units of the noise."""
-        early = stage in ("field", "vehicle")
+    def turn_behind(self, effect: type[Effect]) -> Array:
+        """Matrix (3, 3) from what an effect adds at its place in the chain to the measured field.
+
+        The earth's field passes the fitted iron, all else what the model has behind it: what differs from the model
+        is iron, and so is all of it where there is no model.
+        """
+        return self.turn if effect.stage == "field" else turn_behind(self.effects, effect.name, self.state)
+
+    def whitened(self, contribution_nT: Array, effect: type[Effect]) -> Array:
+        """Columns E (n, q, k) of contributions (n, 3, k) at an effect's place in the chain, in units of the noise."""
+        turn = self.turn_behind(effect)
         if self.sight is None:
-            columns = self.turn @ contribution_nT if early else contribution_nT.copy()
-            columns *= (self.usable[:, None] / self.sigma_nT)[:, :, None]
+            columns = (turn / self.sigma_nT[:, None]) @ contribution_nT
+            columns *= self.usable[:, None, None]
             return columns
-        along = self._along_early if early else self._along_late
+        along = np.ascontiguousarray(self._along @ (np.linalg.inv(self.turn) @ turn))
         return np.asarray(parts_along(along, np.ascontiguousarray(contribution_nT)))
 
     @cached_property
-    def _along_early(self) -> Array:
+    def _along(self) -> Array:
         """The directions that the outputs are seen along over their noise (n, q, 3), 0 where nothing was measured."""
         assert self.sight is not None
         return np.asarray(self.sight * (self.usable[:, None] / self.sigma_nT)[:, :, None])
-
-    @cached_property
-    def _along_late(self) -> Array:
-        """The same for what enters at the sensor."""
-        return np.ascontiguousarray(self._along_early @ np.linalg.inv(self.turn))
 
     def without(self, samples: NDArray[np.bool_]) -> LinearProblem:
         """The same problem with some samples (n,) left out."""

@@ -72,9 +72,11 @@ def posed(
 ) -> LinearProblem:
     """The problem of a recording and a model, with the model's field where no other is given.
 
+    Where the model's iron is not known it is fitted in its place.
+
     Raises InputError as `pose` does, and for a bad effect table of the model.
     """
-    effects = model.chain()
+    effects = model.chain() if iron_known else _without_iron(model)
     track = Track.of(recording, model.field)
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
@@ -86,6 +88,10 @@ def posed(
         stated_deg = model.navigation.attitude_noise_std_deg
     known = iron_known and not (problem.still or problem.relative)
     return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=known)
+
+
+def _without_iron(model: Model) -> tuple[Effect, ...]:
+    return tuple(one for one in model.chain() if not one.clues.absorbed)
 
 
 def _told(steady: Steady, problem: LinearProblem) -> LinearProblem:

@@ -62,12 +62,13 @@ def relative_problem(
     """The problem of the three axes, see `LinearProblem`, about another magnetometer's reading r (n, 3).
 
     ``y = A r + o + effects + noise``, A (3, 3) and o free: how the two sit and are scaled, and the iron of both. The
-    effects are in the axes of the first. What is left has the noise of both. What both feel alike, in the measure of A,
-    is not seen; what r alone feels has the other sign. Attitude and position are not used.
+    effects are in the axes of the first, the model's own beside its iron, which A and o are in place of. What is left
+    has the noise of both. What both feel alike, in the measure of A, is not seen; what r alone feels has the other
+    sign. Attitude and position are not used.
     """
     bare = replace(recording, att_q=None, pos_enu_m=None)
     seen = replace(bare, channels={name: x for name, x in bare.channels.items() if name not in REFERENCE})
-    kept = tuple(effect for effect in effects if not UNSEEN & set(effect.needs))
+    kept = tuple(effect for effect in effects if not (effect.clues.absorbed or UNSEEN & set(effect.needs)))
     state = _state(recording, seen, reference_nT @ _turn(reference_nT, recording.mag_nT, policy).T)
     predicted, _ = apply_deterministic(kept, state)
     base = np.column_stack([predicted / float(np.linalg.norm(reference_nT, axis=1).mean()), np.ones(len(recording))])

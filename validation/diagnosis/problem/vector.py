@@ -34,10 +34,10 @@ def vector_problem(
     predicted, _ = apply_deterministic(effects, state)
     scale = float(np.linalg.norm(field_enu_nT))
     base = np.column_stack([predicted / scale, np.ones(len(recording))])
-    clean = base @ _robust_fit(base, recording.mag_nT, policy)
+    clean = base @ robust_fit(base, recording.mag_nT, policy)
     fresh = ~held(recording.mag_nT, recording.mag_nT - clean, policy)
     if not fresh.all():
-        clean = base @ _robust_fit(base[fresh], recording.mag_nT[fresh], policy)
+        clean = base @ robust_fit(base[fresh], recording.mag_nT[fresh], policy)
     left = recording.mag_nT - clean
     sigma = noise_of_neighbours(left, recording.mag_nT, state.time_s, policy)
     return LinearProblem(
@@ -83,7 +83,7 @@ def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array) ->
     is fitted in steps that are linear in M, b, c and d. Where the motion does not show c and d, priors hold them at
     zero: FIELD_ERROR of the field's strength, DELAY_S.
     """
-    turn = _carried(state.field_nT, clean)
+    turn = carried(state.field_nT, clean)
     Q = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
     prior = np.diag(np.r_[np.full(3, FIELD_ERROR * np.linalg.norm(state.field_enu_nT)), DELAY_S] ** -2.0)
     errors = np.concatenate([state.R_wb.transpose(0, 2, 1), state.field_rate_nT_s[:, :, None]], axis=2)
@@ -92,17 +92,17 @@ def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array) ->
         beside = (E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))) / sigma[:, None]
         flat = beside.reshape(-1, errors.shape[2])
         c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ (left / sigma).ravel(), rcond=1e-12)[0]
-        turn = _carried(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
+        turn = carried(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
     return turn
 
 
-def _carried(field: Array, clean: Array) -> Array:
+def carried(field: Array, clean: Array) -> Array:
     """Matrix (3, 3) that carries the undisturbed field (n, 3) to the predicted measurement (n, 3)."""
     design = np.column_stack([field, np.full(len(field), np.linalg.norm(field[0]))])
     return np.asarray(np.linalg.lstsq(design, clean, rcond=1e-6)[0][:3].T)
 
 
-def _robust_fit(base: Array, mag_nT: Array, policy: Policy) -> Array:
+def robust_fit(base: Array, mag_nT: Array, policy: Policy) -> Array:
     """Least squares (p, q), repeated once without what lies far off: rare failures must not decide the base."""
     beta = np.linalg.lstsq(base, mag_nT, rcond=None)[0]
     off = np.abs(mag_nT - base @ beta)

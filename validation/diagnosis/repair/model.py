@@ -7,21 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
-from sim.chain import apply_deterministic
 from sim.effects import Effects, as_tables
 from sim.effects.base import Effect
-from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.scenario import Model, ModelSpec, Scenario
 from sim.simulate import channels_of
-from sim.state import HEIGHT, MOTION, Array, State
+from sim.state import HEIGHT, MOTION, State
 from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.problem.pose import pose
-from validation.diagnosis.repair.chain import joined
+from validation.diagnosis.problem.place import joined
+from validation.diagnosis.repair.refit import iron_beside
 from validation.diagnosis.result import Named
 
 TABLE: dict[str, Any] = {"vehicle": {"kind": Turntable.name}, "phases": [{"kind": "tumble", "duration_s": 380.0}]}
@@ -36,14 +33,12 @@ CIRCLES: dict[str, Any] = {
 
 
 def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Scenario:
-    """The given model with the named effects; where its iron was not known, with the fitted hard and soft iron too.
+    """The given model with the named effects; where its iron was not known, with iron that is fitted beside them too.
 
     A scenario keeps its vehicle and motion; its `vary` goes, for this is now one instrument.
     """
     new = [effect for one in named for effect in one.effects]
-    if not problem.iron_known:
-        new = [*_iron(problem, new), *new]
-    given = list(problem.effects)
+    given = problem.effects if problem.iron_known else joined(problem.effects, iron_beside(problem, new))
     if not any(isinstance(effect, WhiteNoise) for effect in given):
         own_nT = problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]  # the dip has that of the level
         x, y, z = (float(std) for std in np.resize(own_nT, 3))
@@ -56,40 +51,6 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
     return Scenario.model_validate(
         {"name": model.name, "summary": model.summary, "field": _field(model, problem)} | _motion(whole) | changed
     )
-
-
-def _iron(problem: LinearProblem, new: Sequence[Effect]) -> tuple[Effect, Effect]:
-    """Soft and hard iron as they were fitted, beside new effects."""
-    clean = outside_windows(problem, new)
-    matrix = clean.turn - np.eye(3)
-    field_nT = apply_deterministic([one for one in new if one.stage == "field"], clean.state)[0]
-    middle = clean.clean_nT.mean(axis=0) - clean.turn @ field_nT.mean(axis=0)
-    return _possible(SoftIron, matrix), _possible(HardIron, middle)
-
-
-def _possible(iron: type[SoftIron] | type[HardIron], values: Array) -> Effect:
-    """Iron with these values, brought into its bounds: a motion that hardly shows a direction may leave it beyond."""
-    parameter = iron.parameters()[0]
-    return iron(**{parameter.name: np.clip(values, parameter.low, parameter.high).tolist()})
-
-
-def outside_windows(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
-    """The problem of the samples at which no effect acts that has a window: iron is fitted to these.
-
-    The same problem where there are none, or where they do not show the iron.
-    """
-    acting = [one.acts(problem.state.time_s) for one in effects if one.active_s is not None]
-    if not acting:
-        return problem
-    keep = ~np.logical_or.reduce(acting) & (problem.usable > 0)
-    clean, track = problem.recording.taken(keep), None if problem.track is None else problem.track.at(keep)
-    level = None if problem.level is None else problem.level.at(keep)
-    enu_nT = problem.state.field_enu_nT
-    given = enu_nT if problem.mode == "vector" and not problem.still else None
-    try:
-        return pose(clean, given, float(np.linalg.norm(enu_nT)), problem.effects, problem.policy, track, level)
-    except InputError:
-        return problem
 
 
 def _without_own(model: Scenario) -> dict[str, Any]:

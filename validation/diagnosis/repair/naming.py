@@ -15,7 +15,7 @@ from validation.diagnosis.evidence.direct import Direct
 from validation.diagnosis.evidence.white_noise import more_noise
 from validation.diagnosis.problem.blocks import fit, inflation
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.repair.chain import left_with_iron_refitted, predict
+from validation.diagnosis.repair.chain import left_with_iron_refitted
 from validation.diagnosis.repair.refine import refined
 from validation.diagnosis.result import GapSize, How, Named
 
@@ -113,5 +113,4 @@ def noise_of(belief: Belief, others: Sequence[Named]) -> list[Named]:
 
 def _left_by_chain(problem: LinearProblem, belief: Belief, train: NDArray[np.bool_]) -> tuple[Array, Array]:
     trained = refined(problem, _made(belief), train).effects
-    before = left_with_iron_refitted(problem, problem.predicted_nT, train)
-    return before, left_with_iron_refitted(problem, predict(problem, trained), train)
+    return left_with_iron_refitted(problem, (), train), left_with_iron_refitted(problem, trained, train)

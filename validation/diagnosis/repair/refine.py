@@ -13,7 +13,7 @@ from sim.effects.base import Effect
 from sim.state import Array
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted, predict
+from validation.diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted
 from validation.diagnosis.repair.numbers import FreeNumbers
 from validation.diagnosis.repair.squares import SAME, Squares
 
@@ -54,10 +54,11 @@ def refined(
 
     def residual(x: Array) -> Array:
         try:
-            predicted = predict(problem, numbers.at(start + x * scale))
+            effects = numbers.at(start + x * scale)
         except InputError:  # each number is within its bounds, but not all together
             return np.full(problem.target[use].size, IMPOSSIBLE)
-        return _left(problem, predicted, use, refit_iron=refit_iron)
+        left = left_with_iron_refitted(problem, effects, use) if refit_iron else left_as_it_stands(problem, effects)
+        return left[use].ravel()
 
     squares = Squares(residual)
     best = squares.least(np.zeros(len(start)), min(ROUNDS, 1 + CHAINS // len(start)))
@@ -88,10 +89,3 @@ def _correlation(gram: Array) -> tuple[Array, Array, Array]:
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     values, vectors = np.linalg.eigh(gram / np.outer(size, size))
     return size, values, vectors
-
-
-def _left(problem: LinearProblem, predicted_nT: Array, use: NDArray[np.bool_], *, refit_iron: bool) -> Array:
-    """What a prediction leaves on the samples `use`, flat, with the iron refitted or the model's."""
-    if refit_iron:
-        return left_with_iron_refitted(problem, predicted_nT, use)[use].ravel()
-    return left_as_it_stands(problem, predicted_nT)[use].ravel()

@@ -74,7 +74,7 @@ def test_a_saturating_load_that_comes_late_is_followed_and_foretells_another_run
     sizes = []
     for model in (MODEL, again):
         p = posed(second, model, None, None)
-        sizes.append(float((left_with_iron_refitted(p, p.predicted_nT, use) ** 2).mean()))
+        sizes.append(float((left_with_iron_refitted(p, (), use) ** 2).mean()))
     assert (sizes[0] - sizes[1]) / (sizes[0] - 1) > 0.9
     (known,) = confirmed(told, second, MODEL, None, None).named
     assert known.evidence == "transferred"

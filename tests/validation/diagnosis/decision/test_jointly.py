@@ -63,7 +63,7 @@ def test_a_strong_disturbance_and_iron_are_found_jointly() -> None:
     found = _diagnosed(_turned_by_hand(1, 40.0, gain_nT_A=600.0))
     assert found.verdict is Verdict.NAMED
     assert found.after.clean
-    assert np.allclose(found.problem.turn @ _gain(found), 600.0 * SIDE, atol=3.0)
+    assert np.allclose(_gain(found), 600.0 * SIDE, atol=3.0)
     assert np.allclose(found.problem.turn, IRON, atol=2e-3)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sim.effects import EFFECTS
+from sim.effects.channels import ChannelEffect
 from sim.state import TEMPERATURE
 from tests.validation.diagnosis.evidence.test_rest import covariance
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
@@ -158,7 +159,7 @@ def test_what_adds_along_the_field_what_is_not_there_is_refused() -> None:
     posed = problem(replace(given, mag_nT=given.mag_nT + turned))
     ground = Ground.of(posed)
     course = np.cumsum(rng.normal(size=(2000, 1)), axis=0)
-    columns = posed.whitened(course[:, :, None] * np.eye(3), "sensor")
+    columns = posed.whitened(course[:, :, None] * np.eye(3), ChannelEffect)
     assert gained_along_the_field(ground, ground.beside(columns)) < -posed.policy.apart
     true = problem(replace(given, mag_nT=given.mag_nT + turned + 0.5 * course))
     assert gained_along_the_field(Ground.of(true), Ground.of(true).beside(columns)) > posed.policy.apart

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from sim.dataset import Recording
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
+from sim.effects.earth import RegionalField
 from sim.effects.values import Role
 from sim.rotation import matrix_from_q
 from sim.state import Array
@@ -244,7 +245,7 @@ def test_no_origin_is_tried_beyond_its_bounds() -> None:
     sought = Candidate(_sought("origin"))
     G = np.diag([1.0, 1.0, -2.0]) * 1e-7
     posed = problem(hidden={"field_gradient": {"gradient_nT_m": G.tolist()}}, noise_nT=1e-9)
-    constant = posed.whitened(posed.state.R_wb.transpose(0, 2, 1), "field") @ np.array([9e3, 0.0, 0.0])
+    constant = posed.whitened(posed.state.R_wb.transpose(0, 2, 1), RegionalField) @ np.array([9e3, 0.0, 0.0])
     assert [one.tried for one in origins(posed, _left(posed) + constant, sought)] == [1]
 
 

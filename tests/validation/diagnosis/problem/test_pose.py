@@ -9,6 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scenarios.errors import InputError
+from sim.effects.base import Effect
+from sim.effects.currents import MotorCurrent
+from sim.effects.earth import RegionalField
 from sim.effects.iron import HardIron, SoftIron
 from tests.validation.diagnosis.synthetic import (
     FIELD_ENU_NT,
@@ -63,12 +66,12 @@ def test_a_fixed_turn_of_the_sensor_leaves_no_gap() -> None:
     assert np.sqrt((left**2).mean()) == pytest.approx(1.0, abs=0.05)
 
 
-def test_early_contributions_pass_through_the_turn_and_late_ones_do_not() -> None:
+def test_the_earths_field_passes_through_the_turn_and_what_is_behind_the_iron_does_not() -> None:
     given = recording(noise_nT=0.1)
     posed = problem(replace(given, mag_nT=given.mag_nT @ MATRIX.T))
     e = np.random.default_rng(0).normal(size=(len(given), 3, 2))
-    assert posed.whitened(e, "vehicle") * posed.sigma_nT[:, None] == pytest.approx(posed.turn @ e)
-    assert posed.whitened(e, "sensor") * posed.sigma_nT[:, None] == pytest.approx(e)
+    assert posed.whitened(e, RegionalField) * posed.sigma_nT[:, None] == pytest.approx(posed.turn @ e)
+    assert posed.whitened(e, MotorCurrent) * posed.sigma_nT[:, None] == pytest.approx(e)
 
 
 def test_samples_left_out_weigh_nothing() -> None:
@@ -76,21 +79,21 @@ def test_samples_left_out_weigh_nothing() -> None:
     gone = np.zeros(len(posed.recording), bool)
     gone[100:200] = True
     rest = posed.without(gone)
-    for values in (rest.target, rest.base, rest.whitened(np.ones((len(gone), 3, 1)), "field")):
+    for values in (rest.target, rest.base, rest.whitened(np.ones((len(gone), 3, 1)), RegionalField)):
         assert not values[gone].any()
         assert values[~gone].any()
 
 
-@pytest.mark.parametrize("stage", ["vehicle", "sensor"])
-def test_the_column_of_a_strength_is_its_derivative(stage: str) -> None:
+@pytest.mark.parametrize("effect", [RegionalField, MotorCurrent], ids=lambda one: one.name)
+def test_the_column_of_a_strength_is_its_derivative(effect: type[Effect]) -> None:
     """``d|h| / d eps`` of the calibrated field, by a difference."""
     given = recording(noise_nT=0.1)
     posed = problem(without_attitude(replace(given, mag_nT=given.mag_nT @ MATRIX.T)))
     e = np.random.default_rng(1).normal(size=(len(given), 3))
-    inward = e if stage == "vehicle" else e @ np.linalg.inv(posed.turn).T
+    inward = e if effect is RegionalField else e @ np.linalg.inv(posed.turn).T
     h, small = posed.state.field_nT, 1e-2
     change = np.linalg.norm(h + small * inward, axis=1) - np.linalg.norm(h - small * inward, axis=1)
-    column = posed.whitened(e[:, :, None], stage)[:, 0, 0]
+    column = posed.whitened(e[:, :, None], effect)[:, 0, 0]
     assert column * posed.sigma_nT == pytest.approx(change / (2 * small), abs=1e-6)
 
 
@@ -98,7 +101,7 @@ def test_the_strengths_base_takes_up_every_small_change_of_iron() -> None:
     posed = problem(without_attitude(recording(noise_nT=1e-3)))
     for changed in (HardIron((5.0, -3.0, 4.0)), SoftIron(((1e-4, 2e-5, 0), (2e-5, -1e-4, 0), (0, 0, 5e-5)))):
         done = changed.apply(posed.state, posed.state.field_nT, np.random.default_rng(0), {})
-        column = posed.whitened(done[:, :, None], "vehicle")[:, 0, 0]
+        column = posed.whitened(done[:, :, None], RegionalField)[:, 0, 0]
         left = column - posed.base @ np.linalg.lstsq(posed.base, column, rcond=None)[0]
         assert np.linalg.norm(left) < 1e-6 * np.linalg.norm(column)
 

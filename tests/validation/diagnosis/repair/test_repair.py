@@ -18,7 +18,8 @@ from sim.state import Array
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
-from validation.diagnosis.repair.chain import joined, left_as_it_stands, left_with_iron_refitted, predict
+from validation.diagnosis.problem.place import joined
+from validation.diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted, predict
 from validation.diagnosis.repair.naming import _as_causes
 from validation.diagnosis.repair.numbers import FreeNumbers
 from validation.diagnosis.repair.refine import refined, variances, without_open_part
@@ -123,8 +124,8 @@ def test_a_prediction_is_smooth_where_the_converter_rounds() -> None:
 
 def test_the_right_effect_takes_the_gap_away() -> None:
     posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
-    for left in (left_as_it_stands, lambda posed, nT: left_with_iron_refitted(posed, nT, EVERY)):
-        before, after = (float((left(posed, predict(posed, new)) ** 2).mean()) for new in ([], [TRUTH]))
+    for left in (left_as_it_stands, lambda posed, new: left_with_iron_refitted(posed, new, EVERY)):
+        before, after = (float((left(posed, new) ** 2).mean()) for new in ([], [TRUTH]))
         assert before > 1.5
         assert after == pytest.approx(1.0, abs=0.08)
 

@@ -1,0 +1,35 @@
+"""What a chain makes of a further effect, by the difference of the chain with and without it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.chain import apply_deterministic
+from sim.effects import EFFECTS
+from sim.effects.base import Effect
+from sim.effects.drift import SensorOffset
+from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
+from sim.effects.iron import HardIron, SoftIron
+from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.problem.place import joined
+
+GIVEN = tuple(one(**one.example) for one in (SoftIron, HardIron, Misalignment, NonOrthogonality, Scale, SensorOffset))
+ADDS = [one for one in EFFECTS if one.stage == "vehicle" and one not in (SoftIron, HardIron)]
+
+
+@pytest.mark.parametrize("effect", ADDS, ids=lambda one: one.name)
+@pytest.mark.parametrize("given", [GIVEN, GIVEN[::-1]], ids=["physical", "reversed"])
+def test_what_an_effect_adds_passes_what_stands_behind_it(effect: type[Effect], given: tuple[Effect, ...]) -> None:
+    posed, made = problem(recording(600), given), effect(**effect.example)
+    with_it, without = (apply_deterministic(some, posed.state)[0] for some in (joined(given, [made]), given))
+    own = made.apply(posed.state, posed.state.field_nT, np.random.default_rng(0), {})
+    assert own @ posed.turn_behind(effect).T == pytest.approx(with_it - without, abs=1e-6)
+
+
+def test_without_a_model_all_that_differs_is_iron() -> None:
+    """Which an effect of the vehicle or of the sensor stands behind, and the earth's field before."""
+    posed = problem(hidden={"soft_iron": {"matrix": SoftIron.example["matrix"]}})
+    assert posed.turn - np.eye(3) == pytest.approx(np.array(SoftIron.example["matrix"]), abs=1e-3)
+    for one in EFFECTS:
+        assert posed.turn_behind(one) == pytest.approx(posed.turn if one.stage == "field" else np.eye(3))

@@ -1,0 +1,67 @@
+"""The model that is written where none was given, held against another recording of the same instrument."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.chain import apply_deterministic
+from sim.effects.base import Effect
+from sim.effects.earth import RegionalField
+from sim.effects.iron import HardIronDrift
+from sim.effects.values import SWITCH
+from sim.scenario import ModelSpec
+from tests.validation.diagnosis.repair.test_repair import DRIVEN
+from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.repair.model import patched
+from validation.diagnosis.repair.refine import refined
+from validation.diagnosis.result import How, Named
+
+N = 3000
+OFFSET_NT = [1200.0, 800.0, -2000.0]
+IRON = {
+    "soft_iron": {"matrix": [[0.3, 0.1, 0.0], [0.1, -0.2, 0.0], [0.0, 0.1, 0.2]]},
+    "hard_iron": {"offset_nT": OFFSET_NT},
+}
+GAIN = (200.0, -100.0, 400.0)
+FIRST, SECOND = (0.0, 100.0), (0.0, 300.0)
+MADE = [
+    DRIVEN(**{DRIVEN.linear[0]: GAIN}),
+    DRIVEN(**{DRIVEN.linear[0]: GAIN, SWITCH.name: FIRST}),
+    HardIronDrift(rate_nT_h=(3000.0, -6000.0, 4000.0)),
+    RegionalField(error_enu_nT=(300.0, -200.0, 100.0)),
+]
+
+
+def _hidden(effect: Effect) -> dict[str, dict[str, object]]:
+    values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
+    window = {} if effect.active_s is None else {SWITCH.name: effect.active_s}
+    return {effect.name: {name: value for name, value in values.items() if value is not None} | window}
+
+
+def _posed(effect: Effect) -> LinearProblem:
+    return replace(problem(recording(N, hidden=IRON | _hidden(effect))), iron_known=False)
+
+
+@pytest.mark.parametrize("effect", MADE, ids=lambda one: f"{one.name} {one.active_s or ''}")
+def test_a_model_without_one_given_predicts_another_recording(effect: Effect) -> None:
+    """The iron is fitted beside the effect, which stands where the simulator has it."""
+    posed = _posed(effect)
+    fine = refined(posed, [effect], np.ones(N, bool)).effects[0]
+    chain = patched(ModelSpec(), [Named(fine, (), How.HELD_OUT, 100.0, 1.0)], posed).chain()
+    other = problem(recording(2 * N, seed=1, hidden=IRON | _hidden(effect)))
+    left_nT = other.recording.mag_nT - apply_deterministic(chain, other.state)[0]
+    assert np.sqrt((left_nT**2).mean()) == pytest.approx(2.0, rel=0.05)
+
+
+def test_without_attitude_the_iron_is_fitted_beside_the_effect() -> None:
+    """Whose mean is no hard iron."""
+    effect = DRIVEN(**{DRIVEN.linear[0]: GAIN})
+    given = recording(N, hidden={"hard_iron": {"offset_nT": OFFSET_NT}} | _hidden(effect))
+    posed = replace(problem(without_attitude(given)), iron_known=False)
+    chain = patched(ModelSpec(), [Named(effect, (), How.HELD_OUT, 100.0, 1.0)], posed).chain()
+    offset_nT = next(one for one in chain if one.name == "hard_iron").coefficients()
+    assert offset_nT == pytest.approx(OFFSET_NT, abs=10.0)

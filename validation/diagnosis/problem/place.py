@@ -1,0 +1,39 @@
+"""Where an effect stands in a given chain, and what the chain makes of what it adds there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sim.effects import BY_NAME
+from sim.effects.base import Effect
+from sim.state import Array, State
+
+RANK = {name: i for i, name in enumerate(BY_NAME)}
+"""Name of an effect -> its physical place among all."""
+
+
+def place_in(given: Sequence[Effect], name: str) -> int:
+    """The place of a new effect: behind those of its name, else before the first that belongs behind it."""
+    same = [i for i, other in enumerate(given) if other.name == name]
+    if same:
+        return same[-1] + 1
+    return next((i for i, other in enumerate(given) if RANK[other.name] > RANK[name]), len(given))
+
+
+def joined(given: Sequence[Effect], new: Sequence[Effect]) -> tuple[Effect, ...]:
+    """The given effects with new ones at their physical place, the given order kept."""
+    out = list(given)
+    for effect in new:
+        out.insert(place_in(out, effect.name), effect)
+    return tuple(out)
+
+
+def turn_behind(given: Sequence[Effect], name: str, state: State) -> Array:
+    """Matrix (3, 3) of the iron, axes and scale of a chain that stand behind an effect: what it adds passes them."""
+    axes = np.eye(3)
+    for other in given[place_in(given, name) :]:
+        if other.clues.absorbed and not other.clues.constant:
+            axes = axes + other.apply(state, axes, np.random.default_rng(0), {})
+    return axes.T
