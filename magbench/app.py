@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
-from typing import Annotated
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperOption
 
 import magbench
 from magbench.commands import (
@@ -33,26 +35,45 @@ EPILOG = (
     "Exit status: 0 done, 1 a gate failed or a gap was found and not explained, 2 wrong use or bad input (one line "
     "says what, where and what to do)."
 )
+
+
+class Command(TyperCommand):
+    """A command that refuses an option for one value that is given again: the last would win without a word."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """As every command does; raises InputError."""
+        _, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        for option, times in Counter(order).items():
+            single = isinstance(option, TyperOption) and not (option.multiple or option.is_flag)
+            if single and times > 1 and not ctx.resilient_parsing:
+                raise InputError(f"takes one value, and {times} are given", where=option.opts[0], do="give it once")
+        return super().parse_args(ctx, args)
+
+
 app = typer.Typer(
     name="magbench",
     epilog=EPILOG,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-app.command("run")(run.run)
-app.command("simulate")(simulate.simulate)
-app.command("compare")(compare.compare)
-app.command("gate")(gate.gate)
-app.command("calibrate")(calibrate.calibrate)
-app.command("apply")(apply.apply)
-app.command("inspect")(inspect.inspect)
-app.command("diagnose")(diagnose.diagnose)
-app.command("bound")(bound.bound)
-app.command("plan")(plan.plan)
-app.command("reproduce")(reproduce.reproduce)
-app.command("show")(show.show)
-app.command("list")(listing.listing)
-app.command("schema")(schema.schema)
+COMMANDS: dict[str, Callable[..., None]] = {
+    "run": run.run,
+    "simulate": simulate.simulate,
+    "compare": compare.compare,
+    "gate": gate.gate,
+    "calibrate": calibrate.calibrate,
+    "apply": apply.apply,
+    "inspect": inspect.inspect,
+    "diagnose": diagnose.diagnose,
+    "bound": bound.bound,
+    "plan": plan.plan,
+    "reproduce": reproduce.reproduce,
+    "show": show.show,
+    "list": listing.listing,
+    "schema": schema.schema,
+}
+for name, command in COMMANDS.items():
+    app.command(name, cls=Command)(command)
 
 
 def _say_version(wanted: bool) -> None:

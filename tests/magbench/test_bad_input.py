@@ -137,6 +137,17 @@ def test_bad_command(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("arguments", "option"),
+    [(("diagnose", "nowhere.csv", "--model", "tumble", "--model=auv-dive"), "--model"),
+     (("run", "nowhere.toml", "-o", "here", "--out", "there"), "--out")],
+)  # fmt: skip
+def test_of_two_values_for_one_option_none_is_taken(
+    arguments: tuple[str, ...], option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert f"{option}: takes one value, and 2 are given" in refused(capsys, *arguments)
+
+
 MICROTESLA = {f"mag_{a}_nT": 30 * np.sin(np.arange(200) + k) for k, a in enumerate("xyz")}
 
 
