@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.errors import InputError
+from scenarios.errors import InputError, told_of
 from sim.dataset import read_recording
 from sim.dataset.importer import sensors_in
 from sim.dataset.manifest import file_of, read_manifest
@@ -99,7 +99,8 @@ def check_one(found: Sequence[Source], option: str) -> None:
     if len(found) > 1:
         array = of_one_array(found)
         what = f"is asked beside one {'sensor' if array else 'recording'}, and here are several"
-        raise InputError(what, where=option, do="say which with --sensor" if array else "give one recording")
+        do = "say which with --sensor" if array else "give one, or all without it: they are held against each other"
+        raise InputError(what, where=option, do=do)
 
 
 def diagnose_files(
@@ -131,7 +132,8 @@ def diagnose_files(
             vector = None if known.field_enu_nT is None else np.array(known.field_enu_nT)
             strength = known.strength_nT
         recording = with_actuators(read, actuators, one.file)
-        return posed(recording, spec, vector, strength, iron_known=model is not None, policy=policy)
+        with told_of(one.name, "recording"):
+            return posed(recording, spec, vector, strength, iron_known=model is not None, policy=policy)
 
     return _compared(measured, [problem(one) for one in measured], whole, say)
 

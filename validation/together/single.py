@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from calib import Reference
+from scenarios.errors import told_of
 from sim.dataset import Recording, read_recording
 from sim.dataset.manifest import file_of
 from sim.scenario import Model, ModelSpec, load_model
@@ -21,6 +22,10 @@ from validation.diagnosis.problem.sensors import model_of_sensor, one_sensor
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.workflow import diagnose
 from validation.together.confirm import confirmed
+from validation.together.workflow import check_apart
+
+CONFIRM = "--confirm"
+"""What names the second recording."""
 
 
 def diagnose_file(
@@ -95,6 +100,8 @@ def diagnose_recording(
 ) -> Diagnosis:
     """Diagnose a recording, and ask a second one where it is given; see `workflow.diagnose`."""
     vector, strength = None, None
+    if confirm is not None:
+        check_apart(recording, confirm, CONFIRM)
     if reference is not None:
         vector = None if reference.field_enu_nT is None else np.array(reference.field_enu_nT)
         strength = reference.strength_nT
@@ -103,6 +110,7 @@ def diagnose_recording(
     )
     if confirm is not None:
         say("the second recording")
-        found = confirmed(found, confirm, model, vector, strength)
+        with told_of(CONFIRM, "recording"):
+            found = confirmed(found, confirm, model, vector, strength)
     say("what to fly next")
     return advised(found)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from calib.numerics.threads import one_thread
 from scenarios.errors import InputError
+from sim.dataset import Recording
 from sim.scenario import Model
 from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.policy import Policy
@@ -36,10 +40,12 @@ def diagnose_together(
     An effect is believed where the coefficients that the other recordings give explain each, in nats over all of them
     (`accepted_together`, `coloured_nats` beside a coloured rest); it is transferred where the coefficients agree.
 
-    Raises InputError for fewer than two recordings.
+    Raises InputError for fewer than two recordings, and for the same samples twice.
     """
     if len(problems) < 2:
         raise InputError("a single recording has nothing to be held against", where="recordings", do="give two or more")
+    for (name, one), (other, again) in itertools.combinations(zip(names, problems, strict=True), 2):
+        check_apart(one.recording, again.recording, f"{name}, {other}")
     seen = []
     for name, problem in zip(names, problems, strict=True):
         seen.append(examined(problem, model, without, lambda what, name=name: say(f"{name}: {what}")))  # type: ignore[misc]
@@ -48,6 +54,12 @@ def diagnose_together(
     say("the simulator with the new models")
     lot = Lot(members, chosen)
     return _told(tuple(names), model, lot, [not_borne_out(one, lot.problems) for one in alone])
+
+
+def check_apart(one: Recording, other: Recording, where: str) -> None:
+    """InputError where two recordings are one: what it holds would be borne out by itself."""
+    if np.array_equal(one.mag_nT, other.mag_nT):
+        raise InputError("the field is the same in every sample", where=where, do="give recordings of different times")
 
 
 def _told(names: tuple[str, ...], model: Model, lot: Lot, alone: Sequence[Common]) -> Together:

@@ -105,6 +105,8 @@ def test_a_file_by_an_array_is_its_sensors_unless_one_is_asked_for(tmp_path: Pat
     assert not of_one_array(sources([path, path], None, sensor=1))
     with pytest.raises(InputError, match="--confirm: is asked beside one sensor"):
         check_one(found, "--confirm")
+    with pytest.raises(InputError, match="or all without it"):
+        check_one(sources([path, path], None, sensor=1), "--confirm")
 
 
 @pytest.mark.parametrize(
@@ -118,7 +120,7 @@ def test_a_sensor_that_is_not_there_is_one_line(sensor: int | None, message: str
 def test_a_single_magnetometer_is_sensor_one() -> None:
     one = recording(200)
     assert of_sensor(one, 1, "test") is one
-    with pytest.raises(InputError, match="one magnetometer"):
+    with pytest.raises(InputError, match=r"one magnetometer \(leave the option out\)"):
         of_sensor(one, 2, "test")
 
 

@@ -11,6 +11,7 @@ from scenarios.errors import InputError
 from sim.dataset import write_recording
 from sim.effects.iron import HardIron
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
+from validation.together.files import diagnose_files, sources
 from validation.together.single import diagnose_file
 
 OFFSET_NT = (500.0, -300.0, 800.0)
@@ -41,3 +42,17 @@ def test_iron_that_a_model_lacks_is_a_finding(measured: Path) -> None:
 def test_without_a_field_everything_that_would_tell_it_is_said(measured: Path) -> None:
     with pytest.raises(InputError, match=r"--field-enu-nT.*--model whose \[field\] has latitude_deg"):
         diagnose_file(measured, None)
+
+
+def test_a_recording_does_not_confirm_itself(measured: Path) -> None:
+    with pytest.raises(InputError, match="--confirm: the field is the same"):
+        diagnose_file(measured, None, enu=FIELD_ENU_NT.tolist(), confirm=measured)
+
+
+def test_of_several_recordings_the_one_that_is_too_short_is_named(measured: Path) -> None:
+    short = measured.with_name("short.parquet")
+    write_recording(recording(200).taken(slice(60)), short)
+    with pytest.raises(InputError, match="--confirm: 60 samples"):
+        diagnose_file(measured, None, enu=FIELD_ENU_NT.tolist(), confirm=short)
+    with pytest.raises(InputError, match="short: 60 samples"):
+        diagnose_files(sources([measured, short], None), None, enu=FIELD_ENU_NT.tolist())

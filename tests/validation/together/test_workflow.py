@@ -128,3 +128,9 @@ def test_nothing_is_found_where_nothing_is() -> None:
 def test_one_recording_is_not_several() -> None:
     with pytest.raises(InputError, match="nothing to be held against"):
         together({})
+
+
+def test_a_recording_is_not_held_against_itself() -> None:
+    problem = problem_of("{}", 0)
+    with pytest.raises(InputError, match="first, second: the field is the same in every sample"):
+        diagnose_together(NAMES[:2], [problem, problem], MODEL)
