@@ -57,6 +57,11 @@ def counted(number: int, what: str, many: str = "") -> str:
     return f"no {what}" if number == 0 else f"1 {what}" if number == 1 else f"{number:,} {many or what + 's'}"
 
 
+def all_of(number: int, what: str) -> str:
+    """ "both runs", "all 3 runs"."""
+    return f"both {what}" if number == 2 else f"all {number:,} {what}"
+
+
 def duration(seconds: float) -> str:
     """A length of time in the unit that suits it."""
     for unit, size in (("d", 86_400.0), ("h", 3600.0), ("min", 60.0)):

@@ -76,9 +76,8 @@ def file_of(path: Path, run: int) -> Path:
     there = [file for folder in folders(path) if (file := folder / _name(run)).exists()]
     runs = read_manifest(path).runs
     if not 0 <= run < runs:
-        raise InputError(
-            f"has no run {run}", where=str(path), do=f"it has runs 0 to {runs - 1}" if runs else "it is empty"
-        )
+        there_are = f"it has runs 0 to {runs - 1}" if runs > 1 else "it has run 0 alone" if runs else "it is empty"
+        raise InputError(f"has no run {run}", where=str(path), do=there_are)
     if not there:
         raise InputError(f"run {run} is not there yet", where=str(path), do="repeat the `simulate` command: it resumes")
     return there[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from validation.text import (
+    all_of,
     counted,
     digits,
     duration,
@@ -63,6 +64,10 @@ def test_listed() -> None:
 @pytest.mark.parametrize(("number", "text"), [(0, "no gap"), (1, "1 gap"), (2, "2 gaps"), (1500, "1,500 gaps")])
 def test_counted(number: int, text: str) -> None:
     assert counted(number, "gap") == text
+
+
+def test_two_are_both() -> None:
+    assert [all_of(number, "runs") for number in (2, 3)] == ["both runs", "all 3 runs"]
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from scenarios.plain import json_ready
+from sim.dataset.manifest import read_manifest
 from validation.inspection.finding import Finding
 from validation.inspection.frames import frame_findings
 from validation.inspection.log import Log, read_log, series_of
@@ -47,7 +48,8 @@ def inspect_file(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Inspe
     maps : `--map` texts, see `sim.dataset.importer.read_columns`. Faults of the values are findings, not errors.
     Raises InputError for a file without columns of time and field, or that cannot be read at all.
     """
-    return inspect_log(read_log(path, maps=maps, run=run))
+    found, runs = inspect_log(read_log(path, maps=maps, run=run)), read_manifest(path).runs if path.is_dir() else 1
+    return found if runs == 1 else replace(found, findings=(_one_of(runs, run), *found.findings))
 
 
 def inspect_log(log: Log) -> Inspection:
@@ -63,6 +65,12 @@ def inspect_log(log: Log) -> Inspection:
             findings += frame_findings(look)
         findings += [*motion_findings(look), *calibration_findings(look), *noise_findings(look)]
     return Inspection(log, tuple(findings), tuple(looks))
+
+
+def _one_of(runs: int, run: int) -> Finding:
+    """Which run of a dataset was looked at."""
+    text = f"The dataset has {runs:,} runs, and this is run {run}: --run looks at another."
+    return Finding(SECTION, "runs", runs, "", text, "note")
 
 
 def _taken(log: Log) -> Finding:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from validation.diagnosis.decision.wording import LISTED_CHANNELS, ways_to_tell, words_of
 from validation.diagnosis.result import NORMAL_95, Diagnosis, How, Reach
 from validation.diagnosis.verdict import Verdict
-from validation.text import figure
+from validation.text import all_of, figure
 from validation.together.among import RECORDINGS, Among
 from validation.together.common import Common, main_size
 from validation.together.reach import There
@@ -40,7 +40,7 @@ def reach_of(one: Common, among: Among = RECORDINGS) -> str:
     """How far an effect reaches, in words."""
     n, with_it = len(one.there), sum(there is There.PRESENT for there in one.there)
     if one.reach is Reach.TRANSFERRED:
-        return f"the same in all {n} {among.key}"
+        return f"the same in {all_of(n, among.key)}"
     if one.reach is Reach.NOT_TRANSFERRED:
         return f"of another size from {among.one} to {among.one}"
     return f"in {with_it} of {n} {among.key}"
@@ -84,7 +84,7 @@ def sentence_of_array(found: Together) -> str:
     verdicts = ", ".join(f"{many} {word}" for word, many in count.items())
     reaches = "".join(f" {one.name} is {reach_of(one, found.among)}." for one in found.common)
     if len(count) == 1 and found.verdict is Verdict.NONE:
-        return f"All {len(found.each)} sensors: {found.each[0].sentence}"
+        return f"{all_of(len(found.each), found.among.key).capitalize()}: {found.each[0].sentence}"
     return f"{found.names[found.first]}, of {len(found.each)} sensors ({verdicts}): {_own(found).sentence}{reaches}"
 
 

@@ -92,6 +92,12 @@ def test_dataset_directory_by_run_number(tmp_path: Path, make_run: Any, scenario
         read_recording(tmp_path, run=2)
 
 
+def test_a_dataset_of_one_run_has_that_alone(tmp_path: Path, make_run: Any, scenario: dict[str, Any]) -> None:
+    open_dataset_for_writing(tmp_path, scenario, 7, 1, make_run(seed=0).table)
+    with pytest.raises(InputError, match=r"no run 1 \(it has run 0 alone\)"):
+        read_recording(tmp_path, run=1)
+
+
 @pytest.mark.parametrize("suffix", [".parquet", ".csv"])
 @pytest.mark.parametrize("sensors", [1, 2])
 def test_recording_written_for_others_holds_no_truth(tmp_path: Path, make_run: Any, suffix: str, sensors: int) -> None:

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sim.generate import generate
+from sim.scenario import load
 from tests.validation.inspection.recordings import FIELD_ENU_NT, Array, moved, noise, one
 from validation.inspection.inspection import headline, inspect_file, summary
 
@@ -41,6 +43,12 @@ def test_a_sound_log_has_nothing_to_mend(sound: Path) -> None:
     assert found.warnings == []
     assert headline(found) == "sound.csv: no warning, nothing to mend."
     assert one(list(found.findings), "accepted").value is True
+
+
+def test_of_a_dataset_it_is_told_which_run(tmp_path: Path) -> None:
+    generate(load("tumble", ["sampling.rate_hz=2"]), tmp_path, runs=2)
+    told = one(list(inspect_file(tmp_path, run=1).findings), "runs")
+    assert (told.value, "this is run 1" in told.text) == (2, True)
 
 
 def test_sections_follow_in_order(sound: Path) -> None:

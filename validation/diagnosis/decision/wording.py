@@ -173,7 +173,9 @@ def suspect_navigation(found: Diagnosis) -> Iterator[str]:
 def log_attitude(found: Diagnosis) -> Iterator[str]:
     """Without attitude little is observable."""
     if found.problem.mode == "strength" and not found.problem.instead:
-        yield "Without attitude only the field's strength was compared; log attitude to see more."
+        bare = any(one.how is How.HELD_OUT and not one.spread for one in found.named)
+        why = ", so that parameters have no interval" if bare else ""
+        yield f"Without attitude only the field's strength was compared{why}; log attitude to see more."
 
 
 def confirm(found: Diagnosis) -> Iterator[str]:

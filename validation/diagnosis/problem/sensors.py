@@ -30,7 +30,7 @@ def _instead(recording: Recording) -> str:
     """What to do where a sensor is asked for that is not there."""
     if recording.array_mag_nT is None and REFERENCE[0] in recording.channels:
         return f"leave the option out: {REFERENCE[0]} and its like are the reference"
-    return "give one of these"
+    return "leave the option out" if recording.array_mag_nT is None else "give one of these"
 
 
 def one_sensor(recording: Recording, sensor: int | None, reference: int | None, path: Path) -> Recording:

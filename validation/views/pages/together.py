@@ -8,7 +8,7 @@ from typing import Any
 from scenarios.toml import to_toml
 from validation.diagnosis.repair.changes import lines_of_diff
 from validation.diagnosis.result import Reach
-from validation.text import digits
+from validation.text import all_of, digits
 from validation.together.common import Common
 from validation.together.result import Together
 from validation.together.wording import reach_of
@@ -70,7 +70,7 @@ def _tiles(found: Together) -> list[tuple[str, str]]:
     share = "–" if gap.explained is None else f"{100 * max(gap.explained, 0):.0f} %"
     alone = ", ".join(one.name for one in found.single) or "nothing"
     return [
-        (same, f"missing in the model, the same in all {len(found.names)} {found.among.key}"),
+        (same, f"missing in the model, the same in {all_of(len(found.names), found.among.key)}"),
         (differs, "missing, but not the same in all"),
         (alone, f"named by one {found.among.one} alone"),
         (share, f"of the gap explained: {digits(gap.before_nT)} → {digits(gap.after_nT)} nT, {found.among.after}"),

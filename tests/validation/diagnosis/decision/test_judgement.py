@@ -202,7 +202,13 @@ def test_no_actuator_is_tried_where_a_curve_of_a_channel_stands() -> None:
 def test_without_attitude_attitude_is_asked_for() -> None:
     found = _diagnosis(Verdict.NONE, problem=problem(without_attitude(recording())))
     assert "log attitude" in advice_for(found)[0]
+    assert "no interval" not in advice_for(found)[0]
     assert len(ADVICE) == 12
+
+
+def test_where_parameters_have_no_interval_it_is_said_why() -> None:
+    found = _diagnosis(Verdict.NAMED, FOUND, problem=problem(without_attitude(recording())))
+    assert "strength was compared, so that parameters have no interval" in advice_for(found)[0]
 
 
 def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
