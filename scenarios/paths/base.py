@@ -19,6 +19,9 @@ REFERENCE_COLUMNS = (
 """Columns of a reference: position and its derivatives (ENU), then R_wb = Rz(yaw) Ry(pitch) Rx(roll) (FLU body;
 a positive pitch lowers the nose) and the derivatives of the three angles."""
 
+LEAST_RAMP_S = 0.1
+"""Within which a speed or an angle may change at the soonest: five of the engine's steps."""
+
 
 @dataclass(frozen=True)
 class Start:

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from scenarios.paths.base import Ability, Start
+from scenarios.paths.base import LEAST_RAMP_S, Ability, Start
 from scenarios.paths.excited import RunIn
 from scenarios.paths.jet import Array, Jet, assemble, constant, run, run_up, sine, window
 
@@ -50,7 +50,7 @@ class Rotate(RunIn):
     turn_rate_deg_s: float = Field(20.0, ge=-180, le=180, description="positive: to the left")
     tilt_amplitude_deg: float = Field(15.0, ge=0, le=45)
     tilt_period_s: float = Field(4.0, ge=1, le=60)
-    run_in_s: float = Field(5.0, gt=0, le=600)
+    run_in_s: float = Field(5.0, ge=LEAST_RAMP_S, le=600)
 
     @model_validator(mode="after")
     def _room_for_sway(self) -> Rotate:

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from scenarios.paths.base import Ability, Start
+from scenarios.paths.base import LEAST_RAMP_S, Ability, Start
 from scenarios.paths.excited import RunIn
 from scenarios.paths.hover import GRAVITY_M_S2, at_rest
 from scenarios.paths.jet import Array, Jet, assemble, constant, pushed, smoothstep
@@ -22,7 +22,7 @@ class Pose(Table):
     yaw_deg: float = Field(ge=-360, le=360, description="from east, counter-clockwise; turned to by the shorter way")
     pitch_deg: float = Field(0.0, ge=-90, le=90)
     roll_deg: float = Field(0.0, ge=-180, le=180)
-    move_s: float = Field(10.0, gt=0, le=3600)
+    move_s: float = Field(10.0, ge=LEAST_RAMP_S, le=3600)
     hold_s: float = Field(10.0, ge=0, le=86_400)
 
 
@@ -37,8 +37,8 @@ class Poses(RunIn):
     poses: tuple[Pose, ...] = Field(
         min_length=1, max_length=1000, description="tables with yaw_deg, pitch_deg, roll_deg, move_s, hold_s"
     )
-    home_s: float = Field(10.0, gt=0, le=3600, description="turning level again, at the end")
-    run_in_s: float = Field(5.0, gt=0, le=600)
+    home_s: float = Field(10.0, ge=LEAST_RAMP_S, le=3600, description="turning level again, at the end")
+    run_in_s: float = Field(5.0, ge=LEAST_RAMP_S, le=600)
 
     @property
     def duration_s(self) -> float:
@@ -93,7 +93,7 @@ class Pushes(RunIn):
     switch_s: float = Field(0.6, ge=0.3, le=2, description="from one tilt to its mirror")
     turn_s: float = Field(1.5, ge=0.5, le=60, description="turning to the next heading")
     drag_1_m: float = Field(0, ge=0, le=1, description="drag over mass and square of speed, against which is pushed")
-    run_in_s: float = Field(5.0, gt=0, le=600)
+    run_in_s: float = Field(5.0, ge=LEAST_RAMP_S, le=600)
 
     @property
     def duration_s(self) -> float:

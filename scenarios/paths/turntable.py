@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from scenarios.paths.base import Ability, Start
+from scenarios.paths.base import LEAST_RAMP_S, Ability, Start
 from scenarios.paths.excited import RunIn
 from scenarios.paths.jet import Array, Jet, assemble, constant, run, sine, smoothstep, window
 
@@ -19,7 +19,7 @@ class Turntable(RunIn):
 
     needs: ClassVar[Ability] = Ability.POINT
     tracked: ClassVar[bool] = False
-    run_in_s: float = Field(2.0, gt=0, le=60)
+    run_in_s: float = Field(2.0, ge=LEAST_RAMP_S, le=60)
 
     @property
     def label(self) -> str:
@@ -42,7 +42,7 @@ class TurntableStops(Turntable):
     stops: int = Field(12, ge=2, le=3600)
     step_deg: float = Field(-30.0, ge=-180, le=180, description="about the hinge's axis; yaw: negative is clockwise")
     dwell_s: float = Field(20.0, gt=0, le=3600)
-    move_s: float = Field(5.0, gt=0, le=600)
+    move_s: float = Field(5.0, ge=LEAST_RAMP_S, le=600)
 
     @property
     def settle_s(self) -> float:
@@ -116,7 +116,7 @@ class Tumble(Turntable):
 
     kind: Literal["tumble"]
     time_s: float = Field(360.0, gt=0, le=864_000, alias="duration_s")
-    run_in_s: float = Field(10.0, gt=0, le=600)
+    run_in_s: float = Field(10.0, ge=LEAST_RAMP_S, le=600)
     roll_amplitude_deg: float = Field(180.0, ge=0, le=720)
     roll_period_s: float = Field(64.7751, ge=1, le=3600)
     roll_phase_deg: float = Field(0.0, ge=-360, le=360)

@@ -122,6 +122,7 @@ def test_the_scenario_itself(tmp_path: Path) -> None:
         "sampling.rate_hz=0",
         "sampling.rate_hz=nan",
         "effects.hard_iron.offset_nT=[inf, 0, 0]",
+        "phases.0.run_in_s=5e-324",
         "thermal.time_constant_s=5e-324",
         "navigation.attitude_correlation_s=5e-324",
     ],
