@@ -12,7 +12,9 @@ from scenarios.paths.jet import Array, Jet, sine, window
 class RunIn(PhaseBase):
     """A phase that gathers speed smoothly; tracking is judged after it."""
 
-    run_in_s: float = Field(20.0, ge=LEAST_RAMP_S, le=600, description="smooth ramp of the speed; tracking is judged after it")
+    run_in_s: float = Field(
+        20.0, ge=LEAST_RAMP_S, le=600, description="smooth ramp of the speed; tracking is judged after it"
+    )
 
     @property
     def settle_s(self) -> float:
