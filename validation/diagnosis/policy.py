@@ -334,6 +334,20 @@ class Policy:
     )  # fmt: skip
     tail_sigma: float = number(8.0, "standard deviations of a normal kurtosis that heavy tails lie beyond")
     tail_excess: float = number(0.1, "excess kurtosis that is of no account in any long recording")
+    rise_alarm: float = number(
+        1e-4, "probability that white noise, or noise that falls with frequency, shows a spectrum that rises",
+        alarms="2 of 20 000 white residuals of 6000 samples on three axes; none of 4000 each that were louder now and "
+        "then, fell with frequency, or had gaps; none of 84 nulls of the bench, white and coloured, tuning seed 99",
+        run="tuning seed 99: of 404 trials 15 measured rests and three ripples that were left out of the library, "
+        "all unknown or partial without it",
+    )  # fmt: skip
+    least_rise: float = number(
+        0.02, "share of the power that lies above every falling spectrum, below which a rise is of no account"
+    )
+    rise_part: float = number(
+        0.25, "part of the most that is left above lower frequencies, from which on a frequency belongs to a rise"
+    )
+    far_row: float = number(5.0, "standard deviations from the middle beyond which a value counts as so far in it")
     filter_memory: int = number(10, "samples over which a low-pass or a delay in the model colours the noise itself")
 
     # where it goes

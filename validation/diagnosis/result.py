@@ -15,6 +15,7 @@ from sim.state import Array
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.judged import Judged
 from validation.diagnosis.evidence.localise import Share
+from validation.diagnosis.evidence.rising import Rise
 from validation.diagnosis.evidence.when import Part, Stretch
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
@@ -163,7 +164,8 @@ class Diagnosis:
     where: channels that the gap goes with; absorbed: effects that look like iron on this motion; untested: effects
     whose causes the recording does not hold; doubts: why names were taken back; ranking: every candidate as the first
     round judged it; before_nT, after_nT (n, q): what is left; parts: of the run, in which the gap's size is steady;
-    onward: what to fly next; second: whether a second recording was asked.
+    onward: what to fly next; second: whether a second recording was asked; rise: where what is left rises with
+    frequency.
     """
 
     verdict: Verdict
@@ -185,6 +187,7 @@ class Diagnosis:
     parts: tuple[Part, ...] = ()
     onward: Flight | None = None
     second: bool = False
+    rise: Rise | None = None
 
     def __repr__(self) -> str:
         """Verdict and sentence."""
@@ -194,6 +197,11 @@ class Diagnosis:
     def not_observable(self) -> tuple[str, ...]:
         """Effects that this recording cannot show."""
         return (*self.absorbed, *self.untested)
+
+    @property
+    def left(self) -> tuple[str, ...]:
+        """Why what is left is no white noise; empty where it is."""
+        return (*self.after.why, *([] if self.rise is None else [self.rise.words]))
 
     def stretch(self, one: Named) -> Stretch | None:
         """When a named effect acts; None for the whole run."""
@@ -214,7 +222,7 @@ class Diagnosis:
                 "after": {"rms_nT": self.gap.after_nT, "rms_sigma": self.gap.after_sigma},
                 "explained": self.gap.explained,
             },
-            "left": list(self.after.why),
+            "left": list(self.left),
             "candidates": [_candidate(one) for one in self.ranking],
             "not_observable": list(self.not_observable),
             "advice": list(self.advice),

@@ -48,7 +48,7 @@ class Verdict(StrEnum):
     )
     PARTIAL = (
         "partial",
-        "causes that explain a fifth of the gap and more, but something is left",
+        "causes that explain a part of the gap, but something is left",
         "Missing in the model: {causes}{share}, but something else is left ({left}).",
         False,
     )

@@ -23,6 +23,7 @@ from validation.diagnosis.evidence.direct import Direct, direct_evidence, held_r
 from validation.diagnosis.evidence.judged import taken_back
 from validation.diagnosis.evidence.localise import Share, localise
 from validation.diagnosis.evidence.reference import settled
+from validation.diagnosis.evidence.rising import Rise
 from validation.diagnosis.evidence.starts import unknown_past
 from validation.diagnosis.evidence.when import parts_of
 from validation.diagnosis.library.candidates import missing_channels
@@ -99,14 +100,15 @@ def told(seen: Examined) -> Diagnosis:
     named = tuple(with_rivals(problem, one) for one in names_of(problem, belief, seen.direct))
     left = Left.of(problem, belief)
     where = localise(problem, left.before)
-    case = Case(problem, named, belief.clean, left.gap, where, left.after)
+    rise = Rise.of(problem, left.before, left.after)
+    case = Case(problem, named, belief.clean, left.gap, where, left.after, rise)
     verdict = verdict_of(case)
     doubts = doubts_of(case, verdict)
     curves = _curves(seen, case, verdict, doubts)
     if curves or doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
         verdict, left = Verdict.UNKNOWN, curves.left if curves else left.undone()
         named = tuple(one for one in named if one.how is How.DIRECT) + (curves.named if curves else ())
-    found = _without_words(seen, named, verdict, doubts, where, left)
+    found = replace(_without_words(seen, named, verdict, doubts, where, left), rise=rise)
     return replace(found, sentence=sentence_for(found), advice=advice_for(found))
 
 
@@ -115,7 +117,7 @@ def _curves(seen: Examined, case: Case, verdict: Verdict, doubts: tuple[str, ...
     start = seen.belief.selection.start
     if doubts or verdict is Verdict.UNKNOWN:
         return followed(start)
-    return followed_instead(start, case) if verdict is Verdict.PARTIAL else None
+    return followed_instead(start, case) if verdict is Verdict.PARTIAL and not case.clean else None
 
 
 def _without_words(

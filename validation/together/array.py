@@ -51,7 +51,7 @@ def diagnose_sensors(
 def _told(names: tuple[str, ...], each: tuple[Diagnosis, ...], every: Sequence[Common]) -> Together:
     """The sensors' own diagnoses with what was compared, without words."""
     first = worst(each)
-    left = (f"{name}: {why}" for name, one in zip(names, each, strict=True) for why in one.after.why)
+    left = (f"{name}: {why}" for name, one in zip(names, each, strict=True) for why in one.left)
     return Together(
         names=names,
         each=each,

@@ -15,6 +15,7 @@ from validation.diagnosis.decision.selection import tests_beside
 from validation.diagnosis.evidence.compare import judged_at
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import localise
+from validation.diagnosis.evidence.rising import Rise
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.naming import noise_of
 from validation.diagnosis.result import GapSize, How, Named, Reach
@@ -114,7 +115,8 @@ class Judged:
         common = _common(lot, beliefs)
         cases = tuple(_case(lot, i, [one.named for one in common], belief) for i, belief in enumerate(beliefs))
         gaps = tuple(one.gap for one in cases)
-        verdict = verdict_of(replace(cases[0], clean=_nothing_is_left(common, beliefs), gap=joined(gaps), where=()))
+        one = replace(cases[0], clean=_nothing_is_left(common, beliefs), gap=joined(gaps), where=())
+        verdict = verdict_of(replace(one, rise=next(filter(None, (each.rise for each in cases)), None)))
         doubts = tuple((*doubts_of(case, verdict), *_explains_little(case)) for case in cases)
         found = cls(
             verdict, common, beliefs, cases, doubts, joined(gaps), gaps, lot.before, tuple(one.left for one in cases)
@@ -136,8 +138,12 @@ class Judged:
 
     def left(self, names: Sequence[str]) -> tuple[str, ...]:
         """What is left in which recording, and what speaks against the names."""
-        pairs = zip(names, self.beliefs, self.doubts, strict=True)
-        return tuple(f"{name}: {why}" for name, belief, doubts in pairs for why in (*belief.after.why, *doubts))
+        each = zip(names, self.beliefs, self.cases, self.doubts, strict=True)
+        return tuple(
+            f"{name}: {why}"
+            for name, belief, case, doubts in each
+            for why in (*belief.after.why, *([case.rise.words] if case.rise else []), *doubts)
+        )
 
 
 def _explains_little(case: Case) -> tuple[str, ...]:
@@ -154,7 +160,8 @@ def _case(lot: Lot, i: int, named: Sequence[Named], belief: Belief) -> Case:
     before = lot.before[i]
     use = member.problem.usable > 0
     gap = GapSize.of(before[use], after[use], member.problem.sigma_nT, member.problem.policy)
-    return Case(member.problem, tuple(named), belief.clean, gap, localise(member.problem, before), after)
+    where, rise = localise(member.problem, before), Rise.of(member.problem, before, after)
+    return Case(member.problem, tuple(named), belief.clean, gap, where, after, rise)
 
 
 def _common(lot: Lot, beliefs: Sequence[Belief]) -> tuple[Common, ...]:

@@ -127,6 +127,21 @@ def test_where_iron_is_fitted_the_part_along_the_field_is_open(flight, model) ->
     assert np.isinf(one.spread["error_enu_nT"]).all()
 
 
+def test_beside_a_rotor_whose_tone_sweeps_a_drift_stands_and_nothing_is_clean() -> None:
+    """No effect sweeps so; means over a second do not see it."""
+    given = recording(4000, hidden={"hard_iron_drift": HIDDEN["hard_iron_drift"]})
+    turns = np.cumsum(1.5 + 2 * np.abs(given.time_s / 100 % 2 - 1)) * np.diff(given.time_s)[0]
+    swept = replace(given, mag_nT=given.mag_nT + NOISE_NT * np.sin(2 * np.pi * turns)[:, None])
+    plain, found = (diagnose(one, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True) for one in (given, swept))
+    assert [one.name for one in found.named] == [one.name for one in plain.named] == ["hard_iron_drift"]
+    assert (plain.verdict.explained, found.verdict) == (True, "partial")
+    assert found.after.clean
+    (left,) = found.as_dict()["left"]
+    assert left.startswith("structure between 1.4 and 3.")
+    assert "but something else is left (structure" in found.sentence
+    assert any("does not rise with frequency" in line for line in found.advice)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_nothing_is_named_where_nothing_is_hidden(seed: int, flight, model) -> None:  # type: ignore[no-untyped-def]
     found = diagnose(flight({}, seed=seed), model())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -110,6 +111,17 @@ def test_an_effect_too_weak_for_each_is_named_by_all_together() -> None:
     found = together(*[motor(0.038)] * 3, seed=3)
     assert all(not one.named for one in found.each)
     assert [one.name for one in found.common] == ["motor_current"]
+
+
+def test_a_tone_that_sweeps_in_one_leaves_the_name_and_is_told() -> None:
+    given = recording(2000, seed=51, hidden=motor(1.0))
+    turns = np.cumsum(1.5 + given.time_s / 100) * np.diff(given.time_s)[0]
+    swept = replace(given, mag_nT=given.mag_nT + 2.0 * np.sin(2 * np.pi * turns)[:, None])
+    second = posed(swept, MODEL, None, None, iron_known=False)
+    found = diagnose_together(NAMES[:2], [problem_of(json.dumps(motor(1.0)), 50), second], MODEL)
+    assert ([one.name for one in found.common], found.verdict) == (["motor_current"], Verdict.PARTIAL)
+    (left,) = found.left
+    assert left.startswith("second: structure between 1.")
 
 
 def test_what_acts_in_a_part_of_one_recording_stays_with_it() -> None:

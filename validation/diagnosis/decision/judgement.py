@@ -14,6 +14,7 @@ from validation.diagnosis.decision.one_course import channels_of_time
 from validation.diagnosis.evidence.following import iron_follows
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, Share, localise
+from validation.diagnosis.evidence.rising import Rise
 from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.strength import turns_too_fast
@@ -25,7 +26,8 @@ from validation.diagnosis.verdict import Verdict
 class Case:
     """What a verdict is read from: names, whether what is left is clean, and the gap.
 
-    where: channels that the gap goes with; left (n, q): what the names leave, in units of the noise.
+    where: channels that the gap goes with; left (n, q): what the names leave, in units of the noise; rise: where its
+    spectrum rises.
     """
 
     problem: LinearProblem
@@ -34,6 +36,7 @@ class Case:
     gap: GapSize
     where: tuple[Share, ...]
     left: Array
+    rise: Rise | None = None
 
     @property
     def noisy(self) -> bool:
@@ -57,14 +60,31 @@ def verdict_of(case: Case) -> Verdict:
 
 def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
     """Why the names only resemble the cause; empty where nothing speaks against them, or nothing can be told."""
-    if case.found and case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma:
-        return ("with the names in the model the gap is larger",)
-    if case.found and turns_too_fast(case.problem):
-        return ("the field turns faster than a vehicle does",)
-    mixed = verdict is Verdict.PARTIAL or (verdict in (Verdict.COMPOSITE, Verdict.CLASS) and case.noisy)
-    if not mixed or case.gap.explained is None:
+    sure = next(filter(None, (doubt(case) for doubt in SURE_DOUBTS)), None) if case.found else None
+    if sure is not None:
+        return (sure,)
+    mixed = not case.clean if verdict is Verdict.PARTIAL else case.noisy
+    if verdict not in (Verdict.PARTIAL, Verdict.COMPOSITE, Verdict.CLASS) or not mixed or case.gap.explained is None:
         return ()
     return tuple(reason for doubt in NAME_DOUBTS if (reason := doubt(case)) is not None)
+
+
+def gap_is_larger(case: Case) -> str | None:
+    """The names do not fit what they were not fitted to."""
+    larger = case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma
+    return "with the names in the model the gap is larger" if larger else None
+
+
+def field_turns_too_fast(case: Case) -> str | None:
+    """The sensor is in no vehicle."""
+    return "the field turns faster than a vehicle does" if turns_too_fast(case.problem) else None
+
+
+def part_of_what_rises(case: Case) -> str | None:
+    """The names are the part of a tone that sweeps where it happens to stay."""
+    if case.rise is None or not case.rise.hides:
+        return None
+    return f"where they act the names explain next to nothing: {case.rise.words} is left"
 
 
 def channel_is_left(case: Case) -> str | None:
@@ -119,6 +139,8 @@ def unnamed_channels(case: Case) -> set[str]:
     return known - motors - set(as_currents(case.problem.recording)) if causes & motors else known
 
 
+SURE_DOUBTS: tuple[NameDoubt, ...] = (gap_is_larger, field_turns_too_fast, part_of_what_rises)
+"""Doubts that speak against every name, whatever the verdict."""
 NAME_DOUBTS: tuple[NameDoubt, ...] = (at_its_bounds, channel_is_left, iron_follows_a_channel)
 
 
@@ -152,10 +174,11 @@ def _may_be_one_course(case: Case) -> bool:
 
 
 RULES: tuple[tuple[Verdict, Rule], ...] = (
-    (Verdict.NONE, lambda case: _nothing(case) and case.clean),
+    (Verdict.NONE, lambda case: _nothing(case) and case.clean and case.rise is None),
     (Verdict.UNKNOWN, _nothing),
     (Verdict.PARTIAL, lambda case: not case.clean and _explains_some(case)),
     (Verdict.UNKNOWN, lambda case: not case.clean),
+    (Verdict.PARTIAL, lambda case: case.rise is not None),
     (Verdict.NOT_OBSERVABLE, _only_iron_with_rivals),
     (Verdict.CLASS, _may_be_one_course),
     (Verdict.COMPOSITE, lambda case: len(case.named) > 1),

@@ -33,7 +33,7 @@ def sentence_for(found: Diagnosis) -> str:
             words_of(one, _acts(found, one), _logged_as(found)) + _again(found, one) for one in found.named
         ),
         share=_share(found),
-        left="; ".join(found.after.why or found.doubts),
+        left="; ".join(found.left or found.doubts),
         nearest=_nearest(found),
         goes_with=(_curves(found) or (f"; it goes with {channels}" if channels else "")) + _largest(found),
     )
@@ -170,6 +170,15 @@ def suspect_navigation(found: Diagnosis) -> Iterator[str]:
         yield "What is left has no part along the field: suspect navigation's attitude or time stamps."
 
 
+def log_what_turns(found: Diagnosis) -> Iterator[str]:
+    """No noise of a sensor rises with frequency: something in the vehicle is as fast as that."""
+    if found.rise is not None:
+        yield (
+            f"There is {found.rise.words}, and a sensor's noise does not rise with frequency: a wheel, a propeller or "
+            "a pump gives a tone that sweeps with its speed. Switch it off for a run, or log the speed."
+        )
+
+
 def log_attitude(found: Diagnosis) -> Iterator[str]:
     """Without attitude little is observable."""
     if found.problem.mode == "strength" and not found.problem.instead:
@@ -214,6 +223,7 @@ ADVICE: tuple[Advise, ...] = (
     tell_look_alikes_apart,
     turn_where_it_stood,
     suspect_navigation,
+    log_what_turns,
     log_attitude,
     confirm,
     log_more_channels,

@@ -49,7 +49,7 @@ def battery(residual: Array, usable: Array, time_s: Array, fitted: int, policy: 
         excess[length_s] = float(scaled.mean())
         if chi2.sf(scaled.sum(), scaled.size) < policy.means_alarm / len(policy.mean_lengths_s):
             why.append(f"means over {length_s:.3g} s vary {excess[length_s]:.1f} times as much as white noise's")
-    whole = _bridged(time_s, residual, usable)
+    whole = bridged(time_s, residual, usable)
     lines = tuple(one.frequency_hz for one in tones(time_s, whole, false_alarm=policy.tone_alarm)[:MOST_TONES])
     if lines:
         why.append("tones at " + ", ".join(f"{f:.4g} Hz" for f in lines))
@@ -93,7 +93,7 @@ def _scaled_means(residual: Array, usable: Array, cell: NDArray[np.int64], polic
     return white_ratios(np.add.reduceat(residual, starts, axis=0)[full], count[full])
 
 
-def _bridged(time_s: Array, residual: Array, usable: Array) -> Array:
+def bridged(time_s: Array, residual: Array, usable: Array) -> Array:
     """The residual (n, q) with lines over samples left out: zeros would turn a slow rest into tones of a pattern."""
     used = usable > 0
     if used.all() or not used.any():

@@ -78,7 +78,7 @@ def _page(found: Diagnosis, title: str) -> dict[str, Any]:
         "candidate_heads": CANDIDATE_HEADS,
         "part_heads": PART_HEADS,
         "candidates": candidate_rows(found),
-        "left": "; ".join((*found.after.why, *found.doubts)),
+        "left": "; ".join((*found.left, *found.doubts)),
         "advice": found.advice,
         "not_observable": found.not_observable,
         "where": found.where,

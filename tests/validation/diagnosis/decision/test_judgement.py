@@ -15,6 +15,7 @@ from validation.diagnosis.decision.judgement import Case, channel_is_left, doubt
 from validation.diagnosis.decision.wording import ADVICE, advice_for, sentence_for, words_of
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.localise import Share
+from validation.diagnosis.evidence.rising import Rise
 from validation.diagnosis.result import Diagnosis, GapSize, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
 
@@ -26,6 +27,7 @@ FOUND = Named(EFFECT, (), How.HELD_OUT, 50.0, 1.0)
 IRON = Named(HardIron((3.0, 0.0, 0.0)), (), How.IRON, 50.0, 1.0)
 SEEN = replace(FOUND, how=How.DIRECT, nats=None)
 NOISE = Named(EFFECT, (), How.SPECTRUM, 50.0, 0.0)
+FAST = Rise(2.0, 4.0, hides=False)
 RISING = replace(FOUND, rivals=("temperature_degC",))
 TURN = Named(SoftIron(((0.0, 0.01, 0.0), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0))), (), How.IRON, 50.0, 1.0)
 
@@ -52,6 +54,9 @@ def _or(named: Named, *others: str) -> Named:
         (_case(FOUND, clean=False, explained=0.15), Verdict.UNKNOWN),
         (_case(FOUND, clean=False, explained=None), Verdict.UNKNOWN),
         (_case(SEEN, clean=False, explained=None), Verdict.PARTIAL),
+        (_case(rise=FAST), Verdict.UNKNOWN),
+        (_case(FOUND, explained=0.0, rise=FAST), Verdict.PARTIAL),
+        (_case(IRON, explained=None, rise=FAST), Verdict.PARTIAL),
         (_case(IRON), Verdict.NAMED),
         (_case(_or(IRON, "soft_iron")), Verdict.CLASS),
         (_case(_or(IRON, "eddy_current")), Verdict.NOT_OBSERVABLE),
@@ -118,6 +123,16 @@ def test_a_channel_that_only_rises_speaks_against_no_name() -> None:
 def test_verdicts_that_leave_nothing_are_not_doubted() -> None:
     assert doubts_of(_still_driven(1.0), Verdict.NAMED) == ()
     assert doubts_of(replace(_still_driven(1.0), gap=replace(GAP, explained=None)), Verdict.PARTIAL) == ()
+
+
+def test_only_names_that_act_where_something_fast_is_left_are_doubted() -> None:
+    """However much of the gap that is: a drift beside a rotor's tone stands, a tone that is a part of it does not."""
+    fast = _case(FOUND, explained=0.02, rise=FAST)
+    assert doubts_of(fast, Verdict.PARTIAL) == ()
+    assert doubts_of(replace(_still_driven(1.0), clean=True, rise=FAST), Verdict.PARTIAL) == ()
+    hidden = replace(FAST, hides=True)
+    assert "structure between 2 and 4 Hz" in doubts_of(replace(fast, rise=hidden), Verdict.PARTIAL)[0]
+    assert doubts_of(_case(IRON, rise=hidden), Verdict.PARTIAL) == ()
 
 
 def test_names_that_make_the_gap_larger_are_doubted() -> None:
@@ -203,7 +218,7 @@ def test_without_attitude_attitude_is_asked_for() -> None:
     found = _diagnosis(Verdict.NONE, problem=problem(without_attitude(recording())))
     assert "log attitude" in advice_for(found)[0]
     assert "no interval" not in advice_for(found)[0]
-    assert len(ADVICE) == 12
+    assert len(ADVICE) == 13
 
 
 def test_where_parameters_have_no_interval_it_is_said_why() -> None:
