@@ -112,7 +112,7 @@ class Candidate:
             parts = (self._contribution(part(state, one), problem.course_nT[one]) for one in problem.stretches)
             return np.concatenate(list(parts))
         if self._is_early:
-            return self._contribution(state, state.field_nT)
+            return self._contribution(state, problem.met_nT(self.effect))
         if not (self.effect.continuous and problem.mode == "vector"):
             return self._contribution(state, problem.clean_nT)
         return as_iron_sees(self._contribution(state, problem.beside_nT), problem.beside_nT, problem.clean_nT)

@@ -19,7 +19,7 @@ from sim.state import Array, State
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.neighbours import by_neighbours
-from validation.diagnosis.problem.place import turn_behind
+from validation.diagnosis.problem.place import place_in, turn_of
 from validation.diagnosis.problem.track import Track
 
 Mode = Literal["vector", "strength"]
@@ -150,7 +150,14 @@ class LinearProblem:
         The earth's field passes the fitted iron, all else what the model has behind it: what differs from the model
         is iron, and so is all of it where there is no model.
         """
-        return self.turn if effect.stage == "field" else turn_behind(self.effects, effect.name, self.state)
+        if effect.stage == "field":
+            return self.turn
+        return turn_of(self.effects[place_in(self.effects, effect.name) :], self.state)
+
+    def met_nT(self, effect: type[Effect]) -> Array:
+        """The field (n, 3) that an effect of field or vehicle meets at its place in the chain, but for constants."""
+        ahead = turn_of(self.effects[: place_in(self.effects, effect.name)], self.state)
+        return np.asarray(self.state.field_nT @ ahead.T)
 
     def whitened(self, contribution_nT: Array, effect: type[Effect]) -> Array:
         """Columns E (n, q, k) of contributions (n, 3, k) at an effect's place in the chain, in units of the noise."""

@@ -30,10 +30,15 @@ def joined(given: Sequence[Effect], new: Sequence[Effect]) -> tuple[Effect, ...]
     return tuple(out)
 
 
-def turn_behind(given: Sequence[Effect], name: str, state: State) -> Array:
-    """Matrix (3, 3) of the iron, axes and scale of a chain that stand behind an effect: what it adds passes them."""
+def without_iron(effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """The effects but for hard and soft iron and constants like it."""
+    return tuple(one for one in effects if not (one.clues.constant or (one.clues.absorbed and one.stage == "vehicle")))
+
+
+def turn_of(effects: Sequence[Effect], state: State) -> Array:
+    """Matrix (3, 3) of the iron, axes and scale among the effects of a chain."""
     axes = np.eye(3)
-    for other in given[place_in(given, name) :]:
+    for other in effects:
         if other.clues.absorbed and not other.clues.constant:
             axes = axes + other.apply(state, axes, np.random.default_rng(0), {})
     return axes.T

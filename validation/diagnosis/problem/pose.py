@@ -17,6 +17,7 @@ from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.channels import without_their_noise
 from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.linear import Instead, LinearProblem
+from validation.diagnosis.problem.place import without_iron
 from validation.diagnosis.problem.relative import recorded_reference, relative_problem
 from validation.diagnosis.problem.repeats import Steady, between_repeats
 from validation.diagnosis.problem.still import at_rest, still_problem
@@ -76,7 +77,7 @@ def posed(
 
     Raises InputError as `pose` does, and for a bad effect table of the model.
     """
-    effects = model.chain() if iron_known else _without_iron(model)
+    effects = model.chain() if iron_known else without_iron(model.chain())
     track = Track.of(recording, model.field)
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
@@ -88,10 +89,6 @@ def posed(
         stated_deg = model.navigation.attitude_noise_std_deg
     known = iron_known and not (problem.still or problem.relative)
     return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=known)
-
-
-def _without_iron(model: Model) -> tuple[Effect, ...]:
-    return tuple(one for one in model.chain() if not one.clues.absorbed)
 
 
 def _told(steady: Steady, problem: LinearProblem) -> LinearProblem:

@@ -17,6 +17,7 @@ from sim.state import REFERENCE, Array, State
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem, sample_noise
 from validation.diagnosis.problem.motion import course, measured
+from validation.diagnosis.problem.place import without_iron
 from validation.diagnosis.problem.strength import measured_strength
 
 UNSEEN = frozenset({"attitude", "position"})
@@ -68,7 +69,7 @@ def relative_problem(
     """
     bare = replace(recording, att_q=None, pos_enu_m=None)
     seen = replace(bare, channels={name: x for name, x in bare.channels.items() if name not in REFERENCE})
-    kept = tuple(effect for effect in effects if not (effect.clues.absorbed or UNSEEN & set(effect.needs)))
+    kept = tuple(effect for effect in without_iron(effects) if not UNSEEN & set(effect.needs))
     state = _state(recording, seen, reference_nT @ _turn(reference_nT, recording.mag_nT, policy).T)
     predicted, _ = apply_deterministic(kept, state)
     base = np.column_stack([predicted / float(np.linalg.norm(reference_nT, axis=1).mean()), np.ones(len(recording))])

@@ -29,9 +29,9 @@ def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
 def left_with_iron_refitted(problem: LinearProblem, new: Sequence[Effect], train: NDArray[np.bool_]) -> Array:
     """Measured minus predicted (n, 3) in units of the noise, hard and soft iron fitted beside new effects on `train`.
 
-    What these add behind the iron is not turned by a correction of it.
+    What these add behind the iron is not turned by a correction of it, which passes what follows the field's course.
     """
-    predicted_nT, base = predict(problem, new), _base(problem, [one for one in new if one.stage == "field"])
+    predicted_nT, base = predict(problem, new), _base(problem, [one for one in new if _is_passed(one)])
     used = base * (train * problem.usable)[:, None]
     off_nT = problem.recording.mag_nT - predicted_nT
     beta = np.linalg.lstsq(used.T @ base, used.T @ off_nT, rcond=1e-13)[0]
@@ -39,11 +39,15 @@ def left_with_iron_refitted(problem: LinearProblem, new: Sequence[Effect], train
 
 
 def _base(problem: LinearProblem, new: Sequence[Effect]) -> Array:
-    """The base (n, p) of a field to which new effects add."""
+    """The base (n, p) of a field that new effects change before and behind the iron."""
     if problem.still or not new:
         return problem.base
     predicted_nT = predict(problem, new)
     return np.column_stack([predicted_nT / np.linalg.norm(problem.state.field_enu_nT), np.ones(len(predicted_nT))])
+
+
+def _is_passed(effect: Effect) -> bool:
+    return effect.stage == "field" or (effect.continuous and effect.stage == "sensor")
 
 
 def left_as_it_stands(problem: LinearProblem, new: Sequence[Effect]) -> Array:

@@ -9,21 +9,15 @@ from sim.effects.iron import HardIron, SoftIron
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
 
-Iron = tuple[Effect, Effect]
 
-
-def fitted_iron(problem: LinearProblem) -> Iron:
-    """Soft and hard iron by which the base makes the measured field of the undisturbed one."""
-    return iron_between(problem.state.field_nT, problem.clean_nT, problem.turn)
-
-
-def iron_between(field_nT: Array, measured_nT: Array, turn: Array) -> Iron:
-    """Soft and hard iron that make a measured field (n, 3) of another by a matrix (3, 3), and a constant in the mean.
+def fitted_iron(problem: LinearProblem) -> tuple[Effect, Effect]:
+    """Soft and hard iron, ahead of the model's axes, by which the base makes the measured field of the undisturbed one.
 
     Brought into their bounds: a motion that hardly shows a direction may leave it beyond.
     """
-    offset_nT = measured_nT.mean(axis=0) - turn @ field_nT.mean(axis=0)
-    return _possible(SoftIron, turn - np.eye(3)), _possible(HardIron, offset_nT)
+    back = np.linalg.inv(problem.turn_behind(SoftIron))
+    offset_nT = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
+    return _possible(SoftIron, back @ problem.turn - np.eye(3)), _possible(HardIron, back @ offset_nT)
 
 
 def _possible(iron: type[SoftIron] | type[HardIron], values: Array) -> Effect:

@@ -18,7 +18,8 @@ from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.place import joined
-from validation.diagnosis.repair.refit import iron_beside
+from validation.diagnosis.repair.iron import fitted_iron
+from validation.diagnosis.repair.refit import beside
 from validation.diagnosis.result import Named
 
 TABLE: dict[str, Any] = {"vehicle": {"kind": Turntable.name}, "phases": [{"kind": "tumble", "duration_s": 380.0}]}
@@ -38,7 +39,7 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
     A scenario keeps its vehicle and motion; its `vary` goes, for this is now one instrument.
     """
     new = [effect for one in named for effect in one.effects]
-    given = problem.effects if problem.iron_known else joined(problem.effects, iron_beside(problem, new))
+    given = problem.effects if problem.iron_known else joined(problem.effects, fitted_iron(beside(problem, new)))
     if not any(isinstance(effect, WhiteNoise) for effect in given):
         own_nT = problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]  # the dip has that of the level
         x, y, z = (float(std) for std in np.resize(own_nT, 3))

@@ -16,35 +16,42 @@ from validation.diagnosis.problem.place import joined
 from validation.diagnosis.problem.strength import strength_problem
 from validation.diagnosis.problem.vector import carried, robust_fit
 from validation.diagnosis.repair.chain import predict
-from validation.diagnosis.repair.iron import Iron, fitted_iron, iron_between
+from validation.diagnosis.repair.iron import fitted_iron
 
 STEPS = 3
 """Times that iron is fitted: each leaves what effects add to the earth's field times the error of the one before."""
 
 
-def iron_beside(problem: LinearProblem, effects: Sequence[Effect]) -> Iron:
-    """Soft and hard iron with what effects add off, on the samples outside their windows where these show it."""
+def beside(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
+    """The problem with iron fitted with what effects add off, on the samples outside their windows where these show it.
+
+    The same where the model's iron is known.
+    """
     acting = [one.acts(problem.state.time_s) for one in effects if one.active_s is not None]
     use = ~np.logical_or.reduce([problem.usable == 0, *acting])
-    iron = fitted_iron(problem)
-    for _ in range(STEPS if effects and use.sum() >= problem.policy.least_samples else 0):
-        known = replace(problem, effects=joined(problem.effects, iron), iron_known=True)
+    if problem.iron_known or not effects or use.sum() < problem.policy.least_samples:
+        return problem
+    anew = problem
+    for _ in range(STEPS):
+        known = replace(problem, effects=joined(problem.effects, fitted_iron(anew)), iron_known=True)
         added_nT = predict(known, effects) - predict(known, ())
         try:
-            iron = _fitted(problem, problem.recording.mag_nT - added_nT, use)
+            anew = _fitted(problem, problem.recording.mag_nT - added_nT, use)
         except InputError:
             break
-    return iron
+    return anew
 
 
-def _fitted(problem: LinearProblem, mag_nT: Array, use: NDArray[np.bool_]) -> Iron:
-    """Iron by the samples `use` (n,) of a measured field (n, 3)."""
+def _fitted(problem: LinearProblem, mag_nT: Array, use: NDArray[np.bool_]) -> LinearProblem:
+    """The problem with iron by the samples `use` (n,) of a measured field (n, 3)."""
     if problem.mode == "vector":
-        field_nT, base = problem.state.field_nT[use], problem.base[use]
+        field_nT, base = problem.state.field_nT, problem.base[use]
         clean_nT = base @ robust_fit(base, mag_nT[use], problem.policy)
-        return iron_between(field_nT, clean_nT, problem.turn if problem.still else carried(field_nT, clean_nT))
+        turn = problem.turn if problem.still else carried(field_nT[use], clean_nT)
+        offset_nT = clean_nT.mean(axis=0) - turn @ field_nT[use].mean(axis=0)
+        return replace(problem, turn=turn, clean_nT=field_nT @ turn.T + offset_nT)
     seen = replace(problem.recording, mag_nT=mag_nT).taken(use)
     track = None if problem.track is None else problem.track.at(use)
     level = None if problem.level is None else problem.level.at(use)
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
-    return fitted_iron(strength_problem(seen, strength_nT, problem.effects, problem.policy, track=track, level=level))
+    return strength_problem(seen, strength_nT, problem.effects, problem.policy, track=track, level=level)

@@ -9,6 +9,7 @@ import pytest
 
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
+from sim.effects.dynamic import Latency
 from sim.effects.earth import RegionalField
 from sim.effects.iron import HardIronDrift
 from sim.effects.values import SWITCH
@@ -33,6 +34,7 @@ MADE = [
     DRIVEN(**{DRIVEN.linear[0]: GAIN, SWITCH.name: FIRST}),
     HardIronDrift(rate_nT_h=(3000.0, -6000.0, 4000.0)),
     RegionalField(error_enu_nT=(300.0, -200.0, 100.0)),
+    Latency(delay_s=0.1),
 ]
 
 
