@@ -16,7 +16,7 @@ from validation.inspection.look import Look, look_at
 from validation.inspection.motion import motion_findings
 from validation.inspection.spectra import noise_findings
 from validation.inspection.suffices import calibration_findings
-from validation.inspection.timing import timing_findings
+from validation.inspection.timing import in_seconds, timing_findings
 from validation.inspection.units import unit_findings
 from validation.inspection.values import missing_finding, value_findings
 from validation.text import counted
@@ -54,7 +54,8 @@ def inspect_file(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Inspe
 
 def inspect_log(log: Log) -> Inspection:
     """The same of a log that has been read."""
-    findings = [_taken(log), *timing_findings(log), missing_finding(log)]
+    log, unit = in_seconds(log)
+    findings = [_taken(log), *unit, *timing_findings(log), missing_finding(log)]
     looks = []
     for sensor in log.sensors:
         raw = series_of(log, sensor)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.dataset.units import UNITS
 from validation.inspection.finding import Finding, Level
-from validation.inspection.log import Log
+from validation.inspection.log import Log, series_of
+from validation.inspection.look import attitude_of
 from validation.inspection.rates import LEAST_ROWS, SECTION, rate_findings
 from validation.signals.intervals import GAP
 from validation.signals.lattice import find_lattice
+from validation.signals.stamps import finer_unit
 from validation.text import counted, duration, figure
 
 Array = NDArray[np.float64]
@@ -47,6 +50,20 @@ def timing_findings(log: Log) -> list[Finding]:
     if len(time_s) > 2:
         found[1:1] = [_interval(time_s), _jitter(time_s), _gaps(time_s)]
     return [*found, *rate_findings(log)] if len(time_s) >= LEAST_ROWS else found
+
+
+def in_seconds(log: Log) -> tuple[Log, list[Finding]]:
+    """The log, with time stamps of a finer unit made seconds where a gyro tells that unit, and what is said of it."""
+    series = series_of(log, log.sensors[0])
+    finer = finer_unit(series.time_s, series.mag_nT, series.gyro_rad_s, attitude_of(series))
+    if finer is None:
+        return log, []
+    said = finer.words(log.sources.get("time_s", "time_s"))
+    if not finer.sure:
+        return log, [Finding(SECTION, "unit", finer.unit, "", said, "note")]
+    columns = log.columns | {"time_s": UNITS["time"][finer.unit][0] * log.columns["time_s"]}
+    told = Finding(SECTION, "unit", finer.unit, "", f"{said} This report takes them as {finer.unit}.", "warning")
+    return replace(log, columns=columns), [told]
 
 
 def find_gaps(time_s: Array) -> list[Gap]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import RATE_HZ, Array, log_of, noise, one
+from tests.validation.inspection.recordings import FIELD_ENU_NT, RATE_HZ, Array, log_of, moved, noise, one
 from validation.inspection.finding import Finding
-from validation.inspection.timing import find_gaps, timing_findings
+from validation.inspection.timing import find_gaps, in_seconds, timing_findings
 
 SAMPLES = 3000
 TIME_S = np.arange(SAMPLES) / RATE_HZ
@@ -89,3 +89,19 @@ def test_few_samples_are_said_to_be_few() -> None:
     assert one(findings(TIME_S[:50]), "samples").level == "note"
     assert one(findings(TIME_S), "samples").text == "3,000 samples over 60 s."
     assert one(findings(np.zeros(0)), "samples").value == 0
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e3])
+def test_where_a_gyro_tells_the_unit_the_stamps_are_made_seconds(factor: float) -> None:
+    motion = moved()
+    mag_nT = motion.body(FIELD_ENU_NT)
+    log, found = in_seconds(log_of(factor * motion.time_s, mag_nT, gyro=motion.rate_rad_s))
+    assert [one.level for one in found] == ([] if factor == 1.0 else ["warning"])
+    np.testing.assert_allclose(log.columns["time_s"], motion.time_s, rtol=1e-12)
+
+
+def test_where_the_field_alone_doubts_the_unit_they_stay() -> None:
+    motion = moved()
+    log, found = in_seconds(log_of(1e3 * motion.time_s, motion.body(FIELD_ENU_NT)))
+    assert [one.level for one in found] == ["note"]
+    np.testing.assert_array_equal(log.columns["time_s"], 1e3 * motion.time_s)

@@ -16,6 +16,7 @@ from validation.diagnosis.problem.track import ALTITUDE
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.verdict import Verdict
 from validation.signals.size import rms
+from validation.signals.stamps import finer_unit
 from validation.text import digits
 
 EARTH_RADIUS_M = 6.371e6
@@ -133,6 +134,13 @@ def _as_shown(axes: Array, shown: int) -> str:
     return ", mirrored (the sign of a column is wrong, or their order)" if np.linalg.det(axes) < 0 else ""
 
 
+def finer_stamps(found: Diagnosis) -> Iterator[str]:
+    """Time stamps that look like milliseconds, or finer."""
+    given = found.problem.recording
+    if (finer := finer_unit(given.time_s, given.mag_nT, given.gyro_rad_s, given.att_q)) is not None:
+        yield finer.words("COLUMN")
+
+
 def too_fast(found: Diagnosis) -> Iterator[str]:
     """A field that turns faster than any vehicle: the sensor may not turn at all."""
     if turns_too_fast(found.problem):
@@ -187,6 +195,7 @@ REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (
     mended,
     long_track,
     long_climb,
+    finer_stamps,
     turned_axes,
     too_fast,
     another_scale,

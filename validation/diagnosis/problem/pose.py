@@ -9,6 +9,7 @@ import numpy as np
 from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
 from sim.dataset import Recording
+from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.field import earth_field_enu_nT
 from sim.scenario import Model, Scenario
@@ -24,9 +25,13 @@ from validation.diagnosis.problem.still import at_rest, still_problem
 from validation.diagnosis.problem.strength import measured_strength, strength_problem
 from validation.diagnosis.problem.track import Track
 from validation.diagnosis.problem.vector import vector_problem
+from validation.text import duration
 
 NOMINAL_NT = 5e4
 """Strength of a field that nobody states: it scales a fit without attitude and decides nothing."""
+
+LONGEST_S = min(p.high for effect in EFFECTS for p in effect.parameters() if p.role == "moment")
+"""Beyond it no effect has a moment."""
 
 
 def pose(
@@ -44,13 +49,10 @@ def pose(
     where there is one. At rest without attitude every axis is compared with a constant. With a track the field and its
     strength are those of its middle place, and change along it.
 
-    Raises InputError for a recording too short to cut into training and held-out segments, and in strength mode for
-    one whose motion does not determine an ellipsoid.
+    Raises InputError for a recording too short to cut into training and held-out segments, or longer than effects know
+    moments for, and in strength mode for one whose motion does not determine an ellipsoid.
     """
-    if len(recording) < policy.least_samples:
-        what = f"{len(recording)} samples, at least {policy.least_samples} are needed"
-        do = "give a longer recording; magbench calibrate needs ten samples only"
-        raise InputError(what, where="recording", do=do)
+    _check_length(recording, policy)
     if (reference_nT := recorded_reference(recording)) is not None:
         return relative_problem(recording, reference_nT, effects, policy)
     if recording.att_q is not None and field_enu_nT is not None:
@@ -60,6 +62,17 @@ def pose(
     else:
         problem = strength_problem(recording, strength_nT, effects, policy, track=track, level=level)
     return without_their_noise(problem)
+
+
+def _check_length(recording: Recording, policy: Policy) -> None:
+    if len(recording) < policy.least_samples:
+        what = f"{len(recording)} samples, at least {policy.least_samples} are needed"
+        do = "give a longer recording; magbench calibrate needs ten samples only"
+        raise InputError(what, where="recording", do=do)
+    if (length_s := float(np.ptp(recording.time_s))) > LONGEST_S:
+        what = f"lasts {duration(length_s)}, and at most {duration(LONGEST_S)} are diagnosed"
+        do = "give a part of it; or if its time stamps are no seconds, say so by --map time_s=COLUMN,unit=us"
+        raise InputError(what, where="recording", do=do)
 
 
 def posed(

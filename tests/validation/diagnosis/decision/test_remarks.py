@@ -55,7 +55,8 @@ def _along(axes: list[list[float]], model: dict[str, Any]) -> Diagnosis:
     """A log whose magnetometer has other axes than the body, beside a model."""
     given = recording(1000, hidden=IRON)
     turned = replace(given, mag_nT=given.mag_nT @ np.array(axes, dtype=float).T)
-    return diagnose(turned, ModelSpec.model_validate({"effects": model}), field_enu_nT=FIELD_ENU_NT, fitted_base=True)
+    spec = ModelSpec.model_validate({"effects": model})
+    return diagnose(turned, spec, field_enu_nT=FIELD_ENU_NT, fitted_base=not model)
 
 
 def test_axes_of_another_frame_are_told_by_name() -> None:
@@ -107,3 +108,12 @@ def test_what_no_iron_explains_may_hide_a_sign() -> None:
     down = np.diag([1.0, 1.0, -1.0])
     assert _axes(down, 0.1) is not None
     assert _axes(down, 0.1, noise_nT=1500.0) is None
+
+
+def test_time_stamps_in_milliseconds_are_told() -> None:
+    given = recording(1000)
+    in_ms = replace(given, time_s=1e3 * given.time_s)
+    for one, told in ((given, 0), (in_ms, 1)):
+        model = ModelSpec.model_validate({"effects": {}})
+        found = diagnose(one, model, field_enu_nT=FIELD_ENU_NT, fitted_base=True)
+        assert found.sentence.count("unit=ms") == told

@@ -115,6 +115,12 @@ def test_a_few_wrong_samples_do_not_move_the_base_and_many_are_a_gap() -> None:
         assert (np.abs(offset).max() > 100.0) == moved
 
 
+def test_longer_than_any_moment_is_refused_with_what_it_may_be() -> None:
+    given = recording()
+    with pytest.raises(InputError, match=r"lasts 4,628 d, and at most 116 d.*unit=us"):
+        problem(replace(given, time_s=1e6 * given.time_s))
+
+
 def test_an_attitude_that_is_held_gives_way_to_the_gyro() -> None:
     given = recording()
     truth = quieter_rate(given, STANDARD)
