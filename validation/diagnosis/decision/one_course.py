@@ -11,6 +11,7 @@ from scipy.stats import spearmanr
 from sim.effects import BY_NAME
 from sim.state import Array, current_name
 from validation.diagnosis.evidence.localise import TIME, channels
+from validation.diagnosis.evidence.smoothly import correlation, on_within
 from validation.diagnosis.library.drivers import drivers
 from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.blocks import Cut
@@ -20,7 +21,7 @@ from validation.signals.size import column_rms
 
 
 def with_rivals(problem: LinearProblem, one: Named) -> Named:
-    """A name with the channels that drive it as well, where what it adds only rises or falls: of any curve of these.
+    """A name with the channels that drive it as well: where what it adds only rises or falls, or has a window.
 
     Those that it or its look-alikes need are no rivals. An effect that needs no channel is itself a course of time.
     """
@@ -38,8 +39,11 @@ def channels_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:
 
     Beside a jump those that jump with it: in time only that moment speaks for it. Courses are one where their rank
     correlation is above `one_course`: one is then a curve of the other. What scales with the signal comes and goes as
-    the sensor turns: of it the course is that beside a signal that stands.
+    the sensor turns: of it the course is that beside a signal that stands. Of what acts in a part of the run it is the
+    channels that are on in that part alone.
     """
+    if one.effect.active_s is not None:
+        return on_within(problem, one.effect.active_s)
     standing_nT = np.broadcast_to(column_rms(problem.clean_nT), problem.clean_nT.shape)
     several = (_alike_beside(problem, one, signal_nT) for signal_nT in (problem.clean_nT, standing_nT))
     return next((names for names in several if names), ())
@@ -51,7 +55,7 @@ def _alike_beside(problem: LinearProblem, one: Named, signal_nT: Array) -> tuple
     same = [effect for effect in one.effects if effect.name == one.name]  # a second jump is a part of its course
     parts = [effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {}) for effect in same]
     course, jumps = _main_course(cut.means(np.sum(parts, axis=0))), one.effect.sought() == "moment"
-    alike = _correlation if jumps else _rank_correlation
+    alike = correlation if jumps else _rank_correlation  # the ranks of levels are a matter of their noise
     names = [name for name, x in _courses(problem) if alike(course, cut.means(x)) > problem.policy.one_course]
     return tuple(names) if jumps or TIME in names else ()
 
@@ -72,11 +76,6 @@ def _main_course(added_nT: Array) -> Array:
     """The first principal component (m,) of a course (m, 3)."""
     left, size, _ = np.linalg.svd(added_nT - added_nT.mean(axis=0), full_matrices=False)
     return np.asarray(left[:, 0] * size[0])
-
-
-def _correlation(one: Array, other: Array) -> float:
-    """``|r|``, for levels whose ranks are a matter of their noise; 0 for a course that stands."""
-    return abs(float(np.corrcoef(one, other)[0, 1])) if np.ptp(one) > 0 and np.ptp(other) > 0 else 0.0
 
 
 def _rank_correlation(one: Array, other: Array) -> float:

@@ -12,6 +12,7 @@ from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.library.drivers import AT_ONCE, EARLY, Driver, drivers
+from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
 
 
@@ -19,16 +20,33 @@ def comes_and_goes(ground: Ground, one: Candidate) -> str:
     """The course with which an effect of a window grows as well, time or a channel: the best; none without a window.
 
     Its columns times the powers of time, or times a channel with a lag, against those in the window, on held-out
-    segments.
+    segments. A channel that is on in the window alone must do better: as well it is the window by another name.
     """
     if one.window is None:
         return ""
     problem = ground.problem
-    least = ground.evidence_of(one.columns(problem)) - problem.policy.apart
+    apart, alike = problem.policy.apart, on_within(problem, one.window)
     plain = one.at({SWITCH.name: None}).columns(problem)
-    grown = ((ground.evidence_of(_times(plain, terms)), name) for name, terms in _courses(problem))
+    grown = (
+        (ground.evidence_of(_times(plain, terms)) + (-apart if name in alike else apart), name)
+        for name, terms in _courses(problem)
+    )
     nats, name = max(grown, default=(-np.inf, ""))
-    return name if nats > least else ""
+    return name if nats > ground.evidence_of(one.columns(problem)) else ""
+
+
+def on_within(problem: LinearProblem, window: tuple[float, float]) -> tuple[str, ...]:
+    """Channels that are on, or off, in a window (s) and not beside it."""
+    cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
+    time_s, (begin_s, end_s) = problem.state.time_s, window
+    acts = cut.means(((time_s >= begin_s) & (time_s < end_s)).astype(float))
+    courses = ((one.name, cut.means(one.x)) for one in drivers(problem))
+    return tuple(name for name, x in courses if correlation(acts, x) > problem.policy.one_course)
+
+
+def correlation(one: Array, other: Array) -> float:
+    """``|r|`` of courses (m,); 0 for one that stands."""
+    return abs(float(np.corrcoef(one, other)[0, 1])) if np.ptp(one) > 0 and np.ptp(other) > 0 else 0.0
 
 
 def _courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:

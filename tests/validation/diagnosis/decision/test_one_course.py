@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sim.dataset import Recording
-from sim.effects import EFFECTS
+from sim.effects import BY_NAME, EFFECTS
 from sim.scenario import ModelSpec
 from sim.state import TEMPERATURE
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
@@ -23,6 +23,8 @@ WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect
 WARM_SCALE = next(effect for effect in EFFECTS if any(p.unit == "1/K" for p in effect.parameters()))
 DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
 JUMP = next(effect for effect in EFFECTS if effect.sought() == "moment")
+SOFT_IRON, PART_S = BY_NAME["soft_iron"], (150.0, 250.0)
+MATRIX = [[5e-4, 0.0, 0.0], [0.0, -3e-4, 1e-4], [0.0, 1e-4, 2e-4]]
 N = 4000
 AXES = np.array([3.0, -2.0, 4.0])
 UP = np.linspace(0.0, 1.0, N)
@@ -78,3 +80,16 @@ def test_a_channel_that_comes_and_goes_drives_two_jumps() -> None:
     named = Named(JUMP(150.0, (3.0, -2.0, 4.0)), (), How.HELD_OUT, 100.0, 1.0, also=(back,))
     assert with_rivals(posed, named).rivals == (TEMPERATURE,)
     assert with_rivals(posed, replace(named, also=())).rivals == ()
+
+
+@pytest.mark.parametrize(("off_s", "rivals"), [(250.0, ("payload",)), (300.0, ())])
+def test_what_acts_in_a_part_goes_with_a_channel_that_is_on_there_alone(off_s: float, rivals: tuple[str, ...]) -> None:
+    """It keeps its window, and may be what the channel switches."""
+    given = recording(hidden={SOFT_IRON.name: {"matrix": MATRIX, "active_s": PART_S}})
+    on = (given.time_s >= PART_S[0]) & (given.time_s < off_s)
+    told = _told(replace(given, channels={"payload": 2.0 - on}))
+    (one,) = told.named
+    assert (one.name, one.rivals) == (SOFT_IRON.name, rivals)
+    assert one.effect.active_s == pytest.approx(PART_S, abs=1.0)
+    assert ("what goes with payload" in told.sentence) is bool(rivals)
+    assert told.verdict is (Verdict.CLASS if rivals else Verdict.NAMED)

@@ -16,7 +16,7 @@ from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.compare import judged_at
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME
-from validation.diagnosis.evidence.smoothly import comes_and_goes
+from validation.diagnosis.evidence.smoothly import comes_and_goes, on_within
 from validation.diagnosis.evidence.windowed import comes_again
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron
 from validation.diagnosis.policy import STANDARD, Policy
@@ -52,6 +52,17 @@ def test_a_window_is_one_where_no_course_does_as_well(name: str, told: str) -> N
     courses = {"switch": (t >= 90) & (t < 210), "bend": x * (1 - x) * 4, "warm": (heat - 15) / 3}
     ground = Ground.of(_growing(courses[name].astype(float)))
     assert comes_and_goes(ground, _window()) == told
+
+
+@pytest.mark.parametrize(("power", "told"), [(0.0, ""), (0.5, "payload")])
+def test_a_channel_that_is_on_in_the_window_does_better_or_is_the_window(power: float, told: str) -> None:
+    """Of a payload whose level within it counts too the window is only the middle of the course."""
+    t = recording(3000).time_s
+    course = np.clip(1 - ((t - 150) / 60) ** 2, 0, None) ** power * ((t >= 90) & (t < 210))
+    posed = _growing(course)
+    driven = replace(posed, state=replace(posed.state, channels={"payload": course}))
+    assert on_within(driven, IN_PART[SWITCH.name]) == ("payload",)
+    assert comes_and_goes(Ground.of(driven), _window()) == told
 
 
 @pytest.mark.parametrize(("pieces", "again"), [([(90, 210)], False), ([(80, 90), (210, 220)], True)])
