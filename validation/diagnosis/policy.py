@@ -92,6 +92,11 @@ class Policy:
         "spread of the field along its least direction over its strength from which on an axis' sign is known",
         run="0.042 in a quadrotor's comb survey, 0.12 in tilted circles; 0.008 in three measured flights, 0.001 level",
     )
+    shown_beside_attitude: float = number(
+        10.0,
+        "spread of the field along a direction over what the stated error of the attitude turns it by, from which on a "
+        "fitted matrix holds along it: an error of a tenth leaves 0.99 of a coefficient",
+    )
     other_iron: float = number(
         1.1,
         "ratio of what the model's iron leaves of the strength to what fitted iron leaves from which on they differ",

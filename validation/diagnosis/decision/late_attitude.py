@@ -20,6 +20,7 @@ from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.problem.blocks import fit
 from validation.diagnosis.problem.linear import Instead, LinearProblem
 from validation.diagnosis.problem.pose import pose
+from validation.diagnosis.problem.vector import stating
 from validation.signals.size import rms
 
 FARTHEST, SETTLED_S = 3.0, 1e-6
@@ -120,9 +121,8 @@ def _moved(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> LinearPr
     strength_nT = float(np.linalg.norm(field_enu_nT))
     anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track)
     done = _told(lead_s, _gap_nT(problem, q_at, 0.0), _gap_nT(problem, q_at, lead_s), field_enu_nT)
-    std_rad, known, told = problem.attitude_std_rad, problem.iron_known, (*problem.instead, done)
-    kept = replace(anew, attitude_std_rad=std_rad, iron_known=known, instead=told)
-    return kept.without((problem.usable == 0) | ~_known(problem, lead_s))
+    kept = replace(anew, iron_known=problem.iron_known, instead=(*problem.instead, done))
+    return stating(kept, problem.attitude_std_rad).without((problem.usable == 0) | ~_known(problem, lead_s))
 
 
 def _told(lead_s: float, before_nT: float, after_nT: float, field_enu_nT: Array) -> Instead:

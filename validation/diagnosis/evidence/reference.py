@@ -13,6 +13,7 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.linear import Instead, LinearProblem, sample_noise
 from validation.diagnosis.problem.pose import pose
+from validation.diagnosis.problem.vector import stating
 from validation.signals.size import column_rms, rms
 from validation.text import digits
 
@@ -60,9 +61,8 @@ def _anew(
     """The problem of a recording and a field, None for its strength (and dip) alone, with all else as it was."""
     strength_nT = float(np.linalg.norm(done.field_enu_nT))
     anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
-    std_rad, known = problem.attitude_std_rad, problem.iron_known
-    kept = replace(anew, attitude_std_rad=std_rad, iron_known=known, instead=(*problem.instead, done))
-    return kept.without(problem.usable == 0)
+    kept = replace(anew, iron_known=problem.iron_known, instead=(*problem.instead, done))
+    return stating(kept, problem.attitude_std_rad).without(problem.usable == 0)
 
 
 @dataclass(frozen=True)

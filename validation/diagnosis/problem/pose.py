@@ -24,7 +24,7 @@ from validation.diagnosis.problem.repeats import Steady, between_repeats
 from validation.diagnosis.problem.still import at_rest, still_problem
 from validation.diagnosis.problem.strength import measured_strength, strength_problem
 from validation.diagnosis.problem.track import Track
-from validation.diagnosis.problem.vector import vector_problem
+from validation.diagnosis.problem.vector import stating, vector_problem
 from validation.text import duration
 
 NOMINAL_NT = 5e4
@@ -101,7 +101,7 @@ def posed(
     if isinstance(model, Scenario) and not problem.relative:
         stated_deg = model.navigation.attitude_noise_std_deg
     known = iron_known and not (problem.still or problem.relative)
-    return replace(problem, attitude_std_rad=float(np.radians(stated_deg)), iron_known=known)
+    return stating(replace(problem, iron_known=known), float(np.radians(stated_deg)))
 
 
 def _told(steady: Steady, problem: LinearProblem) -> LinearProblem:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from sim.chain import apply_deterministic
@@ -13,6 +15,7 @@ from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.held import held, noise_of_neighbours
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured, quieter_rate
+from validation.diagnosis.problem.place import turn_of
 from validation.diagnosis.problem.track import Track
 
 FIELD_ERROR, DELAY_S = 0.02, 0.1
@@ -76,16 +79,17 @@ def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: Tra
     )
 
 
-def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array) -> Array:
+def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array, least_rad: float = 0.0) -> Array:
     """Matrix (3, 3) from the undisturbed to the measured field, beside a constant error c of it and a small delay d.
 
     Without these the matrix would bend towards them: ``M (R^T (F + c) + d dT/dt) + b``, T the field in the body frame,
     is fitted in steps that are linear in M, b, c and d. Where the motion does not show c and d, priors hold them at
-    zero: FIELD_ERROR of the field's strength, DELAY_S.
+    zero: FIELD_ERROR of the field's strength, DELAY_S; and c where it shows by no more than an angle of the attitude.
     """
     turn = carried(state.field_nT, clean)
     Q = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
     prior = np.diag(np.r_[np.full(3, FIELD_ERROR * np.linalg.norm(state.field_enu_nT)), DELAY_S] ** -2.0)
+    prior[:3, :3] += np.eye(3) * len(base) * float((least_rad**2 / sigma**2).sum())
     errors = np.concatenate([state.R_wb.transpose(0, 2, 1), state.field_rate_nT_s[:, :, None]], axis=2)
     for _ in range(STEPS):
         E = turn @ errors
@@ -94,6 +98,22 @@ def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array) ->
         c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ (left / sigma).ravel(), rcond=1e-12)[0]
         turn = carried(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
     return turn
+
+
+def stating(problem: LinearProblem, attitude_std_rad: float) -> LinearProblem:
+    """The problem of a model that states an error of navigation's attitude, one standard deviation.
+
+    That bends the turn where the field varies little more: along such directions it is the model's.
+    """
+    stated = replace(problem, attitude_std_rad=attitude_std_rad)
+    if attitude_std_rad == 0 or not problem.turns:
+        return stated
+    least_rad, state = problem.policy.shown_beside_attitude * attitude_std_rad, problem.state
+    left_nT = problem.target * problem.sigma_nT
+    turn = _turn(state, problem.base, problem.clean_nT, left_nT, problem.sigma_nT, least_rad)
+    values, directions = np.linalg.eigh(np.cov(state.field_nT.T))
+    hidden = directions[:, values < (least_rad * np.linalg.norm(state.field_enu_nT)) ** 2]
+    return replace(stated, turn=turn + (turn_of(problem.effects, state) - turn) @ hidden @ hidden.T)
 
 
 def carried(field: Array, clean: Array) -> Array:

@@ -29,7 +29,8 @@ def beside(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
     """
     acting = [one.acts(problem.state.time_s) for one in effects if one.active_s is not None]
     use = ~np.logical_or.reduce([problem.usable == 0, *acting])
-    if problem.iron_known or not effects or use.sum() < problem.policy.least_samples:
+    as_it_is = problem.mode == "strength" and not effects
+    if problem.iron_known or as_it_is or use.sum() < problem.policy.least_samples:
         return problem
     anew = problem
     for _ in range(STEPS):
