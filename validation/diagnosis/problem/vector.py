@@ -89,7 +89,7 @@ def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array, le
     turn = carried(state.field_nT, clean)
     Q = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
     prior = np.diag(np.r_[np.full(3, FIELD_ERROR * np.linalg.norm(state.field_enu_nT)), DELAY_S] ** -2.0)
-    prior[:3, :3] += np.eye(3) * len(base) * float((least_rad**2 / sigma**2).sum())
+    prior[:3, :3] += np.eye(3) * len(base) * (least_rad**2 / sigma**2).sum()
     errors = np.concatenate([state.R_wb.transpose(0, 2, 1), state.field_rate_nT_s[:, :, None]], axis=2)
     for _ in range(STEPS):
         E = turn @ errors

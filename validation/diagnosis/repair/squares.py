@@ -15,7 +15,8 @@ SAME, SMALLEST_STEP = 1e-6, 1e-5
 DIFFERENCE = 1e-6
 """Step of a number, over its scale, by which a slope is taken; it is off by more than a slope's seventh digit."""
 FLOOR = 1e-12
-"""What is added to the matrix that is searched with, over its diagonal, or the largest of it where that is zero."""
+"""What is added to the matrix that is searched with, over its diagonal, or the largest of it where that is zero, or
+one where nothing has an effect: all numbers are at their bounds."""
 ROWS = 100_000
 """Rows of a Jacobian that are multiplied at a time."""
 
@@ -67,7 +68,7 @@ class Squares:
     def _regular(self, x: Array) -> Array:
         gram = self.gram(x)
         size = np.diag(gram)
-        return np.asarray(gram + FLOOR * np.diag(np.where(size > 0, size, size.max())))
+        return np.asarray(gram + FLOOR * np.diag(np.where(size > 0, size, size.max() or 1.0)))
 
     def _left_at(self, x: Array) -> Array:
         if self._left is None or not np.array_equal(x, self._left[0]):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from scenarios.errors import InputError
@@ -24,6 +25,7 @@ from tests.validation.diagnosis.synthetic import (
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.motion import quieter_rate
 from validation.diagnosis.problem.pose import pose
+from validation.diagnosis.problem.vector import stating
 
 MATRIX = np.array([[1.05, 0.01, -0.02], [0.0, 0.97, 0.015], [0.005, 0.01, 1.02]])
 
@@ -57,6 +59,25 @@ def test_where_the_motion_shows_no_error_of_the_field_the_turn_is_that_of_the_ba
     mag_nT = turn.inv().apply(FIELD_ENU_NT) + np.random.default_rng(0).normal(scale=NOISE_NT, size=(len(given), 3))
     level = replace(given, mag_nT=mag_nT, att_q=turn.as_quat()[:, [3, 0, 1, 2]])
     assert problem(level).turn[:2, :2] == pytest.approx(np.eye(2), abs=1e-4)
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_an_error_of_the_attitude_that_is_stated_does_not_bend_the_turn(stated: bool) -> None:
+    """Level circles: along the vertical the field varies by less than the attitude's error turns it."""
+    n, rng = 12_000, np.random.default_rng(0)
+    t = np.arange(n) / 10
+    std_rad = np.radians(0.02)
+    error = lfilter([np.sqrt(1 - 0.998**2)], [1, -0.998], std_rad * rng.normal(size=(n, 3)), axis=0)
+    tilt = np.radians(0.005) * np.sin(0.3 * t)
+    turn = Rotation.from_euler("ZYX", np.column_stack([np.radians(t), tilt, tilt]))
+    given = replace(
+        recording(n),
+        mag_nT=turn.inv().apply(FIELD_ENU_NT) @ MATRIX.T + 10.0 * rng.normal(size=(n, 3)),
+        att_q=(Rotation.from_rotvec(error) * turn).as_quat()[:, [3, 0, 1, 2]],
+    )
+    posed = stating(problem(given, (SoftIron(tuple(map(tuple, MATRIX - np.eye(3)))),)), std_rad * stated)
+    off = np.abs(posed.turn - MATRIX).max()
+    assert off < 0.06 if stated else off > 0.3
 
 
 def test_a_fixed_turn_of_the_sensor_leaves_no_gap() -> None:

@@ -45,6 +45,15 @@ def test_a_number_without_an_effect_stays_and_the_others_are_found() -> None:
     assert Squares(lambda x: t + 0 * x).least(np.zeros(50), 60) == pytest.approx(np.zeros(50))
 
 
+def test_numbers_that_end_where_nothing_has_an_effect_stay_there() -> None:
+    """As those of an effect at its bounds."""
+
+    def residual(x: Array) -> Array:
+        return np.full(5, 2.0 - min(float(x[0]), 1.0))
+
+    assert Squares(residual).least(np.zeros(1), 60)[0] >= 1.0
+
+
 def test_a_number_of_little_effect_is_found_beside_one_of_much() -> None:
     t = np.linspace(0, 1, 50)
 
