@@ -400,6 +400,12 @@ class Policy:
         run="a gradient of second order on a dive: a day's change of 0.95 sigma alone had 0.16 beside a gradient",
     )  # fmt: skip
     absorbed_survival: float = number(0.1, "share of an effect left by the base below which it is not observable")
+    survival_of_errors: float = number(
+        0.02,
+        "the same of an effect that turns with the attitude, below which its errors of up to a degree make it up",
+        run="level circles with errors of 0.02 degrees: 1e-4 to 6e-3 of false names; true ones of tuning seeds 216 to "
+        "218 from 0.06 on",
+    )
     same_iron: float = number(
         1e-3, "part of a change of the iron's evidence within which an effect that gains less looks like it",
         run="level spirals: an error of the field of 33 sigma gains 1e-6 less, by the second order of both",

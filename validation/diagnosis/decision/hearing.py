@@ -32,6 +32,7 @@ from validation.diagnosis.policy import Policy
 NOT_ALONG = "nothing along the field: an error of the attitude"
 DENIED_ALONG = "adds along the field what is not there: an error of the attitude"
 OF_MANY_SIZES = "of another size in each part of the run"
+OF_ERRORS = "hardly shown by the motion: what is left of it are the attitude's errors"
 BY_ANOTHER = (NOT_ALONG, DENIED_ALONG, OF_MANY_SIZES)
 """Refusals that may be for what another effect leaves."""
 IsClean = Callable[[Ground, str], bool]
@@ -179,7 +180,8 @@ class Hearing:
             refusal = "no more than its columns moved in time"
         else:
             refusal = (
-                self._refusal_by_size(one, coloured)
+                self._refusal_by_survival(one.evidence, coloured)
+                or self._refusal_by_size(one, coloured)
                 or self._refusal_by_course(one.evidence, with_it)
                 or self._refusal_by_share(with_it, coloured)
                 or self._refusal_along_the_field(one, with_it, coloured)
@@ -188,6 +190,11 @@ class Hearing:
         asked = not (refusal or coloured)
         turned = asked and an_attitude_does_as_well(self.ground, with_it, one.evidence.candidate)
         return Trial(one, inflation, coloured, needed, refusal, turned)
+
+    def _refusal_by_survival(self, one: Evidence, coloured: bool) -> str:
+        """Why what the base leaves of it is no cause: fitted to errors, it makes up for those of the attitude."""
+        turns = self.ground.problem.turns and not {"attitude", "rate"}.isdisjoint(one.candidate.effect.needs)
+        return OF_ERRORS if coloured and turns and one.survival < self.ground.problem.policy.survival_of_errors else ""
 
     def _refusal_by_size(self, one: Standing, coloured: bool) -> str:
         policy = self.ground.problem.policy
