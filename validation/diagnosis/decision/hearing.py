@@ -179,17 +179,21 @@ class Hearing:
         elif one.gain <= by_chance.max():
             refusal = "no more than its columns moved in time"
         else:
-            refusal = (
-                self._refusal_by_survival(one.evidence, coloured)
-                or self._refusal_by_size(one, coloured)
-                or self._refusal_by_course(one.evidence, with_it)
-                or self._refusal_by_share(with_it, coloured)
-                or self._refusal_along_the_field(one, with_it, coloured)
-                or self._refusal_by_any_course(one, coloured)
-            )
+            refusal = self._refusal(one, with_it, coloured)
         asked = not (refusal or coloured)
         turned = asked and an_attitude_does_as_well(self.ground, with_it, one.evidence.candidate)
         return Trial(one, inflation, coloured, needed, refusal, turned)
+
+    def _refusal(self, one: Standing, with_it: Ground, coloured: bool) -> str:
+        """Why what gains enough is no cause, if it is none."""
+        return (
+            self._refusal_by_survival(one.evidence, coloured)
+            or self._refusal_by_size(one, coloured)
+            or self._refusal_by_course(one.evidence, with_it)
+            or self._refusal_by_share(with_it, coloured)
+            or self._refusal_along_the_field(one, with_it, coloured)
+            or self._refusal_by_any_course(one, coloured)
+        )
 
     def _refusal_by_survival(self, one: Evidence, coloured: bool) -> str:
         """Why what the base leaves of it is no cause: fitted to errors, it makes up for those of the attitude."""
