@@ -137,6 +137,7 @@ def _size(one: Accepted, problem: LinearProblem) -> float:
 
 
 def _turned_by(problem: LinearProblem) -> float:
-    """Rms that the stated attitude error makes, in units of the noise; a smaller change of the base cannot be told."""
-    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
-    return problem.attitude_std_rad * strength_nT / float(np.sqrt((problem.sigma_nT**2).mean()))
+    """Rms that the stated attitude error makes at most, in units of the noise; a smaller change of the base is none."""
+    policy, strength_nT = problem.policy, float(np.linalg.norm(problem.state.field_enu_nT))
+    turned_nT = policy.stated_margin * problem.attitude_std_rad * strength_nT
+    return turned_nT / float(np.sqrt((problem.sigma_nT**2).mean()))

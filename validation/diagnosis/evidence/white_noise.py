@@ -24,6 +24,20 @@ def more_noise(problem: LinearProblem, residual: Array, new: Sequence[Effect]) -
     rounding = sum(one.step_nT**2 / 12 for one in (*problem.effects, *new) if isinstance(one, Quantisation))
     expected = (np.array([effect.std_nT for effect in given]) ** 2).sum(axis=0) + rounding
     seen = (sample_noise(residual) * problem.sigma_nT) ** 2
-    if (seen <= problem.policy.more_noise**2 * np.maximum(expected, 1e-12)).all():
+    expected = np.maximum(expected, 1e-12)
+    if (seen <= problem.policy.more_noise**2 * expected).all() or _is_the_attitudes(problem, residual, expected):
         return None
     return WhiteNoise(np.sqrt(np.maximum(seen - expected, 0.0)).tolist())
+
+
+def _is_the_attitudes(problem: LinearProblem, residual: Array, expected: Array) -> bool:
+    """Whether the model states errors of the attitude, and along the field, where they add nothing, is no more noise.
+
+    From sample to sample such an error walks, which beside little noise looks white.
+    """
+    if problem.attitude_std_rad == 0 or not problem.turns:
+        return False
+    u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
+    back = u @ np.linalg.inv(problem.turn)
+    along = (residual * problem.sigma_nT * back).sum(axis=1) / np.sqrt(back**2 @ expected)
+    return bool(sample_noise(along[:, None])[0] <= problem.policy.more_noise)
