@@ -166,14 +166,21 @@ class LinearProblem:
             columns = (turn / self.sigma_nT[:, None]) @ contribution_nT
             columns *= self.usable[:, None, None]
             return columns
-        along = np.ascontiguousarray(self._along @ (np.linalg.inv(self.turn) @ turn))
-        return np.asarray(parts_along(along, np.ascontiguousarray(contribution_nT)))
+        return np.asarray(parts_along(self._along(turn), np.ascontiguousarray(contribution_nT)))
+
+    def _along(self, turn: Array) -> Array:
+        """The directions (n, q, 3) over the noise along which what passes a matrix is seen; 0 if nothing was measured."""
+        assert self.sight is not None
+        key = turn.tobytes()
+        if key not in self._directions:
+            seen = self.sight * (self.usable[:, None] / self.sigma_nT)[:, :, None]
+            self._directions[key] = np.ascontiguousarray(seen @ (np.linalg.inv(self.turn) @ turn))
+        return self._directions[key]
 
     @cached_property
-    def _along(self) -> Array:
-        """The directions that the outputs are seen along over their noise (n, q, 3), 0 where nothing was measured."""
-        assert self.sight is not None
-        return np.asarray(self.sight * (self.usable[:, None] / self.sigma_nT)[:, :, None])
+    def _directions(self) -> dict[bytes, Array]:
+        """Those that were asked for, by the matrix."""
+        return {}
 
     def without(self, samples: NDArray[np.bool_]) -> LinearProblem:
         """The same problem with some samples (n,) left out."""

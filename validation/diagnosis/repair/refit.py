@@ -29,11 +29,12 @@ def beside(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
     """
     acting = [one.acts(problem.state.time_s) for one in effects if one.active_s is not None]
     use = ~np.logical_or.reduce([problem.usable == 0, *acting])
-    as_it_is = problem.mode == "strength" and not effects
+    vector = problem.mode == "vector"
+    as_it_is = not vector and all(one.stochastic for one in effects)
     if problem.iron_known or as_it_is or use.sum() < problem.policy.least_samples:
         return problem
     anew = problem
-    for _ in range(STEPS):
+    for _ in range(STEPS if vector else 1):  # no effect on the earth's field is known without attitude
         known = replace(problem, effects=joined(problem.effects, fitted_iron(anew)), iron_known=True)
         added_nT = predict(known, effects) - predict(known, ())
         try:
