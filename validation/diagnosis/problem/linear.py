@@ -169,7 +169,7 @@ class LinearProblem:
         return np.asarray(parts_along(self._along(turn), np.ascontiguousarray(contribution_nT)))
 
     def _along(self, turn: Array) -> Array:
-        """The directions (n, q, 3) over the noise along which what passes a matrix is seen; 0 if nothing was measured."""
+        """The directions (n, q, 3) over the noise along which what passes a matrix is seen, 0 if not measured."""
         assert self.sight is not None
         key = turn.tobytes()
         if key not in self._directions:
