@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from sim.dataset.units import UNITS
 from validation.signals.conventions import BASELINE_S, LEAST_ROWS, gyro_scale_from_field, match_rates
+from validation.signals.turning import median_rate_rad_s
 from validation.text import figure
 
 Array = NDArray[np.float64]
@@ -72,8 +73,6 @@ def _agrees(time_s: Array, mag_nT: Array, gyro_rad_s: Array, att_q: Array | None
 def _rate_rad_s(time_s: Array, mag_nT: Array) -> float:
     """How fast the field's direction turns in the median, 0 where it hardly does."""
     u = mag_nT / np.maximum(np.linalg.norm(mag_nT, axis=1, keepdims=True), 1.0)
-    step = max(1, round(BASELINE_S / float(np.median(np.diff(time_s)))))
-    if np.linalg.norm(u.std(axis=0)) < LEAST_SPREAD or 2 * step > len(u):
-        return 0.0
-    angle = np.arccos(np.clip((u[step:] * u[:-step]).sum(axis=1), -1.0, 1.0))
-    return float(np.median(angle / (time_s[step:] - time_s[:-step])))
+    long_enough = time_s[-1] - time_s[0] > 2 * BASELINE_S
+    turns = long_enough and np.linalg.norm(u.std(axis=0)) >= LEAST_SPREAD
+    return median_rate_rad_s(u, time_s, BASELINE_S) if turns else 0.0

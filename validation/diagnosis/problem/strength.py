@@ -22,6 +22,7 @@ from validation.diagnosis.problem.level import Level, dip_rad, upright
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured
 from validation.diagnosis.problem.track import Track
+from validation.signals.turning import median_rate_rad_s
 
 TURN_STEP_S = 0.04
 """Step over which a turn is seen: short beside that of a wheel, long beside the noise of a hand's sensor."""
@@ -138,9 +139,7 @@ def turn_rate_rad_s(problem: LinearProblem) -> float:
     known_nT = problem.recording.mag_nT + (problem.state.field_nT[0] @ problem.turn.T - problem.clean_nT[0])
     u = known_nT @ np.asarray(np.linalg.inv(problem.turn), dtype=np.float64).T
     u /= np.linalg.norm(u, axis=1, keepdims=True)
-    step = max(1, round(TURN_STEP_S / problem.state.interval_s))
-    angle = np.arccos(np.clip((u[step:] * u[:-step]).sum(axis=1), -1.0, 1.0))
-    return float(np.median(angle / (problem.state.time_s[step:] - problem.state.time_s[:-step])))
+    return median_rate_rad_s(u, problem.state.time_s, TURN_STEP_S)
 
 
 def turns_too_fast(problem: LinearProblem) -> bool:
