@@ -48,7 +48,7 @@ GUARDS = {
     "result.py": {"NORMAL_95"},
     "remarks.py": {"EARTH_RADIUS_M", "AXES"},
     "wording.py": {"LISTED_CHANNELS", "TRIED_CHANNELS"},
-    "refit.py": {"STEPS"},
+    "iron.py": {"STEPS"},
     "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
     "refine.py": {"ROUNDS", "CHAINS", "IMPOSSIBLE"},
     "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "FLOOR", "ROWS"},

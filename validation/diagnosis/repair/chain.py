@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
+from sim.effects.iron import HardIron, SoftIron
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.place import joined
-from validation.diagnosis.repair.iron import fitted_iron
 
 
 def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
@@ -24,6 +24,21 @@ def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
     given = problem.effects if problem.iron_known else joined(problem.effects, fitted_iron(problem))
     smooth = [effect for effect in joined(given, new) if not effect.clues.converter]
     return apply_deterministic(smooth, problem.state)[0]
+
+
+def fitted_iron(problem: LinearProblem) -> tuple[Effect, Effect]:
+    """Soft and hard iron, ahead of the model's axes, by which the base makes the measured field of the undisturbed one.
+
+    Brought into their bounds: a motion that hardly shows a direction may leave it beyond.
+    """
+    back = np.linalg.inv(problem.turn_behind(SoftIron))
+    offset_nT = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
+    return _possible(SoftIron, back @ problem.turn - np.eye(3)), _possible(HardIron, back @ offset_nT)
+
+
+def _possible(iron: type[SoftIron] | type[HardIron], values: Array) -> Effect:
+    parameter = iron.parameters()[0]
+    return iron(**{parameter.name: np.clip(values, parameter.low, parameter.high).tolist()})
 
 
 def left_with_iron_refitted(problem: LinearProblem, new: Sequence[Effect], train: NDArray[np.bool_]) -> Array:

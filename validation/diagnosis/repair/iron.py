@@ -1,25 +1,58 @@
-"""Hard and soft iron of a problem whose model has none of its own: as the base has it."""
+"""Hard and soft iron of a model that has none of its own, fitted beside named effects."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.errors import InputError
 from sim.effects.base import Effect
-from sim.effects.iron import HardIron, SoftIron
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.place import joined
+from validation.diagnosis.problem.strength import strength_problem
+from validation.diagnosis.problem.vector import carried, robust_fit
+from validation.diagnosis.repair.chain import fitted_iron, predict
+
+STEPS = 3
+"""Times that iron is fitted: each leaves what effects add to the earth's field times the error of the one before."""
 
 
-def fitted_iron(problem: LinearProblem) -> tuple[Effect, Effect]:
-    """Soft and hard iron, ahead of the model's axes, by which the base makes the measured field of the undisturbed one.
+def beside(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
+    """The problem with iron fitted with what effects add off, on the samples outside their windows where these show it.
 
-    Brought into their bounds: a motion that hardly shows a direction may leave it beyond.
+    The same where the model's iron is known.
     """
-    back = np.linalg.inv(problem.turn_behind(SoftIron))
-    offset_nT = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
-    return _possible(SoftIron, back @ problem.turn - np.eye(3)), _possible(HardIron, back @ offset_nT)
+    acting = [one.acts(problem.state.time_s) for one in effects if one.active_s is not None]
+    use = ~np.logical_or.reduce([problem.usable == 0, *acting])
+    vector = problem.mode == "vector"
+    as_it_is = not vector and all(one.stochastic for one in effects)
+    if problem.iron_known or as_it_is or use.sum() < problem.policy.least_samples:
+        return problem
+    anew = problem
+    for _ in range(STEPS if vector else 1):  # no effect on the earth's field is known without attitude
+        known = replace(problem, effects=joined(problem.effects, fitted_iron(anew)), iron_known=True)
+        added_nT = predict(known, effects) - predict(known, ())
+        try:
+            anew = _fitted(problem, problem.recording.mag_nT - added_nT, use)
+        except InputError:
+            break
+    return anew
 
 
-def _possible(iron: type[SoftIron] | type[HardIron], values: Array) -> Effect:
-    parameter = iron.parameters()[0]
-    return iron(**{parameter.name: np.clip(values, parameter.low, parameter.high).tolist()})
+def _fitted(problem: LinearProblem, mag_nT: Array, use: NDArray[np.bool_]) -> LinearProblem:
+    """The problem with iron by the samples `use` (n,) of a measured field (n, 3)."""
+    if problem.mode == "vector":
+        field_nT, base = problem.state.field_nT, problem.base[use]
+        clean_nT = base @ robust_fit(base, mag_nT[use], problem.policy)
+        turn = problem.turn if problem.still else carried(field_nT[use], clean_nT)
+        offset_nT = clean_nT.mean(axis=0) - turn @ field_nT[use].mean(axis=0)
+        return replace(problem, turn=turn, clean_nT=field_nT @ turn.T + offset_nT)
+    seen = replace(problem.recording, mag_nT=mag_nT).taken(use)
+    track = None if problem.track is None else problem.track.at(use)
+    level = None if problem.level is None else problem.level.at(use)
+    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
+    return strength_problem(seen, strength_nT, problem.effects, problem.policy, track=track, level=level)

@@ -18,8 +18,8 @@ from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.place import joined
-from validation.diagnosis.repair.iron import fitted_iron
-from validation.diagnosis.repair.refit import beside
+from validation.diagnosis.repair.chain import fitted_iron
+from validation.diagnosis.repair.iron import beside
 from validation.diagnosis.result import Named
 
 TABLE: dict[str, Any] = {"vehicle": {"kind": Turntable.name}, "phases": [{"kind": "tumble", "duration_s": 380.0}]}
