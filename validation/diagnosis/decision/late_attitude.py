@@ -19,8 +19,8 @@ from validation.diagnosis.decision.selection import Progress, Selection
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.problem.blocks import fit
 from validation.diagnosis.problem.linear import Instead, LinearProblem
-from validation.diagnosis.problem.pose import pose
-from validation.diagnosis.problem.vector import stating
+from validation.diagnosis.problem.motion import attitude_at, attitude_course
+from validation.diagnosis.problem.pose import posed_anew
 from validation.signals.size import rms
 
 FARTHEST, SETTLED_S = 3.0, 1e-6
@@ -58,7 +58,7 @@ def _ahead(selection: Selection, named: Accepted) -> LinearProblem | None:
     first_s = _first_lead_s(start)
     if first_s <= policy.least_lead * start.problem.state.interval_s:
         return None
-    q_at = attitude_course(start.problem)
+    q_at = _course(start.problem)
     moved = _moved(start.problem, q_at, _best_lead_s(start.problem, q_at, first_s))
     grounds = (start, start.beside(named.columns(start.problem)), Ground.of(moved))
     before, by_name, by_lead = map(_power_nT2, grounds)
@@ -72,11 +72,9 @@ def _first_lead_s(start: Ground) -> float:
     return float(fit(start.joined(rate), start.everything).c[-1])
 
 
-def attitude_course(problem: LinearProblem) -> CubicSpline:
-    """The logged attitude as a course in time, its sign the same from row to row."""
-    q = np.asarray(problem.recording.att_q)
-    flips = np.cumprod(np.where((q[1:] * q[:-1]).sum(axis=1) < 0, -1.0, 1.0))
-    return CubicSpline(problem.recording.time_s, q * np.concatenate([[1.0], flips])[:, None])
+def _course(problem: LinearProblem) -> CubicSpline:
+    """The logged attitude."""
+    return attitude_course(problem.recording.time_s, np.asarray(problem.recording.att_q))
 
 
 def _best_lead_s(problem: LinearProblem, q_at: CubicSpline, first_s: float) -> float:
@@ -94,18 +92,11 @@ def _gap_nT(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> float:
     """Rms (nT) that a free matrix and offset leave of the measured field along the moved attitude."""
     used = (problem.usable > 0) & _known(problem, lead_s)
     change_enu_nT = np.zeros((1, 3)) if problem.track is None else problem.track.change_enu_nT
-    turns = matrix_from_q(_ahead_q(problem, q_at, lead_s))
+    turns = matrix_from_q(attitude_at(q_at, problem.recording.time_s + lead_s))
     field_nT = to_body(turns, problem.state.field_enu_nT + change_enu_nT)
     base = np.column_stack([field_nT / 1e4, np.ones(len(field_nT))])[used]
     mag_nT = problem.recording.mag_nT[used]
     return rms(mag_nT - base @ np.linalg.lstsq(base.T @ base, base.T @ mag_nT, rcond=1e-13)[0])
-
-
-def _ahead_q(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> Array:
-    """The attitude (n, 4) logged so much later, the last one held."""
-    time_s = problem.recording.time_s
-    q = q_at(np.minimum(time_s + lead_s, time_s[-1]))
-    return np.ascontiguousarray(q / np.linalg.norm(q, axis=1, keepdims=True))
 
 
 def _known(problem: LinearProblem, lead_s: float) -> NDArray[np.bool_]:
@@ -116,13 +107,10 @@ def _known(problem: LinearProblem, lead_s: float) -> NDArray[np.bool_]:
 
 def _moved(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> LinearProblem:
     """The problem posed anew with the attitude moved, all else as it was."""
+    recording = replace(problem.recording, att_q=attitude_at(q_at, problem.recording.time_s + lead_s))
     field_enu_nT = problem.state.field_enu_nT
-    recording = replace(problem.recording, att_q=_ahead_q(problem, q_at, lead_s))
-    strength_nT = float(np.linalg.norm(field_enu_nT))
-    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track)
     done = _told(lead_s, _gap_nT(problem, q_at, 0.0), _gap_nT(problem, q_at, lead_s), field_enu_nT)
-    kept = replace(anew, iron_known=problem.iron_known, instead=(*problem.instead, done))
-    return stating(kept, problem.attitude_std_rad).without((problem.usable == 0) | ~_known(problem, lead_s))
+    return posed_anew(problem, recording, field_enu_nT, done).without(~_known(problem, lead_s))
 
 
 def _told(lead_s: float, before_nT: float, after_nT: float, field_enu_nT: Array) -> Instead:

@@ -6,14 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sim.dataset import Recording
 from sim.rotation import to_body
 from sim.state import Array
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.linear import Instead, LinearProblem, sample_noise
-from validation.diagnosis.problem.pose import pose
-from validation.diagnosis.problem.vector import stating
+from validation.diagnosis.problem.pose import posed_anew
 from validation.signals.size import column_rms, rms
 from validation.text import digits
 
@@ -36,11 +34,11 @@ def settled(problem: LinearProblem) -> LinearProblem:
     roll and pitch stay, which tell where down is, so that the field's strength and dip are compared.
     """
     if (misread := misread_field(problem)) is not None:
-        problem = _anew(problem, problem.recording, misread.field_enu_nT, misread.instead)
+        problem = posed_anew(problem, problem.recording, misread.field_enu_nT, misread.instead)
     if (east := own_compass(problem)) is not None:
         given, bare = problem.state.field_enu_nT, replace(problem.recording, att_q=None)
         level = Level.of(problem.state.R_wb, given, problem.policy)
-        problem = _anew(problem, bare, None, east.instead(given, STEEP if level is None else COMPASS), level)
+        problem = posed_anew(problem, bare, None, east.instead(given, STEEP if level is None else COMPASS), level)
     return problem
 
 
@@ -52,17 +50,7 @@ def by_strength_alone(problem: LinearProblem, dip_nT: float) -> LinearProblem:
         f"{OWN_HEADING}, and the dip is off by {digits(dip_nT)} nT ({np.degrees(dip_nT / strength_nT):.2g} degrees), "
         "as roll and pitch that err make it: only the field's strength was compared."
     )
-    return _anew(replace(problem, instead=tuple(before)), problem.recording, None, replace(done, words=words))
-
-
-def _anew(
-    problem: LinearProblem, recording: Recording, field_enu_nT: Array | None, done: Instead, level: Level | None = None
-) -> LinearProblem:
-    """The problem of a recording and a field, None for its strength (and dip) alone, with all else as it was."""
-    strength_nT = float(np.linalg.norm(done.field_enu_nT))
-    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
-    kept = replace(anew, iron_known=problem.iron_known, instead=(*problem.instead, done))
-    return stating(kept, problem.attitude_std_rad).without(problem.usable == 0)
+    return posed_anew(replace(problem, instead=tuple(before)), problem.recording, None, replace(done, words=words))
 
 
 @dataclass(frozen=True)

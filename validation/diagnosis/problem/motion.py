@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from calib.numerics.rates import body_rate
 from sim.dataset import Recording
@@ -24,6 +25,18 @@ def measured(recording: Recording) -> frozenset[str]:
     }
     motors = {current_name(1)} if recording.motors else set()  # to an effect of the currents any motor will do
     return frozenset(name for name, there in present.items() if there) | motors | frozenset(scalars_of(recording))
+
+
+def attitude_course(time_s: Array, q: Array) -> CubicSpline:
+    """Quaternions (n, 4) as a course in time, their sign the same from row to row."""
+    signs = np.cumprod(np.where((q[1:] * q[:-1]).sum(axis=1) < 0, -1.0, 1.0))
+    return CubicSpline(time_s, q * np.concatenate([[1.0], signs])[:, None])
+
+
+def attitude_at(course: CubicSpline, time_s: Array) -> Array:
+    """Quaternions (n, 4) of a course at other times, the last one held."""
+    q = course(np.minimum(time_s, course.x[-1]))
+    return np.ascontiguousarray(q / np.linalg.norm(q, axis=1, keepdims=True))
 
 
 def course(recording: Recording) -> dict[str, Any]:

@@ -104,6 +104,19 @@ def posed(
     return stating(replace(problem, iron_known=known), float(np.radians(stated_deg)))
 
 
+def posed_anew(
+    problem: LinearProblem, recording: Recording, field_enu_nT: Array | None, done: Instead, level: Level | None = None
+) -> LinearProblem:
+    """The problem of a recording and a field, None for its strength (and dip) alone, with all else as it was.
+
+    done : what was found wrong before, and the field (3,) that holds now. Raises InputError as `pose` does.
+    """
+    strength_nT = float(np.linalg.norm(done.field_enu_nT))
+    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
+    kept = replace(anew, iron_known=problem.iron_known, instead=(*problem.instead, done))
+    return stating(kept, problem.attitude_std_rad).without(problem.usable == 0)
+
+
 def _told(steady: Steady, problem: LinearProblem) -> LinearProblem:
     """The problem with what was done about an attitude that repeats, and without the rows after its last value."""
     if not (steady.repeated and problem.turns):

@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from sim.dataset import Recording
-from sim.state import Array
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.held import repeated
+from validation.diagnosis.problem.motion import attitude_at, attitude_course
 
 
 class Steady(NamedTuple):
@@ -41,7 +40,8 @@ def between_repeats(recording: Recording, policy: Policy) -> Steady:
     if share <= policy.held_attitude or np.mean(np.abs(rows - pace) > 1) > policy.held_attitude:
         return as_it_is
     known = _known(new, pace)
-    going_on = replace(recording, att_q=_through(recording.time_s, q, known))
+    course = attitude_course(recording.time_s[known], q[known])
+    going_on = replace(recording, att_q=attitude_at(course, recording.time_s))
     return Steady(going_on, share, np.arange(n) > known[-1])
 
 
@@ -49,12 +49,3 @@ def _known(new: NDArray[np.intp], pace: int) -> NDArray[np.intp]:
     """Rows (m,) whose attitude is known: where it is new, and in a rest all but the last pace."""
     rests = np.flatnonzero(np.diff(new) > pace + 1)
     return np.unique(np.concatenate([new, *(np.arange(new[i], new[i + 1] - pace + 1) for i in rests)]))
-
-
-def _through(time_s: Array, q: Array, known: NDArray[np.intp]) -> Array:
-    """Quaternions (n, 4) at all times, a cubic through the known rows; the last of these is held."""
-    of = q[known]
-    signs = np.cumprod(np.where((of[1:] * of[:-1]).sum(axis=1) < 0, -1.0, 1.0))
-    course = CubicSpline(time_s[known], of * np.concatenate([[1.0], signs])[:, None])
-    at = course(np.minimum(time_s, time_s[known[-1]]))
-    return np.ascontiguousarray(at / np.linalg.norm(at, axis=1, keepdims=True))

@@ -14,7 +14,7 @@ from sim.effects.clues import LATE
 from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import ModelSpec
 from sim.state import Array
-from validation.diagnosis.decision.late_attitude import _best_lead_s, _free_of_kin, _gap_nT, _known, attitude_course
+from validation.diagnosis.decision.late_attitude import _best_lead_s, _course, _free_of_kin, _gap_nT, _known
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
@@ -64,7 +64,7 @@ def test_a_late_attitude_is_moved_to_its_time_and_nothing_is_missing(late_s: flo
 def test_the_lead_leaves_no_delay_of_its_own() -> None:
     """In a hand some microseconds show beside little noise."""
     problem = posed(field_at(TIME_S) + OFFSET_NT, hand_q(TIME_S - 0.0307))
-    assert _best_lead_s(problem, attitude_course(problem), 0.03) == pytest.approx(0.0307, abs=3e-6)
+    assert _best_lead_s(problem, _course(problem), 0.03) == pytest.approx(0.0307, abs=3e-6)
 
 
 def test_rows_of_an_unknown_attitude_are_not_reached_into() -> None:
@@ -78,7 +78,7 @@ def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
     mag_nT = to_body(matrix_from_q(hand_q(TIME_S)), FIELD_ENU_NT + change)
     track = Track((50.0, 10.0, 5e5), change, np.zeros(len(TIME_S)))
     problem = replace(posed(mag_nT, hand_q(TIME_S - 0.05)), track=track)
-    assert _gap_nT(problem, attitude_course(problem), 0.05) < 1.0
+    assert _gap_nT(problem, _course(problem), 0.05) < 1.0
 
 
 def test_a_late_magnetometer_stays_a_delay() -> None:
