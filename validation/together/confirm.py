@@ -70,8 +70,7 @@ def _beside_known(problem: LinearProblem, effects: Sequence[Effect]) -> LinearPr
     total_nT = np.zeros((len(problem.recording), 3))
     for effect in effects:
         if columns_in(Candidate.of(effect), problem) is not None:
-            early = effect.stage in ("field", "vehicle")
-            signal_nT = problem.state.field_nT if early else problem.clean_nT
-            part_nT = effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {})
-            total_nT += part_nT @ problem.turn_behind(type(effect)).T
+            kind = type(effect)
+            part_nT = effect.contribution(problem.state, problem.met_nT(kind), np.random.default_rng(0), {})
+            total_nT += part_nT @ problem.turn_behind(kind).T
     return about(problem, total_nT)

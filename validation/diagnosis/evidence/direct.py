@@ -118,10 +118,9 @@ def _across_the_field(problem: LinearProblem, left: Array, samples: Mask) -> boo
     """
     if problem.mode != "vector" or problem.still or problem.relative:
         return False
-    unit = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
     field_nT = left @ np.linalg.inv(problem.turn).T
     off = field_nT - median_filter(field_nT, (problem.policy.burst_median, 1))
-    along = np.einsum("ni,ni->n", unit, off)
+    along = np.einsum("ni,ni->n", problem.direction, off)
     most = problem.policy.off_along * np.sqrt(3) * rms(off[samples])
     return bool(rms(along[samples]) ** 2 - rms(along[~samples]) ** 2 < most**2)
 

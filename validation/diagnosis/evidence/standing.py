@@ -138,20 +138,19 @@ def along_the_field(ground: Ground) -> Array:
     The nine columns of a strength fit are taken off: a matrix that was fitted to a turn of the field leaves them there.
     """
     problem = ground.problem
-    u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
-    along, unit = _along(ground, u)
+    along, unit = _along(ground)
     length = max(1, min(round(problem.policy.slow_mean_s / problem.state.interval_s), len(along) // 2))
     cut = Cut(length, len(along) // length)
-    base, means = cut.means(strength_columns(u) * (problem.usable / unit)[:, None]), cut.means(along)
+    base, means = cut.means(strength_columns(problem.direction) * (problem.usable / unit)[:, None]), cut.means(along)
     return np.asarray(np.sqrt(length) * (means - base @ np.linalg.lstsq(base, means, rcond=1e-9)[0]))
 
 
-def _along(ground: Ground, u: Array) -> tuple[Array, Array]:
-    """What a ground leaves (n,) along unit directions (n, 3) over its noise, and that noise (n,) in nT or none."""
+def _along(ground: Ground) -> tuple[Array, Array]:
+    """What a ground leaves (n,) along the field over its noise, and that noise (n,) in nT."""
     problem, left = ground.problem, ground.residual()
     if problem.sight is not None:
         return left[:, 0], np.full(len(left), problem.sigma_nT[0])
-    back = u @ np.linalg.inv(problem.turn) * problem.sigma_nT
+    back = problem.sees_along * problem.sigma_nT
     unit = np.linalg.norm(back, axis=1)
     return np.einsum("ni,ni->n", back, left) / unit, unit
 

@@ -23,12 +23,10 @@ def as_stated(problem: LinearProblem, residual: Array) -> bool:
     if problem.level is not None:
         dip_nT = residual[:, 1:] * problem.sigma_nT[1:]
         return _as_white_and_wander(problem, residual[:, :1]) and _small_across(problem, dip_nT, angles=1)
-    back = np.linalg.inv(problem.turn)
-    u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
-    nT = (residual * problem.sigma_nT) @ back.T
+    u, nT = problem.direction, (residual * problem.sigma_nT) @ np.linalg.inv(problem.turn).T
     along = (nT * u).sum(axis=1)
     across = nT - along[:, None] * u
-    unit_nT = np.linalg.norm((u @ back) * problem.sigma_nT, axis=1)
+    unit_nT = np.linalg.norm(problem.sees_along * problem.sigma_nT, axis=1)
     scaled = _without_strength(along / unit_nT, u, problem.usable)
     return _as_white_and_wander(problem, scaled[:, None]) and _small_across(problem, across)
 

@@ -37,7 +37,6 @@ def _is_the_attitudes(problem: LinearProblem, residual: Array, expected: Array) 
     """
     if problem.attitude_std_rad == 0 or not problem.turns:
         return False
-    u = problem.state.field_nT / np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
-    back = u @ np.linalg.inv(problem.turn)
-    along = (residual * problem.sigma_nT * back).sum(axis=1) / np.sqrt(back**2 @ expected)
+    nT, w = residual * problem.sigma_nT, problem.sees_along
+    along = (nT * w).sum(axis=1) / np.sqrt(w**2 @ expected)
     return bool(sample_noise(along[:, None])[0] <= problem.policy.more_noise)

@@ -111,15 +111,9 @@ class Candidate:
         if self.effect.clues.memory:
             parts = (self._contribution(part(state, one), problem.course_nT[one]) for one in problem.stretches)
             return np.concatenate(list(parts))
-        if self._is_early:
-            return self._contribution(state, problem.met_nT(self.effect))
         if not (self.effect.continuous and problem.mode == "vector"):
-            return self._contribution(state, problem.clean_nT)
+            return self._contribution(state, problem.met_nT(self.effect))
         return as_iron_sees(self._contribution(state, problem.beside_nT), problem.beside_nT, problem.clean_nT)
-
-    @property
-    def _is_early(self) -> bool:
-        return self.effect.stage in ("field", "vehicle")
 
     def _contribution(self, state: State, signal: Array) -> Array:
         if self.effect.linear:

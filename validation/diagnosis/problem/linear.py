@@ -144,6 +144,17 @@ class LinearProblem:
             self.mode == "vector" and not self.still and not self.relative and bool(spread > self.policy.still_spread)
         )
 
+    @cached_property
+    def direction(self) -> Array:
+        """Direction (n, 3) of the undisturbed field."""
+        field_nT = self.state.field_nT
+        return np.asarray(field_nT / np.linalg.norm(field_nT, axis=1, keepdims=True))
+
+    @cached_property
+    def sees_along(self) -> Array:
+        """What (n, 3) of a measured field makes its part along the undisturbed one, ahead of the iron."""
+        return np.asarray(self.direction @ np.linalg.inv(self.turn))
+
     def turn_behind(self, effect: type[Effect]) -> Array:
         """Matrix (3, 3) from what an effect adds at its place in the chain to the measured field.
 
@@ -155,7 +166,12 @@ class LinearProblem:
         return turn_of(self.effects[place_in(self.effects, effect.name) :], self.state)
 
     def met_nT(self, effect: type[Effect]) -> Array:
-        """The field (n, 3) that an effect of field or vehicle meets at its place in the chain, but for constants."""
+        """The signal (n, 3) that an effect meets at its place in the chain: what the base predicts, for the sensor's.
+
+        For those of field and vehicle the field behind what the model has ahead of them, but for constants.
+        """
+        if effect.stage not in ("field", "vehicle"):
+            return self.clean_nT
         ahead = turn_of(self.effects[: place_in(self.effects, effect.name)], self.state)
         return np.asarray(self.state.field_nT @ ahead.T)
 
