@@ -96,7 +96,7 @@ class TemperatureOffset(Effect):
 
     def conventions(self, state: State, signal_nT: Array) -> Array:
         """Another temperature at which it contributes nothing."""
-        return np.tile(array(self.slope_nT_K)[:, None], (len(state), 1, 1))
+        return np.tile(np.stack([array(self.slope_nT_K), array(self.square_nT_K2)], axis=1), (len(state), 1, 1))
 
 
 def _middle(state: State) -> dict[str, float]:

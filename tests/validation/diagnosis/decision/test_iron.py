@@ -46,6 +46,19 @@ def test_another_reference_temperature_is_counted_with_its_effect() -> None:
     assert [one.name for one in both.found] == ["hard_iron"]
 
 
+def test_a_bent_course_of_temperature_is_counted_from_any() -> None:
+    """``k d + k2 d^2``, d = T - 20, is no hard iron, though k2 points elsewhere than k; another hard iron is one."""
+    quiet, k, k2 = recording(6000), np.array([2.0, -3.0, 1.5]), np.array([0.3, 0.2, -0.3])
+    middle_degC = 27.0 + 6.0 * np.sin(0.013 * quiet.time_s)
+    warmer_K = (middle_degC - 20.0)[:, None]
+    warm = replace(quiet, temperature_degC=middle_degC, mag_nT=quiet.mag_nT + warmer_K * (k + warmer_K * k2))
+    alone = iron_changes(select(problem(warm)))
+    assert alone.found == ()
+    assert [one.name for one in alone.counted] == ["hard_iron"]
+    both = iron_changes(select(problem(replace(warm, mag_nT=warm.mag_nT + np.array([20.0, 30.0, 10.0])))))
+    assert [one.name for one in both.found] == ["hard_iron"]
+
+
 def test_a_drift_is_counted_from_any_time() -> None:
     """An iron that was calibrated in the middle of a drift: ``r (t - T / 2)``; another hard iron is a finding."""
     quiet, rate = recording(3000), np.array([0.04, -0.03, 0.02])
