@@ -23,10 +23,13 @@ from tests.validation.diagnosis.synthetic import (
     without_attitude,
 )
 from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.linear import Instead, LinearProblem
 from validation.diagnosis.problem.motion import quieter_rate
-from validation.diagnosis.problem.pose import pose
+from validation.diagnosis.problem.pose import pose, posed_anew
+from validation.diagnosis.problem.track import Track
 from validation.diagnosis.problem.vector import stating
 
+ERROR_RAD = np.radians(0.02)
 MATRIX = np.array([[1.05, 0.01, -0.02], [0.0, 0.97, 0.015], [0.005, 0.01, 1.02]])
 
 
@@ -61,13 +64,12 @@ def test_where_the_motion_shows_no_error_of_the_field_the_turn_is_that_of_the_ba
     assert problem(level).turn[:2, :2] == pytest.approx(np.eye(2), abs=1e-4)
 
 
-@pytest.mark.parametrize("stated", [True, False])
-def test_an_error_of_the_attitude_that_is_stated_does_not_bend_the_turn(stated: bool) -> None:
-    """Level circles: along the vertical the field varies by less than the attitude's error turns it."""
+@pytest.fixture(scope="module")
+def level_circles() -> LinearProblem:
+    """With an attitude that errs by 0.02 degrees, which the model does not state, and the sensor's own matrix."""
     n, rng = 12_000, np.random.default_rng(0)
     t = np.arange(n) / 10
-    std_rad = np.radians(0.02)
-    error = lfilter([np.sqrt(1 - 0.998**2)], [1, -0.998], std_rad * rng.normal(size=(n, 3)), axis=0)
+    error = lfilter([np.sqrt(1 - 0.998**2)], [1, -0.998], ERROR_RAD * rng.normal(size=(n, 3)), axis=0)
     tilt = np.radians(0.005) * np.sin(0.3 * t)
     turn = Rotation.from_euler("ZYX", np.column_stack([np.radians(t), tilt, tilt]))
     given = replace(
@@ -75,9 +77,29 @@ def test_an_error_of_the_attitude_that_is_stated_does_not_bend_the_turn(stated: 
         mag_nT=turn.inv().apply(FIELD_ENU_NT) @ MATRIX.T + 10.0 * rng.normal(size=(n, 3)),
         att_q=(Rotation.from_rotvec(error) * turn).as_quat()[:, [3, 0, 1, 2]],
     )
-    posed = stating(problem(given, (SoftIron(tuple(map(tuple, MATRIX - np.eye(3)))),)), std_rad * stated)
+    return problem(given, (SoftIron(tuple(map(tuple, MATRIX - np.eye(3)))),))
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_an_error_of_the_attitude_that_is_stated_does_not_bend_the_turn(
+    level_circles: LinearProblem, stated: bool
+) -> None:
+    """On level circles the field varies along the vertical by less than the attitude's error turns it."""
+    posed = stating(level_circles, ERROR_RAD * stated)
     off = np.abs(posed.turn - MATRIX).max()
     assert off < 0.06 if stated else off > 0.3
+
+
+def test_what_a_model_states_and_what_was_done_hold_where_a_problem_is_posed_anew(
+    level_circles: LinearProblem,
+) -> None:
+    gone = np.arange(len(level_circles.recording)) < 100
+    first, second = (Instead(words, "", FIELD_ENU_NT) for words in ("first", "second"))
+    before = replace(stating(level_circles, ERROR_RAD).without(gone), instead=(first,))
+    anew = posed_anew(before, before.recording, FIELD_ENU_NT, second)
+    assert np.abs(anew.turn - MATRIX).max() < 0.06
+    assert (anew.usable == ~gone).all()
+    assert anew.instead == (first, second)
 
 
 def test_a_fixed_turn_of_the_sensor_leaves_no_gap() -> None:
@@ -93,6 +115,24 @@ def test_the_earths_field_passes_through_the_turn_and_what_is_behind_the_iron_do
     e = np.random.default_rng(0).normal(size=(len(given), 3, 2))
     assert posed.whitened(e, RegionalField) * posed.sigma_nT[:, None] == pytest.approx(posed.turn @ e)
     assert posed.whitened(e, MotorCurrent) * posed.sigma_nT[:, None] == pytest.approx(e)
+
+
+def test_along_a_track_a_problem_is_posed_anew_with_its_field() -> None:
+    given = recording(300)
+    change = np.linspace(-3000.0, 3000.0, 300)[:, None] * [0.2, 1.0, 0.7]
+    before = replace(problem(given), track=Track((50.0, 10.0, 5e5), change, np.zeros(300)))
+    anew = posed_anew(before, given, FIELD_ENU_NT, Instead("", "", FIELD_ENU_NT))
+    strength_nT = np.linalg.norm(FIELD_ENU_NT + change, axis=1)
+    assert np.linalg.norm(anew.state.field_nT, axis=1) == pytest.approx(strength_nT)
+
+
+def test_ahead_of_the_iron_a_change_along_the_field_is_seen_whole_and_a_turn_not_at_all() -> None:
+    given = recording(noise_nT=0.1)
+    along = given.mag_nT / np.linalg.norm(given.mag_nT, axis=1, keepdims=True)
+    posed = problem(replace(given, mag_nT=given.mag_nT @ MATRIX.T))
+    changes = along, np.cross(along, [0.3, -0.7, 0.6])
+    for change, seen in zip(changes, (1.0, 0.0), strict=True):
+        assert (posed.sees_along * (change @ MATRIX.T)).sum(axis=1) == pytest.approx(seen, abs=1e-3)
 
 
 def test_samples_left_out_weigh_nothing() -> None:

@@ -1,0 +1,31 @@
+"""A logged attitude at other times than its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.rotation import matrix_from_q
+from sim.state import Array
+from validation.diagnosis.problem.motion import attitude_at, attitude_course
+
+TIME_S = np.arange(0.0, 20.0, 0.1)
+
+
+def _turned(time_s: Array) -> Array:
+    """Quaternions (n, 4) of turns about the vertical at 0.3 rad/s."""
+    half = 0.15 * time_s
+    return np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=1)
+
+
+def test_between_its_values_an_attitude_turns_on_whichever_sign_they_have() -> None:
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], size=(len(TIME_S), 1))
+    between_s = TIME_S[:-1] + 0.04
+    found = attitude_at(attitude_course(TIME_S, signs * _turned(TIME_S)), between_s)
+    assert matrix_from_q(found) == pytest.approx(matrix_from_q(_turned(between_s)), abs=1e-6)
+
+
+def test_behind_its_last_value_an_attitude_stands() -> None:
+    """How it turned on is not known."""
+    found = attitude_at(attitude_course(TIME_S, _turned(TIME_S)), TIME_S[-1] + np.array([0.0, 1.0, 50.0]))
+    assert found == pytest.approx(np.repeat(_turned(TIME_S[-1:]), 3, axis=0))
