@@ -22,7 +22,7 @@ from validation.diagnosis.problem.place import without_iron
 from validation.diagnosis.problem.relative import recorded_reference, relative_problem
 from validation.diagnosis.problem.repeats import Steady, between_repeats
 from validation.diagnosis.problem.still import at_rest, still_problem
-from validation.diagnosis.problem.strength import measured_strength, strength_problem
+from validation.diagnosis.problem.strength import strength_problem
 from validation.diagnosis.problem.track import Track
 from validation.diagnosis.problem.vector import stating, vector_problem
 from validation.text import duration
@@ -94,7 +94,7 @@ def posed(
     track = Track.of(recording, model.field)
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
-    strength = strength_nT or _strength_nT(recording) if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
+    strength = strength_nT or NOMINAL_NT if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
     steady = between_repeats(recording, policy)
     problem = _told(steady, pose(steady.recording, field_enu_nT, strength, effects, policy, track))
     stated_deg = 0.0
@@ -126,12 +126,6 @@ def _told(steady: Steady, problem: LinearProblem) -> LinearProblem:
     figures = "Log the attitude with its own times, or leave the cells empty in which it is not new."
     told = Instead(words, figures, problem.state.field_enu_nT)
     return replace(problem, instead=(told,)).without(steady.unknown)
-
-
-def _strength_nT(recording: Recording) -> float:
-    """The strength that a scalar magnetometer measured in the median, else a nominal one."""
-    measured_nT = measured_strength(recording)
-    return NOMINAL_NT if measured_nT is None else float(np.median(measured_nT))
 
 
 def _field_enu_nT(given: FieldSpec, track: Track | None) -> Array:

@@ -11,15 +11,17 @@ from scenarios.errors import InputError
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
 from sim.effects.drift import OffsetJump, SensorOffset
+from sim.effects.dynamic import Latency
+from sim.effects.earth import RegionalField
 from sim.effects.electronics import Quantisation
-from sim.effects.iron import HardIron
+from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.place import joined
-from validation.diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted, predict
+from validation.diagnosis.repair.chain import fitted_iron, left_as_it_stands, left_with_iron_refitted, predict
 from validation.diagnosis.repair.naming import _as_causes
 from validation.diagnosis.repair.numbers import FreeNumbers
 from validation.diagnosis.repair.refine import refined, variances, without_open_part
@@ -28,8 +30,13 @@ from validation.diagnosis.result import How, Named
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 GAIN = (2.0, -1.0, 4.0)
 TRUTH = DRIVEN(**{DRIVEN.linear[0]: GAIN})
+STRONG = DRIVEN(**{DRIVEN.linear[0]: (200.0, -100.0, 400.0)})
 START = DRIVEN(**{DRIVEN.linear[0]: (1.5, -0.5, 3.0)})
 EVERY = np.ones(4000, bool)
+IRON = {
+    "soft_iron": {"matrix": [[0.3, 0.1, 0.0], [0.1, -0.2, 0.0], [0.0, 0.1, 0.2]]},
+    "hard_iron": {"offset_nT": [1200.0, 800.0, -2000.0]},
+}
 
 
 def _dense(refit_iron: bool) -> tuple[Array, Array]:
@@ -120,6 +127,28 @@ def test_new_effects_stand_at_their_physical_place() -> None:
 def test_a_prediction_is_smooth_where_the_converter_rounds() -> None:
     posed = problem(model=(Quantisation(100.0),))
     assert len(np.unique(predict(posed, [TRUTH])[:, 0])) > 3000
+
+
+def test_without_a_model_what_is_fitted_predicts_the_measurement() -> None:
+    given = recording(noise_nT=0.1, hidden=IRON)
+    left_nT = given.mag_nT - predict(replace(problem(given), iron_known=False), ())
+    assert np.sqrt((left_nT**2).mean()) == pytest.approx(0.1, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "effect", [RegionalField((300.0, -200.0, 100.0)), Latency(0.3), STRONG], ids=lambda one: one.name
+)
+def test_a_correction_of_the_iron_turns_what_is_ahead_of_it_or_follows_the_field(effect: Effect) -> None:
+    """The model has no iron, of which the sensor has much: with it fitted only the noise is left."""
+    values = {p.name: getattr(effect, p.name) for p in effect.parameters() if getattr(effect, p.name) is not None}
+    left = left_with_iron_refitted(problem(hidden=IRON | {effect.name: values}), [effect], EVERY)
+    assert np.sqrt((left**2).mean()) == pytest.approx(1.0, abs=0.05)
+
+
+def test_iron_is_brought_into_its_bounds() -> None:
+    """A direction that a motion hardly shows has any coefficient."""
+    soft, _ = fitted_iron(replace(problem(), turn=np.diag([1.0, 1.0, -1e3])))
+    assert soft.coefficients().reshape(3, 3) == pytest.approx(np.diag([0.0, 0.0, SoftIron.parameters()[0].low]))
 
 
 def test_the_right_effect_takes_the_gap_away() -> None:
