@@ -30,6 +30,10 @@ def held(mag_nT: Array, left: Array, policy: Policy) -> NDArray[np.bool_]:
 
 
 def noise_of_neighbours(left: Array, mag_nT: Array, time_s: Array, policy: Policy) -> Array:
-    """White noise (q,) of values without the motion (n, q): of rows that are not held, and not across a pause."""
+    """White noise (q,) of values without the motion (n, q): of rows that are not held, and not across a pause.
+
+    Of all rows where too few are fresh: without noise a vehicle at rest repeats them all.
+    """
     fresh = ~held(mag_nT, left, policy)
-    return sample_noise(left[fresh], pauses_after(time_s[fresh], policy))
+    sigma = sample_noise(left[fresh], pauses_after(time_s[fresh], policy))
+    return sigma if np.isfinite(sigma).all() else sample_noise(left, pauses_after(time_s, policy))
