@@ -15,7 +15,11 @@ from sim.state import TEMPERATURE, Array, State
 REFERENCE_DEGC = 20.0
 LAGS_S = (0.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 CURVE, SECOND_LAG = "curve", "second lag"
-CLUES = Clues(apart=WARM_AND_COOL, remedy="log the temperature and take its part off, or let the sensor settle first")
+CLUES = Clues(
+    apart=WARM_AND_COOL,
+    remedy="log the temperature and take its part off, or let the sensor settle first",
+    first_form=CURVE,
+)
 ReferenceTemperature = Annotated[
     float, Quantity("degC", -100.0, 200.0, "T_ref, where it contributes nothing", role="fixed")
 ]

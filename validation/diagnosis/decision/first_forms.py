@@ -24,7 +24,10 @@ def _first_form(several: list[Candidate]) -> str:
 
 
 def _settings(ground: Ground, several: list[Candidate]) -> Iterator[Candidate]:
-    """Members with the form's listed numbers, a policy's factor larger than their own: of one size both are one."""
+    """Members with the form's listed numbers, a policy's factor larger than their own: of one size both are one.
+
+    A curve is counted from the middle of its course.
+    """
     effect, form = several[0].effect, _first_form(several)
     listed = [p for p in effect.forms[form] if p.role == "listed"]
     factor = ground.problem.policy.first_form_factor
@@ -32,4 +35,5 @@ def _settings(ground: Ground, several: list[Candidate]) -> Iterator[Candidate]:
         own = [value for name, value in one.nonlinear if name in effect.search]
         for values in itertools.product(*(p.quantity.tried for p in listed)):
             if all(math.isclose(other, factor * size) for size in own for other in values):
-                yield one.at(dict(zip((p.name for p in listed), values, strict=True))).with_form(form)
+                numbers = dict(zip((p.name for p in listed), values, strict=True))
+                yield one.at({**effect.middle(ground.problem.state), **numbers}).with_form(form)

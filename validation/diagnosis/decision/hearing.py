@@ -56,47 +56,61 @@ def beside_colour(
     fuller : candidates with a form from the start, each in place of the plain one where that gains less. beyond : what
     is found beside one that does not stand alone.
     """
-    beside = Beside.of(ground.problem, ground.inside)
-    ranking, columns, rough, within = _roughly([*ranking, *fuller], beside, ground)
-    first = _in_turn(ranking, rough, ground, start)
-    most = ground.problem.policy.tried_coloured
-    heard = (beside.standing(ranking[i], columns[i], within[i]) for i in first[:most])
-    tried = sorted(heard, key=lambda one: -one.gain)
+    beside, policy = Beside.of(ground.problem, ground.inside), ground.problem.policy
+    look = _Look.of([*ranking, *fuller], beside, ground)
+    first, most = look.in_turn(ground, start), policy.tried_coloured
+    tried = sorted((look.heard(one, beside) for one in first[:most]), key=lambda one: -one.gain)
     tried = [*_far_better(windowed, tried, beside, ground), *tried]
     trials = _until_one_stands(Hearing(ground, beside, start, is_clean, beyond), tried)
-    chosen = _chosen(trials, tried, beside, ranking)
-    others = [(ranking[i], float(rough[i])) for i in first[most:]]
-    return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, ground.problem.policy)])
+    chosen = _chosen(trials, tried, beside, look.several)
+    others = [(look.several[i], float(look.nats[i])) for i in first[most:]]
+    return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, policy)])
 
 
-def _in_turn(ranking: Sequence[Evidence], rough: Array, ground: Ground, start: Ground) -> list[int]:
-    """Candidates in the order of a first look, those behind that explain next to nothing of the gap.
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """A first look at candidates: their columns as rows, the nats (m,) that each gains within rows, and in all."""
 
-    What an iron that is fitted anew moves about gains much beside a slow rest, and takes no turn from what explains.
+    several: Sequence[Evidence]
+    columns: Sequence[Array]
+    within: Array
+    nats: Array
+
+    @classmethod
+    def of(cls, several: Sequence[Evidence], beside: Beside, ground: Ground) -> _Look:
+        """Beside the rest as it is."""
+        columns, within = _in_rows(several, beside, ground)
+        return cls(several, columns, within, beside.roughly(columns) + within)
+
+    def in_turn(self, ground: Ground, start: Ground) -> list[int]:
+        """One candidate of each name in the order of their nats, those behind that explain next to nothing of the gap.
+
+        What an iron that is fitted anew moves about gains much beside a slow rest; it takes no turn from what explains.
+        """
+        kept = _one_of_each([one.name for one in self.several], self.nats, ground.problem.policy)
+        shares = {i: added_share(start, ground, self.several[i].squares) for i in kept}
+        return sorted(kept, key=lambda i: (shares[i] < ground.problem.policy.least_added, -self.nats[i]))
+
+    def heard(self, one: int, beside: Beside) -> Standing:
+        """A candidate beside a rest of its own, or another of its name that gains more there."""
+        name = self.several[one].name
+        same = [i for i, other in enumerate(self.several) if other.name == name]
+        several = [beside.standing(self.several[i], self.columns[i], self.within[i]) for i in same]
+        (best,) = _one_of_each([name] * len(same), np.array([each.gain for each in several]), beside.rows.policy)
+        return several[best]
+
+
+def _one_of_each(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:
+    """The best of each name; a later one is taken where it gains more by an error of form.
+
+    For forms are fitted once the effect is in.
     """
-    shares = [added_share(start, ground, one.squares) for one in ranking]
-    least = ground.problem.policy.least_added
-    return sorted(range(len(ranking)), key=lambda i: (shares[i] < least, -rough[i]))
-
-
-def _roughly(
-    several: Sequence[Evidence], beside: Beside, ground: Ground
-) -> tuple[list[Evidence], list[Array], Array, Array]:
-    """Candidates with their columns as rows, the nats (m,) of a first look and those within rows; one of each name.
-
-    A later one of a name is taken where it gains more by an error of form, which is fitted once the effect is in.
-    """
-    columns, within = _in_rows(several, beside, ground)
-    rough = beside.roughly(columns) + within
-    policy = ground.problem.policy
     best: dict[str, int] = {}
-    for i, one in enumerate(several):
-        before = best.get(one.name)
-        by_form = max(policy.apart, policy.same_coloured * rough[i])
-        if before is None or rough[i] > rough[before] + by_form:
-            best[one.name] = i
-    kept = list(best.values())
-    return [several[i] for i in kept], [columns[i] for i in kept], rough[kept], within[kept]
+    for i, name in enumerate(names):
+        before = best.setdefault(name, i)
+        if nats[i] > nats[before] + max(policy.apart, policy.same_coloured * nats[before]):
+            best[name] = i
+    return list(best.values())
 
 
 def _in_rows(ranking: Sequence[Evidence], beside: Beside, ground: Ground) -> tuple[list[Array], Array]:

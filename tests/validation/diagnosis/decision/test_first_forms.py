@@ -1,4 +1,4 @@
-"""A core whose magnetisation relaxes as the field goes on: no play, and not at rest before the run."""
+"""Effects that show in a fuller form alone: a core that relaxes as the field goes on, a bent course of temperature."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import pytest
 from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.effects.nonlinear import ROUNDED, Hysteresis
+from sim.effects.temperature import TemperatureOffset
 from sim.state import Array
-from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from tests.validation.diagnosis.synthetic import NOISE_NT, problem, recording, without_attitude
 from validation.diagnosis.decision import first_forms, selection
 from validation.diagnosis.decision.jointly import select_jointly
 from validation.diagnosis.decision.selection import Selection
@@ -59,6 +60,29 @@ def test_by_plays_alone_it_is_not_found(relaxing: Recording, monkeypatch: pytest
 def test_a_form_is_looked_for_a_decade_wider_than_the_plain_effect(relaxing: Recording) -> None:
     posed = problem(relaxing)
     found = selection.Ground.of(posed)
-    (one,) = first_forms.fuller(found, selection.proposed(posed, frozenset(BY_NAME) - LIBRARY))
+    members = selection.proposed(posed, frozenset(BY_NAME) - {Hysteresis.name})
+    (one,) = first_forms.fuller(found, members)
     given = dict(one.candidate.nonlinear)
     assert given["rounded_threshold_nT"] == pytest.approx(10 * given["threshold_nT"])
+
+
+def _bent(lag_s: float) -> Recording:
+    """A run that warms up, offset ``k d + k2 d^2`` of a temperature felt late by a lag that is not listed."""
+    given = recording(1500)
+    time_s = given.time_s
+    outside = 12 * (1 - np.exp(-time_s / 30)) + 2 * np.sin(0.13 * time_s + 1)
+    felt = outside.copy()
+    for i in range(1, len(felt)):
+        felt[i] = felt[i - 1] + (outside[i] - felt[i - 1]) * -np.expm1(-(time_s[i] - time_s[i - 1]) / lag_s)
+    d = (felt - 3)[:, None]
+    added = d * np.array([1.0, -0.6, 0.5]) + d**2 / 10 * np.array([-0.6, 0.9, 0.8])
+    return replace(given, temperature_degC=20 + outside, mag_nT=given.mag_nT + 1.5 * NOISE_NT * added / added.std())
+
+
+def test_a_bent_course_of_temperature_felt_late_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By its slope alone it leaves so much colour that it gains less than is needed, whatever its size."""
+    posed = problem(_bent(5.0))
+    found = selection.select(posed)
+    assert ({one.name for one in found.found}, found.after.clean) == ({TemperatureOffset.name}, True)
+    monkeypatch.setattr(selection, "fuller", lambda ground, members: ())
+    assert TemperatureOffset.name not in {one.name for one in selection.select(posed).found}
