@@ -113,9 +113,13 @@ def told(seen: Examined) -> Diagnosis:
 
 
 def _curves(seen: Examined, case: Case, verdict: Verdict, doubts: tuple[str, ...]) -> Followed | None:
-    """The channels that the gap follows, where nothing is named; beside a part of it, where they explain much more."""
+    """The channels that the gap follows, where nothing but slow noise is named, whose course any slow channel may have.
+
+    Beside names that explain a part of it, where they explain much more.
+    """
     start = seen.belief.selection.start
-    if doubts or verdict is Verdict.UNKNOWN:
+    noise_alone = seen.belief.noise is not None and not case.found
+    if doubts or verdict is Verdict.UNKNOWN or noise_alone:
         return followed(start)
     return followed_instead(start, case) if verdict is Verdict.PARTIAL and not case.clean else None
 

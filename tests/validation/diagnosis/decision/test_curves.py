@@ -130,6 +130,13 @@ def test_tones_beside_a_current_give_way_to_the_channel_that_makes_them() -> Non
     assert told.verdict == "unknown"
 
 
+def test_slow_noise_is_named_only_where_no_recorded_channel_makes_it() -> None:
+    """A load that wanders makes a gap that wanders too, with the spectrum of a random walk."""
+    told, other = (diagnose(disturbed(4 * slow(2), 2, tank_kg=slow(seed)), MODEL) for seed in (2, 12))
+    assert [(one.how, one.effect.causes) for one in told.named] == [(How.CURVE, ("tank_kg",))]
+    assert {one.how for one in other.named} == {How.SPECTRUM}
+
+
 def test_a_channel_that_resembles_the_motion_is_no_driver() -> None:
     given = problem(recording())
     turning = given.state.rate_rad_s[:, 0] / np.abs(given.state.rate_rad_s[:, 0]).max()
