@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sim.chain import apply_deterministic
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.place import turn_of
 from validation.diagnosis.problem.strength import turn_rate_rad_s, turns_too_fast
 from validation.diagnosis.problem.track import ALTITUDE
-from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.result import Diagnosis, How
 from validation.diagnosis.verdict import Verdict
 from validation.signals.size import rms
 from validation.signals.stamps import finer_unit
@@ -134,6 +136,35 @@ def _as_shown(axes: Array, shown: int) -> str:
     return ", mirrored (the sign of a column is wrong, or their order)" if np.linalg.det(axes) < 0 else ""
 
 
+def turned_mount(found: Diagnosis) -> Iterator[str]:
+    """A change of the iron that is the attitude's: its axes are turned against those of the model's iron."""
+    iron = [one.effect for one in found.named if one.how is How.IRON]
+    matrix = any(one.clues.absorbed and not one.clues.constant and not one.tangents for one in iron)
+    if matrix and (turn_deg := turn_of_the_mount(found.problem)) is not None:
+        angles = ", ".join(digits(one) for one in turn_deg)
+        yield (
+            f"But for a small part the iron differs from the model's by a turn of {digits(rms(turn_deg) * 3**0.5)} "
+            f"degrees ({angles} about forward, left, up) between the attitude's axes and the magnetometer's: check how "
+            "both are mounted before iron is sought."
+        )
+
+
+def turn_of_the_mount(problem: LinearProblem) -> Array | None:
+    """Rotation vector (3,) in degrees that carries the field of the attitude's axes to that which the iron met.
+
+    ``A^-1 M``, A the model's matrix and M the fitted one, is a turn R where M = A R. None where it is not.
+    """
+    if not (problem.turns and problem.iron_known):
+        return None
+    T = np.linalg.solve(turn_of(problem.effects, problem.state), problem.turn)
+    U, _, V = np.linalg.svd(T)
+    R = U @ V
+    differs, left = (((T - one) ** 2).sum() for one in (np.eye(3), R))
+    if np.linalg.det(R) < 0 or left > (1 - problem.policy.mount_share) * differs:
+        return None
+    return np.asarray(Rotation.from_matrix(R).as_rotvec(degrees=True))
+
+
 def finer_stamps(found: Diagnosis) -> Iterator[str]:
     """Time stamps that look like milliseconds, or finer."""
     given = found.problem.recording
@@ -197,6 +228,7 @@ REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (
     long_climb,
     finer_stamps,
     turned_axes,
+    turned_mount,
     too_fast,
     another_scale,
 )

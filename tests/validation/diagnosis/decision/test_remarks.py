@@ -14,7 +14,13 @@ from sim.dataset import Recording
 from sim.scenario import ModelSpec
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
-from validation.diagnosis.decision.remarks import AXES, other_axes, other_strength, turned_axes
+from validation.diagnosis.decision.remarks import (
+    AXES,
+    other_axes,
+    other_strength,
+    turned_axes,
+    turned_mount,
+)
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.result import Diagnosis
@@ -57,6 +63,22 @@ def _along(axes: list[list[float]], model: dict[str, Any]) -> Diagnosis:
     turned = replace(given, mag_nT=given.mag_nT @ np.array(axes, dtype=float).T)
     spec = ModelSpec.model_validate({"effects": model})
     return diagnose(turned, spec, field_enu_nT=FIELD_ENU_NT, fitted_base=not model)
+
+
+def _mounted(turn_deg: list[float], hidden: dict[str, Any]) -> Diagnosis:
+    """A log whose attitude is that of axes that are turned against the body's, beside a model that knows its iron."""
+    given = recording(1000, hidden=IRON | hidden)
+    q = Rotation.from_quat(np.roll(given.att_q, -1, axis=1)) * Rotation.from_rotvec(turn_deg, degrees=True)
+    spec = ModelSpec.model_validate({"effects": IRON})
+    return diagnose(replace(given, att_q=np.roll(q.as_quat(), 1, axis=1)), spec, field_enu_nT=FIELD_ENU_NT)
+
+
+def test_a_mount_that_is_turned_is_told_and_iron_that_differs_is_none() -> None:
+    """`att_q` times Q: ``A R^T F = A Q (R Q)^T F``, so the field of the attitude's axes is turned by Q."""
+    (told,) = turned_mount(_mounted([1.5, -2.0, 3.0], {}))
+    assert "a turn of 3.91 degrees (1.50, \N{MINUS SIGN}2.00, 3.00 about" in told
+    other = {"soft_iron": {"matrix": [[0.05, -0.02, 0.01], [0.03, -0.03, 0.02], [-0.01, 0.04, 0.01]]}}
+    assert not list(turned_mount(_mounted([0.0, 0.0, 0.0], other)))
 
 
 def test_axes_of_another_frame_are_told_by_name() -> None:
