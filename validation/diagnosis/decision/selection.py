@@ -229,7 +229,7 @@ def _with_earth_vector(tests: Battery, ground: Ground) -> Battery:
     An effect that depends on the place imitates such an error of the field.
     """
     problem = ground.problem
-    if not tests.clean or problem.mode != "vector":
+    if not tests.clean:
         return tests
     constant = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), RegionalField)
     if ground.evidence_of(constant) <= problem.policy.apart:

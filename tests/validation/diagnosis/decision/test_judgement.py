@@ -11,6 +11,7 @@ import pytest
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.iron import HardIron, SoftIron
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.decision import judgement
 from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, verdict_of
 from validation.diagnosis.decision.wording import ADVICE, advice_for, sentence_for, words_of
 from validation.diagnosis.evidence.battery import Battery
@@ -123,6 +124,14 @@ def test_a_channel_that_only_rises_speaks_against_no_name() -> None:
 def test_verdicts_that_leave_nothing_are_not_doubted() -> None:
     assert doubts_of(_still_driven(1.0), Verdict.NAMED) == ()
     assert doubts_of(replace(_still_driven(1.0), gap=replace(GAP, explained=None)), Verdict.PARTIAL) == ()
+    noisy = replace(_still_driven(1.0), clean=True, named=(FOUND, NOISE))
+    assert doubts_of(noisy, Verdict.COMPOSITE)
+    assert all(doubts_of(noisy, verdict) == () for verdict in (Verdict.PARTIAL, Verdict.GENERIC, Verdict.NAMED))
+
+
+def test_in_a_field_that_turns_too_fast_no_name_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(judgement, "turns_too_fast", lambda posed: posed is POSED)
+    assert doubts_of(_case(FOUND), Verdict.NAMED) == ("the field turns faster than a vehicle does",)
 
 
 def test_only_names_that_act_where_something_fast_is_left_are_doubted() -> None:

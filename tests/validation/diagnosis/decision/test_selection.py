@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
-from validation.diagnosis.decision.choice import Accepted, accepted
+from validation.diagnosis.decision.choice import Accepted, _of_kin, accepted
 from validation.diagnosis.decision.selection import (
     _is_form,
     _with_earth_vector,
@@ -29,6 +30,7 @@ from validation.diagnosis.policy import STANDARD
 
 FIRST, SECOND, THIRD = EFFECTS[:3]
 CLEAN = Battery({}, (), 0.0, ())
+KIN = (("latency", 0.0, 0.001), ("bandwidth", 1.0, 0.1), ("eddy_current", -1.0, 0.004))
 
 
 def _evidence(effect: type[Effect], gain: float, width: int = 3) -> Evidence:
@@ -45,6 +47,21 @@ def test_nothing_is_accepted_on_too_little_evidence() -> None:
     assert accepted((), STANDARD) is None
     assert accepted((_evidence(FIRST, 0.99 * least),), STANDARD) is None
     assert accepted((_evidence(FIRST, 1.01 * least),), STANDARD) is not None
+
+
+def test_what_has_too_little_evidence_of_its_own_is_no_look_alike() -> None:
+    gain = 1.01 * STANDARD.accepted(len(EFFECTS))
+    for behind, alike in ((0.5, (SECOND.name,)), (0.98, ())):
+        other = _evidence(SECOND, gain - behind * STANDARD.apart, 9)
+        chosen = accepted((_evidence(FIRST, gain), other), STANDARD)
+        assert chosen is not None
+        assert chosen.alternatives == alike
+
+
+def test_of_one_kin_that_nearest_to_its_own_size_is_named() -> None:
+    """A low-pass that must be scaled by a tenth is a delay, though it gains a little more."""
+    several: Any = [SimpleNamespace(name=name, gain=100.0 + more, off_size=off) for name, more, off in KIN]
+    assert _of_kin(several, STANDARD).name == "latency"
 
 
 def test_of_those_that_are_not_told_apart_the_simplest_is_accepted() -> None:
