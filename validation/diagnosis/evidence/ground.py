@@ -81,7 +81,7 @@ class Ground:
         power = power[:, power.any(axis=0)]
         length = self.cut.length * policy.segment_blocks
         while True:
-            held = np.arange(n) // length % policy.splits < policy.held_segments
+            held = self.splits[0][np.arange(n) // length % policy.splits]
             share = power[held].sum(axis=0) / power.sum(axis=0)
             enough = ((policy.least_held < share) & (share < 1 - policy.least_held)).all()
             if enough or length * self.problem.state.interval_s < 2 * policy.least_segment_s:

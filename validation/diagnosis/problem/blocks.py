@@ -60,8 +60,11 @@ class Cut:
 
 
 def held_out(policy: Policy) -> Iterator[NDArray[np.bool_]]:
-    """Which folds (splits,) each split holds out; the others are trained on."""
-    for split in range(policy.splits):
+    """Which folds (splits,) each split holds out; the others are trained on.
+
+    The first one trains on the start, in whose state alone what remembers begins, and on the end.
+    """
+    for split in range(1, policy.splits + 1):
         yield np.asarray((np.arange(policy.splits) - split) % policy.splits < policy.held_segments)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +17,10 @@ from sim.effects.earth import RegionalField
 from sim.effects.electronics import Quantisation
 from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
+from sim.effects.nonlinear import Hysteresis
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.place import joined
@@ -37,6 +40,9 @@ IRON = {
     "soft_iron": {"matrix": [[0.3, 0.1, 0.0], [0.1, -0.2, 0.0], [0.0, 0.1, 0.2]]},
     "hard_iron": {"offset_nT": [1200.0, 800.0, -2000.0]},
 }
+CORE: dict[str, Any] = {
+    "rounded_gain": (0.01,) * 3, "rounded_threshold_nT": 2000.0, "rounded_start_nT": (-20.0, 30.0, 10.0),
+}  # fmt: skip
 
 
 def _dense(refit_iron: bool) -> tuple[Array, Array]:
@@ -70,6 +76,15 @@ def test_colour_widens_by_its_root() -> None:
     posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
     plain, wide = (refined(posed, [START], EVERY, V).spread[0][DRIVEN.linear[0]] for V in (1.0, 9.0))
     assert wide == pytest.approx(3 * plain, rel=1e-6)
+
+
+def test_a_state_of_the_start_is_fitted_to_the_start() -> None:
+    """Where it decays in a second, segments that begin later say nothing of it, and what they fit is anything."""
+    core = Hysteresis(**CORE)
+    posed = problem(hidden={core.name: CORE})
+    train = ~Ground.of(posed, [Candidate.of(core).columns(posed)]).held_samples()
+    left = left_with_iron_refitted(posed, refined(posed, [core], train).effects, train)
+    assert np.abs(left[:20]).max() < 5
 
 
 def test_without_attitude_nothing_is_refined() -> None:
