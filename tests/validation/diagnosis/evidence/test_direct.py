@@ -11,9 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from sim.dataset import Recording
 from sim.effects.base import Effect
+from sim.effects.currents import MotorCurrent
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.effects.noise import WhiteNoise
+from sim.state import current_name
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording, without_attitude
 from validation.diagnosis.evidence.direct import _quiet, direct_evidence, held_rows
 from validation.diagnosis.evidence.ground import Ground
@@ -96,6 +98,18 @@ def test_more_white_noise_is_what_the_model_lacks() -> None:
     assert more_noise(posed, left, (Quantisation(float(np.sqrt(12 * 16))),)) is None
     assert more_noise(problem(noise_nT=5.0, model=(WhiteNoise((4.9, 4.9, 4.9)),)), left, ()) is None
     assert more_noise(problem(noise_nT=5.0), left, ()) is None
+
+
+def test_the_noise_of_a_current_is_no_noise_of_the_magnetometer() -> None:
+    """0.1 A of noise beside 50 nT/A are 5 nT, as of a field that the current does not follow so fast."""
+    made = recording(noise_nT=5.0)
+    noisy = made.current_A + 0.1 * np.random.default_rng(1).normal(size=made.current_A.shape)
+    posed = problem(replace(made, current_A=noisy), model=(WhiteNoise((3.0, 3.0, 3.0)),))
+    posed = replace(posed, state=replace(posed.state, channels={**posed.state.channels, current_name(1): noisy[:, 0]}))
+    follows = MotorCurrent(gain_nT_A=(50.0, 50.0, 50.0), motor=1)
+    left = Ground.of(posed).residual()
+    assert more_noise(posed, left, (follows,)) is None
+    assert more_noise(posed, left, (replace(follows, gain_nT_A=(5.0, 5.0, 5.0)),)) is not None
 
 
 def test_a_gap_goes_first_with_the_channel_that_drives_it() -> None:
