@@ -23,6 +23,7 @@ class Clues:
     contains : names of simpler effects that it nearly makes too: it is one of these where it gains hardly more.
     constant : it adds one constant vector, whose change a slow wander imitates.
     one_run : an event of one run, which another run cannot show.
+    slow : an offset that follows time, or one slow channel: where that only rises the one may be the other.
     lasting : a course of the whole run, which no switch begins or ends.
     memory : after it the noise of neighbouring samples is correlated.
     first_form : a fuller form that it is also looked for with, where its plain one explains too little to be found.
@@ -41,6 +42,7 @@ class Clues:
     contains: tuple[str, ...] = ()
     constant: bool = False
     one_run: bool = False
+    slow: bool = False
     lasting: bool = False
     memory: bool = False
     first_form: str = ""

@@ -62,7 +62,7 @@ class HardIronDrift(Effect):
     stage = "vehicle"
     static = True
     example = {"rate_nT_h": (100.0, -300.0, 500.0), "time_constant_s": 100.0}
-    clues = Clues(apart=WARM_AND_COOL, remedy="calibrate again, close to the time of use", lasting=True)
+    clues = Clues(apart=WARM_AND_COOL, remedy="calibrate again, close to the time of use", slow=True, lasting=True)
 
     rate_nT_h: Annotated[Vec3, Quantity("nT/h", -1e6, 1e6, "r at the start, forward, left, up", role="linear")] = ZERO3
     time_constant_s: Annotated[

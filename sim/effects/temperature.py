@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -80,7 +81,7 @@ class TemperatureOffset(Effect):
     static = True
     needs = (TEMPERATURE,)
     example = {"slope_nT_K": (1.0, -2.0, 3.0), "square_nT_K2": (0.1, 0.2, -0.1), "lag_s": 20.0, "second_lag_s": 5.0}
-    clues = CLUES
+    clues = replace(CLUES, slow=True)
 
     slope_nT_K: Annotated[Vec3, Quantity("nT/K", -1e4, 1e4, "k of the axes x, y, z", role="linear")] = ZERO3
     reference_degC: ReferenceTemperature = REFERENCE_DEGC

@@ -434,7 +434,7 @@ class Policy:
     )  # fmt: skip
     leading_share: float = number(0.5, "part of the first channel's share from which on another leads too")
     one_course: float = number(
-        0.9, "rank correlation of what an effect adds with time, and with a channel, above which that may drive it too",
+        0.9, "correlation of what an effect adds with time, or with a channel, above which that may drive it too",
         run="a trial before this program: depth and temperature could not be told apart above it",
     )  # fmt: skip
     listed_noises: int = number(3, "effects that are listed as alternatives of a slow disturbance")

@@ -63,7 +63,7 @@ def accepted(ranking: Sequence[Evidence], policy: Policy, *, clean: bool = True)
     if not ranking or ranking[0].nats <= needed:
         return None
     best = ranking[0]
-    as_good = [e for e in ranking if not e.behind(best, policy) or by_form_alone(e, best, policy.same_kin)]
+    as_good = [e for e in ranking if not e.behind(best, policy) or _is_it_too(e, best, policy)]
     close = [e for e in as_good if e.nats > policy.apart]
     chosen = simplest(close, policy)
     return Accepted(chosen, tuple(e.name for e in close if e is not chosen), needed)
@@ -130,6 +130,17 @@ def by_form_alone(one: Evidence, best: Evidence, share: float) -> bool:
     """Whether the best is of its kin or makes it too, and gains no more beyond it than a share, an error of form."""
     near = are_kin(one, best) or one.name in best.candidate.effect.clues.contains
     return near and one.gain > (1 - share) * best.gain
+
+
+def of_one_course(one: Evidence, best: Evidence, policy: Policy) -> bool:
+    """Whether the best is a slow offset in time, and one that a channel drives adds nearly as much in its place."""
+    effect, other = one.candidate.effect, best.candidate.effect
+    driven = effect.clues.slow and bool(effect.needs) and other.clues.slow and not other.needs
+    return driven and one.strength > policy.one_course * best.strength
+
+
+def _is_it_too(one: Evidence, best: Evidence, policy: Policy) -> bool:
+    return by_form_alone(one, best, policy.same_kin) or of_one_course(one, best, policy)
 
 
 def are_kin(one: Rival, other: Rival) -> bool:

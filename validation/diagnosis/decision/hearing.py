@@ -9,7 +9,7 @@ import numpy as np
 
 from sim.effects import EFFECTS
 from sim.state import Array
-from validation.diagnosis.decision.choice import Accepted, Round, are_kin, simplest
+from validation.diagnosis.decision.choice import Accepted, Round, are_kin, of_one_course, simplest
 from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground, added_share
@@ -316,7 +316,8 @@ def _as_good(trial: Trial, others: Sequence[Standing], beside: Beside, chance: f
     as_good = look_alikes(best, others, beside, chance, 0.0)
     of_its_kin = look_alikes(best, kin, beside, chance, of_form)
     simpler = look_alikes(best, within, beside, chance, of_simpler)
-    return list(dict.fromkeys([best, *as_good, *of_its_kin, *simpler]))
+    slow = [one for one in others if of_one_course(one.evidence, best.evidence, policy)]
+    return list(dict.fromkeys([best, *as_good, *of_its_kin, *simpler, *slow]))
 
 
 def _deflated(one: Standing, inflation: float) -> Evidence:

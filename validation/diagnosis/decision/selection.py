@@ -198,21 +198,26 @@ def _beyond_form(
 def _settled_beside(
     chosen: Accepted, found: Sequence[Accepted], members: dict[str, list[Candidate]], start: Ground
 ) -> list[Accepted]:
-    """Effects at the settings that fit best beside another: they were found with that one in what they leave."""
+    """Effects at the settings that fit best beside another: they were found with that one in what they leave.
+
+    What it could stand for is as strong as it was alone.
+    """
     problem, out = start.problem, list(found)
     for i, one in enumerate(found):
         plain = not one.evidence.candidate.forms and not dict(one.evidence.candidate.nonlinear).get(SWITCH.name)
         others = start.with_all(each.columns(problem) for each in (*out[:i], *out[i + 1 :], chosen))
         again = judge(others, members[one.name]) if plain and one.name in members else None
         if again is not None:
-            out[i] = replace(one, evidence=replace(again, gain=one.evidence.gain, V=one.evidence.V))
+            strength = one.evidence.strength if chosen.name in one.alternatives else again.strength
+            as_found = replace(again, gain=one.evidence.gain, V=one.evidence.V, strength=strength)
+            out[i] = replace(one, evidence=as_found)
     return out
 
 
 def _as_form(chosen: Accepted, found: Sequence[Accepted]) -> Accepted:
-    """An effect, said to be the form of one that is in for which it could stand."""
-    owner = next((one.form_of or one.name for one in found if chosen.name in one.alternatives), None)
-    return replace(chosen, form_of=owner)
+    """An effect, said to be the form of one that is in for which it could stand, or that could stand for it."""
+    owners = (one for one in found if chosen.name in one.alternatives or one.name in chosen.alternatives)
+    return replace(chosen, form_of=next((one.form_of or one.name for one in owners), None))
 
 
 def _differs_by_setting(one: Candidate, other: Candidate) -> bool:

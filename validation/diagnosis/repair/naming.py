@@ -85,7 +85,7 @@ def _as_causes(problem: LinearProblem, named: Sequence[tuple[Named, str]], count
 
 
 def _joined(first: Named, again: Named) -> Named:
-    others = dict.fromkeys((*first.alternatives, *again.alternatives))
+    others = dict.fromkeys((*first.alternatives, again.name, *again.alternatives))
     return replace(
         first, alternatives=tuple(name for name in others if name != first.name), also=(*first.also, again.effect)
     )

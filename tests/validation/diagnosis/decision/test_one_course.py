@@ -12,7 +12,7 @@ from sim.dataset import Recording
 from sim.effects import BY_NAME, EFFECTS
 from sim.scenario import ModelSpec
 from sim.state import TEMPERATURE
-from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording
 from validation.diagnosis.decision.one_course import with_rivals
 from validation.diagnosis.evidence.localise import TIME
 from validation.diagnosis.result import Diagnosis, How, Named
@@ -71,6 +71,28 @@ def test_only_what_rises_all_the_time_has_rivals(effect, temperature_degC, rival
     assert with_rivals(posed, named).rivals == rivals
     assert with_rivals(posed, replace(named, alternatives=(WARM.name, DRIFT.name))).rivals == ()
     assert with_rivals(posed, replace(named, how=How.SPECTRUM)).rivals == ()
+
+
+@pytest.mark.parametrize(
+    ("temperature_degC", "course", "listed"),
+    [
+        (15 + 5 * UP, 2.3 * (1 - np.exp(-2 * UP)), (WARM.name,)),
+        (15 + 5 * np.sin(7 * UP), 2.3 * (1 - np.exp(-2 * UP)), ()),
+    ],
+)
+def test_a_drift_lists_a_temperature_that_rises_with_it(temperature_degC: Any, course: Any, listed: Any) -> None:
+    (one,) = _told(_seen(temperature_degC, course)).named
+    assert (one.name, one.alternatives, one.rivals) == (DRIFT.name, listed, ())
+
+
+def test_a_drift_and_a_temperature_of_one_course_are_one_cause() -> None:
+    """Where it takes both to leave nothing both are in the new model."""
+    course = 5 * (UP**2 + np.sqrt(UP))
+    told = _told(_seen(15 + 5 * np.sqrt(UP), course))
+    (one,) = told.named
+    assert (one.name, one.alternatives) == (DRIFT.name, (WARM.name,))
+    assert {DRIFT.name, WARM.name} <= told.model.effects.written.keys()
+    assert one.strength == pytest.approx(np.std(course) * np.sqrt((AXES**2).mean()) / NOISE_NT, rel=0.05)
 
 
 def test_a_channel_that_comes_and_goes_drives_two_jumps() -> None:
