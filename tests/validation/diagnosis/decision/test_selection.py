@@ -30,7 +30,7 @@ from validation.diagnosis.policy import STANDARD
 
 FIRST, SECOND, THIRD = EFFECTS[:3]
 CLEAN = Battery({}, (), 0.0, ())
-KIN = (("latency", 0.0, 0.001), ("bandwidth", 1.0, 0.1), ("eddy_current", -1.0, 0.004))
+KIN = (("bandwidth", 0.0, 0.001), ("latency", 1.0, 0.1))
 
 
 def _evidence(effect: type[Effect], gain: float, width: int = 3) -> Evidence:
@@ -59,9 +59,9 @@ def test_what_has_too_little_evidence_of_its_own_is_no_look_alike() -> None:
 
 
 def test_of_one_kin_that_nearest_to_its_own_size_is_named() -> None:
-    """A low-pass that must be scaled by a tenth is a delay, though it gains a little more."""
+    """A delay that must be scaled by a tenth is a low-pass, though it gains a little more."""
     several: Any = [SimpleNamespace(name=name, gain=100.0 + more, off_size=off) for name, more, off in KIN]
-    assert _of_kin(several, STANDARD).name == "latency"
+    assert _of_kin(several, STANDARD).name == "bandwidth"
 
 
 def test_of_those_that_are_not_told_apart_the_simplest_is_accepted() -> None:
