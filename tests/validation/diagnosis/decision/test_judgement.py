@@ -99,7 +99,7 @@ def test_any_channel_but_the_first_must_be_left_well_beyond_time() -> None:
     assert channel_is_left(replace(near, where=(second, first))) == "what is left still goes with current_1_A"
     assert channel_is_left(replace(near, where=(first, second))) is None
     assert channel_is_left(replace(kept, where=(first, second))) == "what is left still goes with current_1_A"
-    little = replace(second, share=0.3)  # of the gap goes with it, of what is left much more: it did not lead
+    little = Share("current_1_A", "body", 0.3)  # of the gap goes with it, of what is left much more: it did not lead
     assert channel_is_left(replace(kept, where=(first, little))) is None
 
 
