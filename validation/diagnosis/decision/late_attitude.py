@@ -83,7 +83,7 @@ def _best_lead_s(problem: LinearProblem, q_at: CubicSpline, first_s: float) -> f
         lambda lead_s: _gap_nT(problem, q_at, lead_s),
         bounds=(0.0, FARTHEST * first_s),
         method="bounded",
-        options={"xatol": min(SETTLED_S, first_s / 10)},
+        options={"xatol": SETTLED_S},
     )
     return float(found.x)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,11 +12,16 @@ import pytest
 from sim.dataset import Recording
 from sim.effects import EFFECTS
 from sim.effects.clues import LATE
+from sim.effects.currents import EddyCurrent, MotorCurrent
+from sim.effects.dynamic import Latency
+from sim.effects.values import SWITCH
 from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import ModelSpec
 from sim.state import Array
-from validation.diagnosis.decision.late_attitude import _best_lead_s, _course, _free_of_kin, _gap_nT, _known
+from validation.diagnosis.decision import late_attitude
+from validation.diagnosis.decision.late_attitude import _ahead, _best_lead_s, _course, _free_of_kin, _gap_nT, _known
 from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.problem.track import Track
@@ -81,6 +87,48 @@ def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
     assert _gap_nT(problem, _course(problem), 0.05) < 1.0
 
 
+def test_samples_that_are_no_measurements_do_not_count_for_the_lead() -> None:
+    wrong = np.arange(len(TIME_S)) % 7 == 0
+    problem = posed(field_at(TIME_S) + 1e4 * wrong[:, None], hand_q(TIME_S - 0.05)).without(wrong)
+    assert _gap_nT(problem, _course(problem), 0.05) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("clean", "by_lead", "moved"), [(True, 22.0, True), (True, 25.0, False), (False, 25.0, True), (False, 32.0, False)]
+)
+def test_a_lead_explains_what_free_coefficients_do_but_for_an_error_of_form(
+    clean: bool, by_lead: float, moved: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """These leave 20 of 100; an error of form is larger beside a colour."""
+    powers, there = iter((100.0, 20.0, by_lead)), SimpleNamespace()
+    script = {"_first_lead_s": 1.0, "_course": None, "_best_lead_s": 1.0, "_moved": there}
+    for name, value in script.items():
+        monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
+    monkeypatch.setattr(late_attitude, "_power_nT2", lambda ground: next(powers))
+    monkeypatch.setattr(late_attitude.Ground, "of", lambda problem: None)
+    problem = SimpleNamespace(policy=STANDARD, state=SimpleNamespace(interval_s=0.1))
+    start = SimpleNamespace(problem=problem, beside=lambda columns: None)
+    selection: Any = SimpleNamespace(start=start, after=SimpleNamespace(clean=clean))
+    named: Any = SimpleNamespace(columns=lambda problem: None)
+    assert (_ahead(selection, named) is there) is moved
+
+
+@pytest.mark.parametrize(("again", "kept"), [("eddy_current", True), ("latency", True), ("scale", False)])
+def test_an_attitude_is_late_where_no_name_for_it_is_left(
+    again: str, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor may what is found beside it be that name."""
+    found = SimpleNamespace(found=[SimpleNamespace(name=again, alternatives=["eddy_current"] * (again == "latency"))])
+    for name, value in {
+        "_free_of_kin": SimpleNamespace(name="eddy_current"),
+        "_ahead": 1,
+        "select_jointly": found,
+    }.items():
+        monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
+    selection: Any = SimpleNamespace(without=frozenset())
+    assert late_attitude.with_attitude_in_time(selection) is (selection if kept else found)
+
+
 def test_a_late_magnetometer_stays_a_delay() -> None:
     told = found(field_at(TIME_S - 0.05))
     assert told.problem.instead == ()
@@ -108,6 +156,23 @@ def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
     rate = -cross(np.full((len(TIME_S), 3), 0.4), field_at(TIME_S))
     log = Recording(time_s=TIME_S, mag_nT=field_at(TIME_S) + 0.03 * rate + noise)
     assert diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True).problem.instead == ()
+
+
+@pytest.mark.parametrize(
+    ("named", "asked"),
+    [
+        (Candidate(EddyCurrent), True),
+        (Candidate(Latency, (("delay_s", 0.1),)), False),
+        (Candidate(EddyCurrent).at({SWITCH.name: (20.0, 50.0)}), False),
+        (Candidate(MotorCurrent), False),
+    ],
+    ids=["free", "of one size", "in a part", "of no kin"],
+)
+def test_what_is_free_to_be_ahead_of_the_field_may_be_a_late_attitude(named: Candidate, asked: bool) -> None:
+    one = SimpleNamespace(evidence=SimpleNamespace(candidate=named))
+    vector = SimpleNamespace(mode="vector", relative=False, still=False)
+    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=vector), found=[one])
+    assert (_free_of_kin(selection) is one) is asked
 
 
 @pytest.mark.parametrize(
