@@ -9,6 +9,7 @@ from functools import partial
 from sim.effects import BY_NAME
 from sim.effects.earth import RegionalField
 from sim.effects.values import SWITCH
+from sim.state import MOTION
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, beside_white_noise
 from validation.diagnosis.decision.first_forms import fuller
 from validation.diagnosis.decision.forms import in_full
@@ -66,7 +67,7 @@ def select(
         if chosen is None:
             after = _without_what_has_no_name(after, ground, found)
             break
-        if _is_form(chosen, found, first, problem.policy):
+        if _has_no_name(chosen, found, first, ground):
             form, chosen = chosen, _beyond_form(ground, members, found, start, chosen, first)
             if chosen is None:
                 found = _with_kin(found, form)
@@ -157,6 +158,24 @@ def _with_kin(found: Sequence[Accepted], chosen: Accepted) -> list[Accepted]:
     return out
 
 
+def _has_no_name(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Judged], ground: Ground) -> bool:
+    """Whether an effect is only the form of what is in, or takes what that leaves where it grows with time."""
+    return _is_form(chosen, found, first, ground.problem.policy) or _grows_with_time(chosen, found, ground)
+
+
+def _grows_with_time(chosen: Accepted, found: Sequence[Accepted], ground: Ground) -> bool:
+    """Whether an effect explains less than one that is in, and that a channel drives, would by growing or fading.
+
+    That is its columns times the time.
+    """
+    problem = ground.problem
+    driven = [one for one in found if not MOTION.issuperset(one.evidence.candidate.effect.needs)]
+    clock = problem.state.time_s - problem.state.time_s.mean()
+    grown = (ground.evidence_of(one.columns(problem) * clock[:, None, None]) for one in driven)
+    most = max(grown, default=0.0)
+    return most > 0 and most > ground.evidence_of(chosen.columns(problem)) + problem.policy.apart
+
+
 def _is_form(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Judged], policy: Policy) -> bool:
     """Whether an effect is only the form of what is in: smaller by far, of its kin, or the same at another setting.
 
@@ -192,7 +211,7 @@ def _beyond_form(
     if tests.clean:
         return None
     chosen = _round(with_form, members, found, start, tests).chosen
-    return None if chosen is None or _is_form(chosen, found, first, ground.problem.policy) else chosen
+    return None if chosen is None or _has_no_name(chosen, found, first, with_form) else chosen
 
 
 def _settled_beside(

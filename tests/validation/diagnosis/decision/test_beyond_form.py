@@ -10,7 +10,7 @@ from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.decision.choice import Accepted
-from validation.diagnosis.decision.selection import _beyond_form, _settled_beside
+from validation.diagnosis.decision.selection import _beyond_form, _settled_beside, select
 from validation.diagnosis.evidence.compare import judge, judged_at
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import proposed
@@ -61,3 +61,14 @@ def test_an_effect_is_settled_anew_beside_what_was_hidden() -> None:
     assert settled.evidence.candidate == judge(start.beside(drift.columns(start.problem)), members[LOOP.name]).candidate  # type: ignore[union-attr]
     assert settled.evidence.nats == worst.nats
     assert settled.evidence.candidate != worst.candidate
+
+
+def test_a_current_whose_gain_fades_is_no_drift_beside_a_current() -> None:
+    """``g (1 - t / 2 T) I`` is not ``g I`` and a drift, though a drift leaves it clean; a real one has its name."""
+    quiet = recording(2000)
+    assert quiet.current_A is not None
+    current_A, fade = quiet.current_A[:, :1], np.linspace(1.0, 0.5, 2000)[:, None]
+    fading = replace(quiet, current_A=current_A, mag_nT=quiet.mag_nT + fade * current_A * np.array([2.0, -1.0, 1.5]))
+    assert [one.name for one in select(problem(fading)).found] == [DRIVEN.name]
+    drifting = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [4.0, -2.0, 3.0]}} | SLOW)
+    assert {one.name for one in select(drifting).found} == {DRIVEN.name, DRIFT.name}
