@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,14 +17,18 @@ from sim.state import Array
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
 from validation.diagnosis.decision.remarks import (
     AXES,
+    long_climb,
+    long_track,
     other_axes,
     other_strength,
     turned_axes,
     turned_mount,
 )
+from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import diagnose
 
 IRON: dict[str, Any] = {
@@ -31,6 +36,52 @@ IRON: dict[str, Any] = {
     "hard_iron": {"offset_nT": [300.0, -200.0, 150.0]},
 }
 CURRENT = {"motor_current": {"gain_nT_A": [20.0, -10.0, 15.0]}}
+
+
+def _flown(far_m: float, up_m: float, structure_nT: float, **changes: Any) -> Any:
+    """A straight way in 1 nT of noise, beside one given vector of 50 000 nT."""
+    pos = np.outer([0.0, 1.0], [far_m, 0.0, up_m])
+    state = SimpleNamespace(pos_enu_m=pos, field_enu_nT=np.array([0.0, 0.0, 5e4]))
+    gap = SimpleNamespace(structure_nT=(structure_nT, 0.0), noise_nT=1.0)
+    posed = {"policy": STANDARD, "track": None, "relative": False, "still": False, "has": {"position"}, "state": state}
+    problem = SimpleNamespace(**posed | {"recording": SimpleNamespace(channels={})} | changes)
+    return SimpleNamespace(problem=problem, gap=gap, verdict=Verdict.UNKNOWN)
+
+
+@pytest.mark.parametrize(
+    ("far_m", "structure_nT", "told"), [(1e3, 10.0, True), (1e3, 30.0, False), (190.0, 0.1, False), (210.0, 0.1, True)]
+)
+def test_a_path_is_long_where_the_field_changes_by_a_share_of_the_gap_and_by_the_noise(
+    far_m: float, structure_nT: float, told: bool
+) -> None:
+    """By 5 nT a kilometre; and by 0.024 nT a metre of height, of a dipole."""
+    assert bool(list(long_track(_flown(far_m, 0.0, structure_nT)))) is told
+    assert bool(list(long_climb(_flown(0.0, far_m * 0.005 / (3 * 5e4 / 6.371e6), structure_nT)))) is told
+
+
+@pytest.mark.parametrize(
+    ("changes", "far", "up"),
+    [
+        ({}, True, True),
+        ({"track": "known"}, False, False),
+        ({"has": set()}, False, False),
+        ({"relative": True}, True, False),
+        ({"still": True}, True, False),
+    ],
+)
+def test_a_long_way_is_told_where_one_vector_was_given_for_all_of_it(
+    changes: dict[str, Any], far: bool, up: bool
+) -> None:
+    """Another magnetometer flies along, and at rest nothing was given."""
+    found = _flown(1e5, 1e5, 10.0, **changes)
+    assert (bool(list(long_track(found))), bool(list(long_climb(found)))) == (far, up)
+    found.verdict = Verdict.NONE
+    assert not [*long_track(found), *long_climb(found)]
+
+
+def test_a_height_is_read_where_it_is_known() -> None:
+    log = SimpleNamespace(channels={"altitude_m": np.array([np.nan, 100.0, 9e4])})
+    assert "89.9 km of height" in next(long_climb(_flown(0.0, 0.0, 10.0, recording=log)))
 
 
 def _posed(hidden: dict[str, Any], *, stated: float, iron_known: bool = True) -> LinearProblem:
