@@ -25,8 +25,9 @@ from validation.diagnosis.decision.hearing import (
     Trial,
     _chosen,
     _far_better,
+    _Look,
     _named,
-    _roughly,
+    _one_of_each,
     _until_one_stands,
 )
 from validation.diagnosis.evidence.compare import Evidence
@@ -191,19 +192,17 @@ def test_a_window_gains_far_more_than_any_effect_of_the_whole_run(
     assert bool(_far_better([_evidence(gain=gain)], [_standing(gain=always)], beside, _ground())) is far
 
 
-@pytest.mark.parametrize(
-    ("gains", "within", "kept"), [((100, 113), 0, 0), ((100, 115), 0, 1), ((100, 100), 15, 1), ((2, 6), 0, 0)]
-)
+@pytest.mark.parametrize(("gains", "kept"), [((100, 111), 0), ((100, 113), 1), ((2, 6), 0), ((2, 7), 1)])
 def test_a_fuller_form_is_taken_from_the_start_where_it_gains_more_by_an_error_of_form(
-    gains: tuple[float, float], within: float, kept: int, monkeypatch: pytest.MonkeyPatch
+    gains: tuple[float, float], kept: int
 ) -> None:
-    """What the second gains between the samples of a row counts too."""
-    both = [_evidence(gain=gain) for gain in gains]
-    beside: Any = SimpleNamespace(roughly=lambda columns: np.array(gains, float))
-    monkeypatch.setattr(hearing, "_in_rows", lambda *_: ([None, None], np.array([0.0, within])))
-    found, _, rough, _ = _roughly(both, beside, _ground())
-    assert found == [both[kept]]
-    assert rough == [gains[kept] + within * kept]
+    assert _one_of_each(["one", "one", "another"], np.array([*gains, 50.0]), STANDARD) == [kept, 2]
+
+
+def test_a_first_look_counts_what_is_gained_between_the_samples_of_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    beside: Any = SimpleNamespace(roughly=lambda columns: np.array([3.0, 5.0]))
+    monkeypatch.setattr(hearing, "_in_rows", lambda *_: ([None, None], np.array([4.0, 0.0])))
+    assert list(_Look.of([_evidence(), _evidence(MotorCurrent)], beside, _ground()).nats) == [7.0, 5.0]
 
 
 def _told(trial: Trial, others: list[Standing]) -> tuple[str, set[str]]:
