@@ -76,7 +76,7 @@ class DiurnalDrift(Effect):
     )
 
     amplitude_enu_nT: Annotated[Vec3, Quantity("nT", -5e3, 5e3, "amplitude a east, north, up", role="linear")] = ZERO3
-    period_s: Annotated[float, Quantity("s", 1.0, 1e7, "period P")] = 86_400.0
+    period_s: Annotated[float, Quantity("s", 1.0, 1e7, "period P", role="period")] = 86_400.0
     phase_deg: Annotated[float, Quantity("deg", -360.0, 360.0, "phase phi at the start of the run", role="phase")] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:

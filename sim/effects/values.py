@@ -31,6 +31,7 @@ Role = Literal[
     "place",
     "origin",
     "frequency",
+    "period",
     "phase",
     "sweep",
     "motor",
@@ -49,6 +50,7 @@ moment     a time of the run; every sample is tried, and the best is kept
 place      a position beside the path; a grid is searched, then refined
 origin     where a field that is linear in the place vanishes; found with the constant that another one adds
 frequency  of a tone; the lines of a spectrum are searched, then refined
+period     of a slow wave; as it is by default a course of the run, and the best of a spectrum where that tells
 phase      of a tone; a sine and a cosine span it
 sweep      how fast a tone's frequency changes; some cycles' worth in a run are tried, about its middle
 motor      the number of a motor; each is tried

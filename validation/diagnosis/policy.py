@@ -160,6 +160,10 @@ class Policy:
         0.1, "slowest ripple: with a steady current a slower one fits whatever comes round with the motion", run=TUNED
     )
     least_tone_cycles: float = number(4.0, "cycles that a ripple goes through in the recording at least")
+    fastest_pulse_s: float = number(
+        30.0, "shortest period of a change of the field itself: a vehicle turns and tilts faster"
+    )
+    least_pulse_cycles: float = number(2.0, "cycles that such a change goes through in the recording at least")
     step_margin: float = number(0.02, "share of the recording at its ends in which a jump is not told from iron")
     place_margin_m: float = number(15.0, "how far beyond the path's box a dipole's place is looked for")
     nearest_place_m: float = number(0.5, "distance to the path below which a dipole would be on the sensor")

@@ -38,6 +38,7 @@ GUARDS = {
     "values.py": {"STEP"},
     "moments.py": {"PIECE", "OWN_NOISE"},
     "drivers.py": {"ROUNDING", "LEAST_RANGE"},
+    "pulses.py": {"ROWS", "TOGETHER", "FINER", "ROUNDS"},
     "places.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "battery.py": {"MOST_TONES"},
     "spectrum.py": {"WINDOW_LINES", "LEAST_WHITE"},

@@ -8,7 +8,6 @@ from functools import partial
 
 from sim.effects import BY_NAME
 from sim.effects.earth import RegionalField
-from sim.effects.values import SWITCH
 from sim.state import MOTION
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, beside_white_noise
 from validation.diagnosis.decision.first_forms import fuller
@@ -19,6 +18,7 @@ from validation.diagnosis.evidence.battery import Battery, battery
 from validation.diagnosis.evidence.compare import Evidence, judge, ranked
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import Judged
+from validation.diagnosis.evidence.pulses import pulses
 from validation.diagnosis.evidence.stated import as_stated
 from validation.diagnosis.evidence.windowed import windowed
 from validation.diagnosis.library.candidates import Candidate, proposed
@@ -110,7 +110,8 @@ def _round(
         left = tests_beside(with_it, [*before, one.name])
         return None if left.clean else _round(with_it, members, found, start, left, alone=True).chosen
 
-    switched, full = windowed(ground, ranking, members), fuller(ground, members)
+    switched = windowed(ground, ranking, members)
+    full = (*fuller(ground, members), *pulses(ground, members))
     return beside_colour(ground, ranking, start, is_clean, switched, full, None if alone else beyond)
 
 
@@ -223,7 +224,7 @@ def _settled_beside(
     """
     problem, out = start.problem, list(found)
     for i, one in enumerate(found):
-        plain = not one.evidence.candidate.forms and not dict(one.evidence.candidate.nonlinear).get(SWITCH.name)
+        plain = not one.evidence.candidate.forms and not _found_beside_colour(one.evidence.candidate)
         others = start.with_all(each.columns(problem) for each in (*out[:i], *out[i + 1 :], chosen))
         again = judge(others, members[one.name]) if plain and one.name in members else None
         if again is not None:
@@ -231,6 +232,12 @@ def _settled_beside(
             as_found = replace(again, gain=one.evidence.gain, V=one.evidence.V, strength=strength)
             out[i] = replace(one, evidence=as_found)
     return out
+
+
+def _found_beside_colour(one: Candidate) -> bool:
+    """Whether it acts in a window, or swings at a period: `judge` looks for neither."""
+    given, period = dict(one.nonlinear), one.effect.with_role("period")
+    return bool(one.window) or period in given
 
 
 def _as_form(chosen: Accepted, found: Sequence[Accepted]) -> Accepted:

@@ -254,10 +254,15 @@ def _logged_as(found: Diagnosis) -> dict[str, str]:
 
 
 def _acts(found: Diagnosis, one: Named) -> str:
-    """When a named effect acts, in words; of two of a name it is said of the one that acts all along too."""
-    stretch = found.stretch(one)
+    """When a named effect acts, in words; of two of a name it is said of the one that acts all along too.
+
+    A period is told that is shorter than the run.
+    """
+    stretch, period = found.stretch(one), one.effect.with_role("period")
     if stretch is not None:
         return f" {stretch.words}"
+    if period is not None and getattr(one.effect, period) < np.ptp(found.problem.state.time_s):
+        return f" every {digits(getattr(one.effect, period), 4)} s"
     return " in the whole run" if sum(other.name == one.name for other in found.named) > 1 else ""
 
 

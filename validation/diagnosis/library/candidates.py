@@ -189,10 +189,12 @@ def part(state: State, samples: slice) -> State:
 def amplitude_and_phase(c: Array) -> tuple[Array, float]:
     """Amplitude (k/2,) and phase in degrees of coefficients (k,) of sine and cosine: one phase for all, least squares.
 
-    The best ``c = [a cos p, a sin p]`` is the first singular pair of the coefficients as a matrix (k/2, 2).
+    The best ``c = [a cos p, a sin p]`` is the first singular pair of the coefficients as a matrix (k/2, 2); of the two
+    that are the same that with p from -90 to 90 degrees.
     """
     u, s, v = np.linalg.svd(c.reshape(2, -1).T, full_matrices=False)
-    return u[:, 0] * s[0], float(np.degrees(np.arctan2(v[0, 1], v[0, 0])))
+    sign = -1.0 if v[0, 0] < 0 else 1.0
+    return sign * u[:, 0] * s[0], float(np.degrees(np.arctan2(sign * v[0, 1], sign * v[0, 0])))
 
 
 def proposed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:

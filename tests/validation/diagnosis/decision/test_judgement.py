@@ -251,6 +251,14 @@ def test_events_are_told_with_their_moments() -> None:
     assert f"{cls.name} at 33.71 s and 90.70 s: " in words_of(replace(FOUND, effect=on, also=(off,)))
 
 
+@pytest.mark.parametrize(("period_s", "told"), [(298.13, True), (4000.0, False)])
+def test_a_period_is_told_that_is_shorter_than_the_run(period_s: float, told: bool) -> None:
+    """The run has 400 s."""
+    cls = next(effect for effect in EFFECTS if effect.with_role("period"))
+    swinging = replace(FOUND, effect=cls(**{str(cls.with_role("period")): period_s}))
+    assert (f"{cls.name} every 298.1 s: " in sentence_for(_diagnosis(Verdict.NAMED, swinging))) == told
+
+
 def test_of_two_changes_of_the_iron_it_is_said_when_each_acts() -> None:
     on = replace(FOUND, effect=HardIron((3.0, 0.0, 0.0), active_s=(30.0, 90.0)), alternatives=("sensor_offset",))
     found = _diagnosis(Verdict.PARTIAL, on, _or(IRON, "sensor_offset"))

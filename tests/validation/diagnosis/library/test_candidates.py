@@ -56,6 +56,7 @@ def test_sine_and_cosine_give_amplitude_and_phase_back(phase_deg: float) -> None
     found, found_deg = amplitude_and_phase(np.concatenate([amplitude * np.cos(phase), amplitude * np.sin(phase)]))
     same = np.exp(1j * np.radians(found_deg)) * found
     assert same == pytest.approx(np.exp(1j * phase) * amplitude)
+    assert abs(found_deg) <= 90.0
 
 
 @pytest.mark.parametrize("effect", PHASED, ids=lambda e: e.name)
