@@ -36,6 +36,7 @@ GUARDS = {
     "neighbours.py": {"PLACES", "MOST_WEIGHT", "MOST_SAMPLES"},
     "coefficients.py": {"OPEN"},
     "values.py": {"STEP"},
+    "candidates.py": {"HEADROOM"},
     "moments.py": {"PIECE", "OWN_NOISE"},
     "drivers.py": {"ROUNDING", "LEAST_RANGE"},
     "pulses.py": {"ROWS", "TOGETHER", "FINER", "ROUNDS"},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -20,6 +21,9 @@ from validation.diagnosis.problem.neighbours import as_iron_sees
 
 BY_SAMPLE = frozenset({"time_s", "pos_enu_m", "R_wb", "rate_rad_s", "field_nT", "field_rate_nT_s"})
 """What a state holds of every sample, beside its channels."""
+
+HEADROOM = 10.0
+"""Times that the bound of a wave's amplitude is above what a longer wave than needed may have."""
 
 
 @dataclass(frozen=True)
@@ -131,9 +135,9 @@ class Candidate:
             return self.effect(**given, **{name: tuple(np.clip(values, low, high))})
         if not self.effect.linear:
             return self.effect(**given)
-        values, phase = self._without_phase(c)
+        values, wave = self._without_phase(c)
         low, high = np.array(self.bounds).T
-        return self.effect.combine(np.clip(values, low, high), (PLAIN, *self.forms), **given, **phase)
+        return self.effect.combine(np.clip(values, low, high), (PLAIN, *self.forms), **{**given, **wave})
 
     def _turned(self, c: Array) -> tuple[str, Array, tuple[float, float]]:
         """The parameter of small turns by name, its values at coefficients (k,), and their bounds."""
@@ -142,15 +146,27 @@ class Candidate:
         return name, c @ np.array(small), bounds
 
     def _without_phase(self, c: Array) -> tuple[Array, dict[str, float]]:
-        """The linear parameters' coefficients, and the phase by name, of coefficients (k,) of the columns."""
+        """The linear parameters' coefficients, and the wave's phase by name, of coefficients (k,) of the columns.
+
+        A short stretch of a long wave is one of a shorter wave that is less high: a bend needs no height at the bounds.
+        """
         if not self.phase:
             return c, {}
         k = len(self.effect.linear_units((PLAIN,)))
         amplitude, phase_deg = amplitude_and_phase(c[: 2 * k])
-        low, high = np.array(self.bounds[:k]).T
-        if not ((low <= amplitude) & (amplitude <= high)).all():  # a short stretch of a long wave: both are one
-            amplitude, phase_deg = c[:k], 0.0
-        return np.concatenate([amplitude, c[2 * k :]]), {self.phase: phase_deg}
+        wave = {self.phase: phase_deg}
+        most, period = np.array(self.bounds[:k])[:, 1] / HEADROOM, self.effect.with_role("period")
+        if period and (np.abs(amplitude) > most).any():
+            amplitude, wave = self._shorter(c[: 2 * k].reshape(2, k), most, self.phase, period)
+        return np.concatenate([amplitude, c[2 * k :]]), wave
+
+    def _shorter(self, waves: Array, most: Array, phase: str, period: str) -> tuple[Array, dict[str, float]]:
+        """Amplitude (k,), and phase and period by name, of a shorter wave with the slope and the bend of two (2, k)."""
+        sine, cosine = (np.abs(waves) / most).max(axis=1)
+        faster = max(1.0, float(sine), math.sqrt(cosine))
+        amplitude, phase_deg = amplitude_and_phase((waves / np.array([[faster], [faster**2]])).ravel())
+        long_s = dict(self.nonlinear).get(period, getattr(self.effect(), period))
+        return amplitude, {phase: phase_deg, period: long_s / faster}
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
