@@ -6,16 +6,22 @@ import itertools
 import math
 from collections.abc import Iterator
 
+from validation.diagnosis.decision.one_course import channels_of_time
 from validation.diagnosis.evidence.compare import Evidence, judged_at
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
 
 
 def fuller(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
-    """The evidence of every effect that says with which form it is looked for, at the listed values of both."""
-    judged = (
-        judged_at(ground, list(_settings(ground, several))) for several in members.values() if _first_form(several)
+    """The evidence of every effect that says with which form it is looked for, at the listed values of both.
+
+    The curve of a channel that only rises is any slow course.
+    """
+    slow = channels_of_time(ground.problem)
+    asked = (
+        several for several in members.values() if _first_form(several) and slow.isdisjoint(several[0].effect.needs)
     )
+    judged = (judged_at(ground, list(_settings(ground, several))) for several in asked)
     return tuple(one for one in judged if one is not None)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -86,3 +87,11 @@ def test_a_bent_course_of_temperature_felt_late_is_found(monkeypatch: pytest.Mon
     assert ({one.name for one in found.found}, found.after.clean) == ({TemperatureOffset.name}, True)
     monkeypatch.setattr(selection, "fuller", lambda ground, members: ())
     assert TemperatureOffset.name not in {one.name for one in selection.select(posed).found}
+
+
+@pytest.mark.parametrize(("temperature_degC", "asked"), [(lambda t: 20 + t / 30, False), (lambda t: 20 + t % 80, True)])
+def test_the_curve_of_what_only_rises_is_not_asked_for(temperature_degC: Callable[[Array], Array], asked: bool) -> None:
+    given = recording(1500)
+    posed = problem(replace(given, temperature_degC=temperature_degC(given.time_s)))
+    found = first_forms.fuller(selection.Ground.of(posed), selection.proposed(posed))
+    assert (TemperatureOffset.name in {one.name for one in found}) is asked
