@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from validation.diagnosis.decision.one_course import channels_of_time
-from validation.diagnosis.evidence.compare import Evidence, judged_at
+from validation.diagnosis.evidence.compare import Evidence, between_listed, judged_at
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
 
@@ -22,7 +22,12 @@ def fuller(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidenc
         several for several in members.values() if _first_form(several) and slow.isdisjoint(several[0].effect.needs)
     )
     judged = (judged_at(ground, list(_settings(ground, several))) for several in asked)
-    return tuple(one for one in judged if one is not None)
+    return tuple(_between_listed(ground, one) for one in judged if one is not None)
+
+
+def _between_listed(ground: Ground, one: Evidence) -> Evidence:
+    """A channel's curve at the lag that fits best: at a listed one it leaves something."""
+    return between_listed(ground, one) if one.candidate.effect.needs else one
 
 
 def _first_form(several: list[Candidate]) -> str:

@@ -95,9 +95,14 @@ def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
     little = found.nats <= ground.problem.policy.apart  # also beside a colour of its own, which may find it in a wander
     if little or len(members) == 1:  # of a number that has one value nothing else may be tried
         return _at_full_size(ground, found)
+    return _at_full_size(ground, between_listed(ground, found))
+
+
+def between_listed(ground: Ground, found: Evidence) -> Evidence:
+    """The evidence with a listed number between its neighbours in the list, where that gains more."""
     finer = between_neighbours(found.candidate, lambda candidate: misfit(ground, candidate))
     better = judged_at(ground, [finer]) if finer else None
-    return _at_full_size(ground, better if better is not None and better.gain > found.gain else found)
+    return better if better is not None and better.gain > found.gain else found
 
 
 def _at_full_size(ground: Ground, found: Evidence) -> Evidence | None:

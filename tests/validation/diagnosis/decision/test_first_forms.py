@@ -17,6 +17,7 @@ from tests.validation.diagnosis.synthetic import NOISE_NT, problem, recording, w
 from validation.diagnosis.decision import first_forms, selection
 from validation.diagnosis.decision.jointly import select_jointly
 from validation.diagnosis.decision.selection import Selection
+from validation.diagnosis.evidence.compare import Evidence
 
 LIBRARY = {"hysteresis", "nonlinearity", "eddy_current", "hard_iron_drift", "offset_jump", "temperature_offset"}
 FIELD_NT, WAY_NT = 47_434.0, 15_000.0
@@ -95,3 +96,21 @@ def test_the_curve_of_what_only_rises_is_not_asked_for(temperature_degC: Callabl
     posed = problem(replace(given, temperature_degC=temperature_degC(given.time_s)))
     found = first_forms.fuller(selection.Ground.of(posed), selection.proposed(posed))
     assert (TemperatureOffset.name in {one.name for one in found}) is asked
+
+
+@pytest.mark.parametrize("lag_s", [5.0, 17.0])
+@pytest.mark.parametrize("walk_nT", [0.0, 2.0])
+def test_a_curve_is_heard_where_it_leaves_nothing(
+    lag_s: float, walk_nT: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a slow noise it would follow a part; at a listed lag it would leave something too."""
+    heard: list[Evidence] = []
+    monkeypatch.setattr(
+        selection, "beside_colour", lambda ground, ranking, start, is_clean, switched, full, beyond: heard.extend(full)
+    )
+    given, steps = _bent(lag_s), np.random.default_rng(0).normal(scale=walk_nT, size=(1500, 3))
+    posed = problem(replace(given, mag_nT=given.mag_nT + steps.cumsum(axis=0)))
+    ground, members = selection.Ground.of(posed), selection.proposed(posed)
+    selection._round(ground, members, [], ground, selection.residual_tests(ground, ()))
+    names = {one.name for one in heard if one.candidate.forms}
+    assert (TemperatureOffset.name in names) is (walk_nT == 0)
