@@ -171,14 +171,17 @@ def _has_no_name(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Ju
 def _grows_with_time(chosen: Accepted, found: Sequence[Accepted], ground: Ground) -> bool:
     """Whether an effect explains less than one that is in, and that a channel drives, would by growing or fading.
 
-    That is its columns times the time.
+    That is its columns times the time; and of no use beside them. Both by all data: what an effect adds at the start
+    alone is not determined by what is held out there.
     """
-    problem = ground.problem
-    driven = [one for one in found if not MOTION.issuperset(one.evidence.candidate.effect.needs)]
+    problem, policy = ground.problem, ground.problem.policy
+    columns = chosen.columns(problem)
+    own = ground.evidence_on_all(columns)
     clock = problem.state.time_s - problem.state.time_s.mean()
-    grown = (ground.evidence_of(one.columns(problem) * clock[:, None, None]) for one in driven)
-    most = max(grown, default=0.0)
-    return most > 0 and most > ground.evidence_of(chosen.columns(problem)) + problem.policy.apart
+    driven = [one for one in found if not MOTION.issuperset(one.evidence.candidate.effect.needs)]
+    grown = (one.columns(problem) * clock[:, None, None] for one in driven)
+    better = (one for one in grown if ground.evidence_on_all(one) > max(own, 0.0) + policy.apart)
+    return any(ground.beside(one).evidence_on_all(columns) < policy.look_alike_left * own for one in better)
 
 
 def _is_form(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Judged], policy: Policy) -> bool:

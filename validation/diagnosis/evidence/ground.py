@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -95,6 +96,14 @@ class Ground:
     def evidence_of(self, columns: Array) -> float:
         """Evidence D of columns (n, q, k) that belong to no effect: nats on held-out segments over the inflation."""
         return self.evidence_in(self.joined(columns))
+
+    def evidence_on_all(self, columns: Array) -> float:
+        """Evidence of columns (n, q, k) on all m blocks, less ``k / 2 ln m`` for their number."""
+        joint, k = self.joined(columns), columns.shape[2]
+        whole = fit(joint, self.everything)
+        gain = (self.squares - squares(joint, whole, self.everything)) / 2
+        price = k * math.log(len(joint.count)) / 2
+        return float(gain / inflation(joint, whole, self.problem.policy) - price)
 
     def evidence_in(self, joint: Sums) -> float:
         """The same of what is in the sums beside what is in the ground."""

@@ -8,12 +8,13 @@ import numpy as np
 
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
+from sim.effects.nonlinear import ROUNDED
 from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.decision.choice import Accepted
-from validation.diagnosis.decision.selection import _beyond_form, _settled_beside, select
+from validation.diagnosis.decision.selection import _beyond_form, _grows_with_time, _settled_beside, select
 from validation.diagnosis.evidence.compare import judge, judged_at
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.library.candidates import proposed
+from validation.diagnosis.library.candidates import Candidate, proposed
 
 DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
 LOOP = next(
@@ -72,3 +73,17 @@ def test_a_current_whose_gain_fades_is_no_drift_beside_a_current() -> None:
     assert [one.name for one in select(problem(fading)).found] == [DRIVEN.name]
     drifting = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [4.0, -2.0, 3.0]}} | SLOW)
     assert {one.name for one in select(drifting).found} == {DRIVEN.name, DRIFT.name}
+
+
+def test_a_loop_beside_a_current_is_no_growth_of_it() -> None:
+    """Its state at the start is foretold wildly where the start is held out; by all data it tells."""
+    core = {"rounded_gain": (0.004,) * 3, "rounded_threshold_nT": 3000.0, "rounded_start_nT": (-60.0, 40.0, 50.0)}
+    posed = problem(hidden=TABLES | {LOOP.name: core})
+    current = judged_at(Ground.of(posed), [Candidate(DRIVEN)])
+    assert current is not None
+    rounded = Candidate(LOOP, (("rounded_threshold_nT", 3000.0),), forms=(ROUNDED,))
+    ground = Ground.of(posed, [Candidate(DRIVEN).columns(posed)])
+    columns = rounded.columns(posed)
+    assert ground.evidence_of(columns) < 0 < ground.evidence_on_all(columns)
+    loop = Accepted(replace(current, candidate=rounded), ())
+    assert not _grows_with_time(loop, [Accepted(current, ())], ground)
