@@ -37,7 +37,10 @@ class Left:
 
     @classmethod
     def of(cls, problem: LinearProblem, belief: Belief) -> Left:
-        """What believed effects leave; parameters and iron are fitted to what the first split trains on."""
+        """What believed effects leave; parameters and iron are fitted to what the first split trains on.
+
+        Where nothing is believed and nothing is left there is no gap: what exceeds the noise is chance.
+        """
         held = belief.selection.end.held_samples()
         train, test = ~held & (problem.usable > 0), held & (problem.usable > 0)
         if problem.mode == "vector":
@@ -46,7 +49,9 @@ class Left:
             selection = belief.selection
             before = selection.start.residual()
             after = selection.end.residual() if belief.found else before
-        return cls(before, after, GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy))
+        gap = GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy)
+        some = belief.found or belief.iron or not belief.after.clean
+        return cls(before, after, gap if some else replace(gap, explained=None))
 
     def undone(self) -> Left:
         """The same where the names are taken back: nothing is explained."""
