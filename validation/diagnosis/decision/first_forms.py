@@ -8,26 +8,28 @@ from collections.abc import Iterator
 
 from validation.diagnosis.decision.one_course import channels_of_time
 from validation.diagnosis.evidence.compare import Evidence, between_listed, judged_at
-from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.ground import Ground, IsClean
 from validation.diagnosis.library.candidates import Candidate
 
 
-def fuller(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
+def fuller(ground: Ground, members: dict[str, list[Candidate]], is_clean: IsClean) -> tuple[Evidence, ...]:
     """The evidence of every effect that says with which form it is looked for, at the listed values of both.
 
-    The curve of a channel that only rises is any slow course.
+    The curve of a channel that only rises is any slow course, and is not asked for.
     """
     slow = channels_of_time(ground.problem)
     asked = (
         several for several in members.values() if _first_form(several) and slow.isdisjoint(several[0].effect.needs)
     )
     judged = (judged_at(ground, list(_settings(ground, several))) for several in asked)
-    return tuple(_between_listed(ground, one) for one in judged if one is not None)
+    heard = (_curve(ground, one, is_clean) if one.candidate.effect.needs else one for one in judged if one is not None)
+    return tuple(one for one in heard if one is not None)
 
 
-def _between_listed(ground: Ground, one: Evidence) -> Evidence:
-    """A channel's curve at the lag that fits best: at a listed one it leaves something."""
-    return between_listed(ground, one) if one.candidate.effect.needs else one
+def _curve(ground: Ground, one: Evidence, is_clean: IsClean) -> Evidence | None:
+    """A channel's curve at the lag that fits best, where it leaves nothing: of a slow noise it follows a part."""
+    finer = between_listed(ground, one)
+    return finer if is_clean(ground.beside(finer.candidate.columns(ground.problem)), finer.name) else None
 
 
 def _first_form(several: list[Candidate]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,7 +15,7 @@ from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence, judged_at, misfit
-from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.ground import Ground, nats_on_all
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -106,7 +105,7 @@ def _lead(fuller: Evidence, plainer: Evidence) -> float:
     What it adds at the start alone is an event, which data held out there do not determine.
     """
     k, m = fuller.width - plainer.width, len(fuller.sums.count)
-    on_all = (plainer.squares - fuller.squares) / 2 / fuller.V - k * math.log(m) / 2
+    on_all = nats_on_all(plainer.squares - fuller.squares, fuller.V, k, m)
     return max((fuller.gain - plainer.gain) / fuller.V, on_all)
 
 

@@ -12,7 +12,7 @@ from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, of_one_course, simplest
 from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
 from validation.diagnosis.evidence.compare import Evidence
-from validation.diagnosis.evidence.ground import Ground, added_share
+from validation.diagnosis.evidence.ground import Ground, IsClean, added_share
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
 from validation.diagnosis.evidence.lobes import goes_with_heading
 from validation.diagnosis.evidence.smoothly import comes_and_goes
@@ -35,8 +35,6 @@ OF_MANY_SIZES = "of another size in each part of the run"
 OF_ERRORS = "hardly shown by the motion: what is left of it are the attitude's errors"
 BY_ANOTHER = (NOT_ALONG, DENIED_ALONG, OF_MANY_SIZES)
 """Refusals that may be for what another effect leaves."""
-IsClean = Callable[[Ground, str], bool]
-"""(ground with an effect in, its name) -> whether what is left is white."""
 Next = Callable[[Ground, Evidence], Accepted | None]
 """(ground with an effect in, that one) -> what is found beside it."""
 

@@ -110,12 +110,8 @@ def _round(
         left = tests_beside(with_it, [*before, one.name])
         return None if left.clean else _round(with_it, members, found, start, left, alone=True).chosen
 
-    def leaves_nothing(one: Evidence) -> bool:  # a channel's curve follows a slow noise for a part of its way
-        return is_clean(ground.beside(one.candidate.columns(ground.problem)), one.name)
-
     switched = windowed(ground, ranking, members)
-    full = [one for one in fuller(ground, members) if not one.candidate.effect.needs or leaves_nothing(one)]
-    full += pulses(ground, members)
+    full = (*fuller(ground, members, is_clean), *pulses(ground, members))
     return beside_colour(ground, ranking, start, is_clean, switched, full, None if alone else beyond)
 
 

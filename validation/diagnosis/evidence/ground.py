@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import reduce
 
@@ -98,12 +98,11 @@ class Ground:
         return self.evidence_in(self.joined(columns))
 
     def evidence_on_all(self, columns: Array) -> float:
-        """Evidence of columns (n, q, k) on all m blocks, less ``k / 2 ln m`` for their number."""
+        """Evidence of columns (n, q, k) on all blocks: of what acts where data held out do not determine it."""
         joint, k = self.joined(columns), columns.shape[2]
         whole = fit(joint, self.everything)
-        gain = (self.squares - squares(joint, whole, self.everything)) / 2
-        price = k * math.log(len(joint.count)) / 2
-        return float(gain / inflation(joint, whole, self.problem.policy) - price)
+        V = inflation(joint, whole, self.problem.policy)
+        return nats_on_all(self.squares - squares(joint, whole, self.everything), V, k, len(joint.count))
 
     def evidence_in(self, joint: Sums) -> float:
         """The same of what is in the sums beside what is in the ground."""
@@ -112,6 +111,15 @@ class Ground:
             for held in self.splits
         ]
         return self.mean_gain(gains) / inflation(joint, fit(joint, self.everything), self.problem.policy)
+
+
+IsClean = Callable[[Ground, str], bool]
+"""(ground with an effect in, its name) -> whether what is left is white."""
+
+
+def nats_on_all(fewer_squares: float, V: float, k: int, m: int) -> float:
+    """Nats ``fewer / 2 / V - k / 2 ln m`` of k columns that leave fewer squares of all m blocks, inflated by V."""
+    return fewer_squares / 2 / V - k * math.log(m) / 2
 
 
 def added_share(start: Ground, before: Ground, squares: float) -> float:

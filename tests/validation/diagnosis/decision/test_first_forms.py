@@ -18,10 +18,15 @@ from validation.diagnosis.decision import first_forms, selection
 from validation.diagnosis.decision.jointly import select_jointly
 from validation.diagnosis.decision.selection import Selection
 from validation.diagnosis.evidence.compare import Evidence
+from validation.diagnosis.evidence.ground import Ground
 
 LIBRARY = {"hysteresis", "nonlinearity", "eddy_current", "hard_iron_drift", "offset_jump", "temperature_offset"}
 FIELD_NT, WAY_NT = 47_434.0, 15_000.0
 SHARE = 0.004
+
+
+def _any(ground: Ground, name: str) -> bool:
+    return True
 
 
 def _relaxing(given: Recording) -> Recording:
@@ -54,7 +59,7 @@ def test_a_core_that_relaxes_is_hysteresis(relaxing: Recording) -> None:
 
 
 def test_by_plays_alone_it_is_not_found(relaxing: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(selection, "fuller", lambda ground, members: ())
+    monkeypatch.setattr(selection, "fuller", lambda *_: ())
     names = [one.name for one in _found(without_attitude(relaxing)).found]
     assert names != [Hysteresis.name], names
 
@@ -63,7 +68,7 @@ def test_a_form_is_looked_for_a_decade_wider_than_the_plain_effect(relaxing: Rec
     posed = problem(relaxing)
     found = selection.Ground.of(posed)
     members = selection.proposed(posed, frozenset(BY_NAME) - {Hysteresis.name})
-    (one,) = first_forms.fuller(found, members)
+    (one,) = first_forms.fuller(found, members, _any)
     given = dict(one.candidate.nonlinear)
     assert given["rounded_threshold_nT"] == pytest.approx(10 * given["threshold_nT"])
 
@@ -86,7 +91,7 @@ def test_a_bent_course_of_temperature_felt_late_is_found(monkeypatch: pytest.Mon
     posed = problem(_bent(5.0))
     found = selection.select(posed)
     assert ({one.name for one in found.found}, found.after.clean) == ({TemperatureOffset.name}, True)
-    monkeypatch.setattr(selection, "fuller", lambda ground, members: ())
+    monkeypatch.setattr(selection, "fuller", lambda *_: ())
     assert TemperatureOffset.name not in {one.name for one in selection.select(posed).found}
 
 
@@ -94,7 +99,7 @@ def test_a_bent_course_of_temperature_felt_late_is_found(monkeypatch: pytest.Mon
 def test_the_curve_of_what_only_rises_is_not_asked_for(temperature_degC: Callable[[Array], Array], asked: bool) -> None:
     given = recording(1500)
     posed = problem(replace(given, temperature_degC=temperature_degC(given.time_s)))
-    found = first_forms.fuller(selection.Ground.of(posed), selection.proposed(posed))
+    found = first_forms.fuller(selection.Ground.of(posed), selection.proposed(posed), _any)
     assert (TemperatureOffset.name in {one.name for one in found}) is asked
 
 
