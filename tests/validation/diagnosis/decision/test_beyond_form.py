@@ -87,3 +87,18 @@ def test_a_loop_beside_a_current_is_no_growth_of_it() -> None:
     assert ground.evidence_of(columns) < 0 < ground.evidence_on_all(columns)
     loop = Accepted(replace(current, candidate=rounded), ())
     assert not _grows_with_time(loop, [Accepted(current, ())], ground)
+
+
+def test_a_drift_beside_a_current_that_fades_is_no_growth_of_it() -> None:
+    """The growth explains more than the drift, and leaves the drift what it explains."""
+    made = recording(2000, hidden={DRIFT.name: {DRIFT.linear[0]: [60.0, -90.0, 45.0]}})
+    assert made.current_A is not None
+    current_A, fade = made.current_A[:, :1] - 2.0, np.linspace(2.0, -2.0, 2000)[:, None]
+    fading = replace(made, current_A=current_A, mag_nT=made.mag_nT + fade * current_A * np.array([4.0, -2.0, 3.0]))
+    posed = problem(fading)
+    current, drift = Candidate(DRIVEN), Candidate(DRIFT)
+    ground = Ground.of(posed, [current.columns(posed)])
+    judged = [judged_at(ground, [drift]), judged_at(Ground.of(posed), [current])]
+    slow, driven = (Accepted(one, ()) for one in judged if one is not None)
+    assert 0 < ground.evidence_on_all(drift.columns(posed)) < 1000
+    assert not _grows_with_time(slow, [driven], ground)

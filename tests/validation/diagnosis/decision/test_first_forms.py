@@ -73,7 +73,7 @@ def test_a_form_is_looked_for_a_decade_wider_than_the_plain_effect(relaxing: Rec
     assert given["rounded_threshold_nT"] == pytest.approx(10 * given["threshold_nT"])
 
 
-def _bent(lag_s: float) -> Recording:
+def _bent(lag_s: float, sigma: float = 1.5) -> Recording:
     """A run that warms up, offset ``k d + k2 d^2`` of a temperature felt late by a lag that is not listed."""
     given = recording(1500)
     time_s = given.time_s
@@ -83,7 +83,7 @@ def _bent(lag_s: float) -> Recording:
         felt[i] = felt[i - 1] + (outside[i] - felt[i - 1]) * -np.expm1(-(time_s[i] - time_s[i - 1]) / lag_s)
     d = (felt - 3)[:, None]
     added = d * np.array([1.0, -0.6, 0.5]) + d**2 / 10 * np.array([-0.6, 0.9, 0.8])
-    return replace(given, temperature_degC=20 + outside, mag_nT=given.mag_nT + 1.5 * NOISE_NT * added / added.std())
+    return replace(given, temperature_degC=20 + outside, mag_nT=given.mag_nT + sigma * NOISE_NT * added / added.std())
 
 
 def test_a_bent_course_of_temperature_felt_late_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,7 +113,7 @@ def test_a_curve_is_heard_where_it_leaves_nothing(
     monkeypatch.setattr(
         selection, "beside_colour", lambda ground, ranking, start, is_clean, switched, full, beyond: heard.extend(full)
     )
-    given, steps = _bent(lag_s), np.random.default_rng(0).normal(scale=walk_nT, size=(1500, 3))
+    given, steps = _bent(lag_s, 2.5), np.random.default_rng(0).normal(scale=walk_nT, size=(1500, 3))
     posed = problem(replace(given, mag_nT=given.mag_nT + steps.cumsum(axis=0)))
     ground, members = selection.Ground.of(posed), selection.proposed(posed)
     selection._round(ground, members, [], ground, selection.residual_tests(ground, ()))

@@ -77,6 +77,8 @@ def test_an_effect_that_is_a_form_of_what_is_in_is_listed_beside_it_and_ends_the
 def test_a_second_effect_that_the_first_may_be_is_a_form_of_it(play: Play) -> None:
     found = play(_one(MotorCurrent, 10.0, RegionalField.name), _one(RegionalField), _one(SoftIron))[0].found
     assert [one.form_of for one in found] == [None, MotorCurrent.name, None]
+    found = play(_one(RegionalField), _one(MotorCurrent, 10.0, RegionalField.name))[0].found
+    assert [one.form_of for one in found] == [None, RegionalField.name]
 
 
 def test_what_has_no_name_speaks_against_none_where_the_loop_ends(play: Play, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -155,3 +155,12 @@ def test_it_has_its_own_size_beside_a_drift_that_takes_its_evidence(effect: type
     assert found is not None
     assert found.nats < STANDARD.apart
     assert found.coefficients[0] == pytest.approx(1.0, rel=0.1)
+
+
+def test_on_all_data_columns_of_noise_are_not_worth_their_number() -> None:
+    """They gain ``k / 2`` in the mean, and cost ``k / 2 ln m``."""
+    posed = problem()
+    ground, rng = Ground.of(posed), np.random.default_rng(0)
+    k, m = 4, len(ground.sums.count)
+    nats = [ground.evidence_on_all(rng.normal(size=(*posed.target.shape, k))) for _ in range(20)]
+    assert np.mean(nats) == pytest.approx(k / 2 * (1 - np.log(m)), abs=1.5)
