@@ -41,7 +41,7 @@ def _at_best_period(ground: Ground, member: Candidate, name: str) -> Iterator[Ca
     low, high = policy.least_pulse_cycles * line_hz, 1 / policy.fastest_pulse_s
     if low < high:
         tried = np.arange(low, high, line_hz / 2)
-        yield member.at({name: 1 / _Swings.of(ground, member).best(tried)}, len(tried))
+        yield member.at({name: 1 / _Swings.of(ground, member).best(tried, line_hz / 2)}, len(tried))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +62,11 @@ class _Swings:
         middle_s = rows.row_s + (rows.interval_s - state.interval_s) / 2
         return cls(rows, rows.all_taken(ground.inside), middle_s, rows.taken(axes))
 
-    def best(self, tried: Array) -> float:
-        """The frequency of most nats: of those tried (m,) beside a slow course, then near it beside what it leaves."""
+    def best(self, tried: Array, step: float) -> float:
+        """The frequency of most nats: of those tried (m,), a step apart, then near it beside its colour."""
         slow = self._with(self._slow())
         rest = Hypothesis.of(self.rows, slow, (white(slow.shape[1]),)).rest
-        best, step = self._first(tried, slow, rest), float(tried[1] - tried[0])
+        best = self._first(tried, slow, rest)
         left = Hypothesis.of(self.rows, self._with(self._wave(best)), (rest, white(slow.shape[1]))).rest
         for _ in range(ROUNDS):
             near = np.maximum(best + step * np.linspace(-1, 1, 2 * FINER + 1), tried[0])

@@ -70,6 +70,12 @@ def test_no_period_is_tried_of_which_the_run_holds_less_than_two() -> None:
     assert not pulses(Ground.of(short), proposed(short))
 
 
+def test_a_run_with_room_for_one_period_is_asked_for_that_one() -> None:
+    n = int(1.02 * HZ * STANDARD.fastest_pulse_s * STANDARD.least_pulse_cycles)
+    shortest_s = STANDARD.fastest_pulse_s
+    assert _period(_posed(_wave(shortest_s, 20.0, n), n=n)) == pytest.approx(shortest_s, rel=0.1)
+
+
 def test_the_effect_s_own_example_is_named_with_its_period() -> None:
     truth = SWINGING.example[PERIOD]
     posed = problem(recording(round(HZ * 2.5 * truth), hidden={SWINGING.name: SWINGING.example}))
