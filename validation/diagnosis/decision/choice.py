@@ -66,7 +66,20 @@ def accepted(ranking: Sequence[Evidence], policy: Policy, *, clean: bool = True)
     as_good = [e for e in ranking if not e.behind(best, policy) or _is_it_too(e, best, policy)]
     close = [e for e in as_good if e.nats > policy.apart]
     chosen = simplest(close, policy)
-    return Accepted(chosen, tuple(e.name for e in close if e is not chosen), needed)
+    return Accepted(chosen, instead_of(chosen, close, policy), needed)
+
+
+def instead_of(chosen: Evidence, close: Sequence[Evidence], policy: Policy) -> tuple[str, ...]:
+    """Names of others that the data do not tell from the chosen one.
+
+    What makes that one too is none of them unless it gains more than by chance: with nothing added it is the same.
+    """
+
+    def is_other(one: Evidence) -> bool:
+        makes_it = chosen.name in one.candidate.effect.clues.contains
+        return one.name != chosen.name and not (makes_it and not chosen.behind(one, policy))
+
+    return tuple(dict.fromkeys(one.name for one in close if is_other(one)))
 
 
 def beside_white_noise(ranking: Sequence[Evidence], policy: Policy) -> Round:

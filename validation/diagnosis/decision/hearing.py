@@ -9,7 +9,7 @@ import numpy as np
 
 from sim.effects import EFFECTS
 from sim.state import Array
-from validation.diagnosis.decision.choice import Accepted, Round, are_kin, of_one_course, simplest
+from validation.diagnosis.decision.choice import Accepted, Round, are_kin, instead_of, of_one_course, simplest
 from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground, IsClean, added_share
@@ -300,8 +300,7 @@ def _named(trial: Trial, tried: Sequence[Standing], beside: Beside) -> Accepted:
     narrow = _as_good(trial, others, beside, chance)
     close = {one: _deflated(one, trial.inflation) for one in (*narrow, *alike)}
     chosen = simplest([close[one] for one in narrow], policy)
-    names = dict.fromkeys(one.name for one in close.values())
-    return Accepted(chosen, tuple(name for name in names if name != chosen.name), trial.needed)
+    return Accepted(chosen, instead_of(chosen, list(close.values()), policy), trial.needed)
 
 
 def _as_good(trial: Trial, others: Sequence[Standing], beside: Beside, chance: float) -> list[Standing]:

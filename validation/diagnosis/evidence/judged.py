@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from validation.diagnosis.evidence.compare import Evidence
 
 NAMED, BEHIND, TOO_LITTLE = "named", "explains less", "below what is needed"
-NOT_TOLD = "not told from"
+NOT_TOLD, AND_NO_MORE = "not told from", "and no more"
 TAKEN_BACK, SMALL_SHARE = "not believed: ", "all names together explain too little of the gap"
 
 
@@ -38,7 +38,9 @@ def with_outcomes(judged: Sequence[Judged], named: str | None, alternatives: Seq
             return NAMED
         if one.name in alternatives:
             return f"{NOT_TOLD} {named}"
-        return one.outcome or (BEHIND if one.nats > one.needed else TOO_LITTLE)
+        if one.outcome or one.nats <= one.needed:
+            return one.outcome or TOO_LITTLE
+        return f"{named} {AND_NO_MORE}" if named in one.evidence.candidate.effect.clues.contains else BEHIND
 
     return tuple(sorted((replace(one, outcome=outcome(one)) for one in judged), key=lambda one: -one.nats))
 

@@ -13,11 +13,12 @@ from sim.effects import EFFECTS
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import STRENGTH_NT, problem, recording
 from validation.diagnosis.decision.belief import believed
-from validation.diagnosis.decision.choice import accepted
+from validation.diagnosis.decision.choice import accepted, beside_white_noise
 from validation.diagnosis.decision.iron import _looks_like, iron_changes
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.compare import Evidence, ranked
 from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.judged import AND_NO_MORE
 from validation.diagnosis.library.candidates import Candidate, proposed
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.pose import posed
@@ -113,14 +114,31 @@ def test_beside_a_colour_a_change_of_the_iron_needs_what_any_effect_needs_there(
 @pytest.mark.parametrize(("less", "name"), [(0.02, "regional_field"), (0.2, "field_gradient")])
 def test_an_error_of_form_makes_no_gradient_of_a_constant(less: float, name: str) -> None:
     """A gradient has a constant within it: it must gain more beyond that than an error of form does."""
-    posed = problem(hidden={"regional_field": {"error_enu_nT": [150.0, -80.0, 60.0]}})
-    members = {key: many for key, many in proposed(posed).items() if key in ("regional_field", "field_gradient")}
-    found = {e.name: e for e in ranked(Ground.of(posed), members)}
-    constant = found["regional_field"]
-    gradient = replace(found["field_gradient"], gain=constant.gain / (1 - less))
-    chosen = accepted([gradient, constant], posed.policy)
+    gradient, constant = _gradient_and_constant()
+    chosen = accepted([replace(gradient, gain=constant.gain / (1 - less)), constant], STANDARD)
     assert chosen is not None
     assert chosen.name == name
+
+
+@pytest.mark.parametrize(("lead", "listed"), [(-1.1, ()), (0.9, ()), (1.1, ("field_gradient",))])
+def test_a_gradient_is_listed_beside_its_constant_where_it_gains_more_than_by_chance(
+    lead: float, listed: tuple[str, ...]
+) -> None:
+    """With nothing beyond the constant it is the constant."""
+    gradient, constant = _gradient_and_constant()
+    richer = replace(gradient, gain=constant.gain + lead * STANDARD.apart * gradient.V)
+    several = sorted([richer, constant], key=lambda one: -one.gain)
+    chosen = accepted(several, STANDARD)
+    assert chosen is not None
+    assert (chosen.name, chosen.alternatives) == ("regional_field", listed)
+    named = {one.name: one.outcome for one in beside_white_noise(several, STANDARD).judged}["field_gradient"]
+    assert (AND_NO_MORE in named) is (not listed)
+
+
+def _gradient_and_constant() -> list[Evidence]:
+    posed = problem(hidden={"regional_field": {"error_enu_nT": [150.0, -80.0, 60.0]}})
+    members = {key: many for key, many in proposed(posed).items() if key in ("regional_field", "field_gradient")}
+    return sorted(ranked(Ground.of(posed), members), key=lambda one: one.name)
 
 
 def test_an_error_of_the_field_on_a_level_circle_is_listed_beside_the_iron_it_looks_like() -> None:
