@@ -63,7 +63,7 @@ class _Swings:
         return cls(rows, rows.all_taken(ground.inside), middle_s, rows.taken(axes))
 
     def best(self, tried: Array, step: float) -> float:
-        """The frequency of most nats: of those tried (m,), a step apart, then near it beside its colour."""
+        """The frequency of most nats: of those tried (m,), a step apart, then near it beside what it leaves."""
         slow = self._with(self._slow())
         rest = Hypothesis.of(self.rows, slow, (white(slow.shape[1]),)).rest
         best = self._first(tried, slow, rest)

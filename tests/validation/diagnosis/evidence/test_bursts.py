@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from sim.dataset import Recording
 from sim.effects.faults import Spikes
-from tests.validation.diagnosis.synthetic import NOISE_NT, problem, recording, without_attitude
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, HZ, NOISE_NT, problem, recording, without_attitude
 from validation.diagnosis.evidence.direct import direct_evidence
 
 FIRST = (400, 900, 1500, 2100, 3333)
@@ -39,6 +40,23 @@ def test_without_attitude_the_strength_shows_them(samples: int) -> None:
     (found,) = direct_evidence(posed)
     assert isinstance(found.effect, Spikes)
     assert found.samples.sum() == pytest.approx(samples * len(FIRST), abs=samples)
+
+
+@pytest.mark.parametrize("attitude_errs", [False, True])
+def test_in_fast_turns_a_value_is_wrong_where_the_strength_shows_it(attitude_errs: bool) -> None:
+    """At 10 Hz in a hand the raw values leap by thousands of nT; one attitude that errs leaves the strength alone."""
+    t = np.arange(4000) / HZ
+    turn = Rotation.from_euler("ZYX", np.column_stack([2 * np.sin(2.6 * t), 0.9 * np.sin(3.1 * t), np.cos(2.3 * t)]))
+    off_nT = np.zeros((4000, 3))
+    for k, at in enumerate(FIRST):
+        off_nT[at, k % 3] = 40 * NOISE_NT
+    shown = Rotation.from_rotvec(off_nT / np.linalg.norm(FIELD_ENU_NT) * attitude_errs) * turn
+    noise_nT = np.random.default_rng(8).normal(size=(4000, 3), scale=NOISE_NT)
+    mag_nT = turn.inv().apply(FIELD_ENU_NT) + noise_nT + off_nT * (not attitude_errs)
+    given = replace(recording(), mag_nT=mag_nT, att_q=shown.as_quat()[:, [3, 0, 1, 2]])
+    seen = direct_evidence(problem(given))
+    assert [one.effect.name for one in seen] == ([] if attitude_errs else [Spikes.name])
+    assert all(one.samples[list(FIRST)].all() for one in seen)
 
 
 def test_what_is_far_from_a_rest_that_is_not_quiet_is_no_burst() -> None:
