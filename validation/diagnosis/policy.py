@@ -64,7 +64,9 @@ class Policy:
     )
 
     # is the reference wrong?
-    misread_gap: float = number(3.0, "factor by which another reading of the given field lowers the gap if it is right")
+    misread_gap: float = number(
+        3.0, "factor by which another reading of the given field, or of the attitude's time, lowers the gap if right"
+    )
     compass_noise: float = number(
         0.6, "noise towards magnetic east over the least of others below which a heading is this magnetometer's own",
         run="measured logs: 0.41 for a glider's own compass; 1.06 to 1.97 for ten logs with an optical heading",

@@ -32,34 +32,38 @@ def with_attitude_in_time(selection: Selection, say: Progress = lambda what: Non
 
     A measurement that is late is one of the effects; one that is ahead of the attitude is none: coefficients of the
     field's rate that any effect of that kin is free to choose. Where one lead for all axes explains nearly as much as
-    they do, and none of them is found beside it, the attitude is late.
+    they do, and none of them is found beside it, the attitude is late. Lateness that varies leaves too much for any of
+    them to be found: there a lead must lower the gap as another reading of the reference does.
     """
+    if not selection.start.problem.turns:
+        return selection
     named = _free_of_kin(selection)
-    found = None if named is None else _ahead(selection, named)
-    if named is None or found is None:
+    found = _ahead(selection, named)
+    if found is None:
         return selection
     again = select_jointly(found, selection.without, say)
     still = {name for one in again.found for name in (one.name, *one.alternatives)}
-    return selection if named.name in still else again
+    return selection if named is not None and named.name in still else again
 
 
 def _free_of_kin(selection: Selection) -> Accepted | None:
-    """What was found of the kin of what is late, with coefficients of either sign; beside an attitude alone."""
-    problem = selection.start.problem
-    if problem.mode != "vector" or problem.relative or problem.still:
-        return None
+    """What was found of the kin of what is late, with coefficients of either sign."""
     late = [one for one in selection.found if one.evidence.candidate.effect.clues.kin == LATE]
     return next((one for one in late if one.evidence.candidate.effect.linear and not one.evidence.candidate.once), None)
 
 
-def _ahead(selection: Selection, named: Accepted) -> LinearProblem | None:
-    """The problem with the attitude moved, if a lead for all axes explains nearly what a name does; else None."""
+def _ahead(selection: Selection, named: Accepted | None) -> LinearProblem | None:
+    """The problem with the attitude moved, if a lead explains nearly what a name does, or by itself nearly all."""
     start, policy = selection.start, selection.start.problem.policy
     first_s = _first_lead_s(start)
     if first_s <= policy.least_lead * start.problem.state.interval_s:
         return None
     q_at = _course(start.problem)
-    moved = _moved(start.problem, q_at, _best_lead_s(start.problem, q_at, first_s))
+    lead_s = _best_lead_s(start.problem, q_at, first_s)
+    if named is None:
+        before_nT, after_nT = (_gap_nT(start.problem, q_at, one_s) for one_s in (0.0, lead_s))
+        return _moved(start.problem, q_at, lead_s) if after_nT * policy.misread_gap < before_nT else None
+    moved = _moved(start.problem, q_at, lead_s)
     grounds = (start, start.beside(named.columns(start.problem)), Ground.of(moved))
     before, by_name, by_lead = map(_power_nT2, grounds)
     by_form = policy.same_kin if selection.after.clean else policy.same_coloured

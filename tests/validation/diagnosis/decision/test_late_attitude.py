@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 from sim.dataset import Recording
-from sim.effects import EFFECTS
-from sim.effects.clues import LATE
 from sim.effects.currents import EddyCurrent, MotorCurrent
 from sim.effects.dynamic import Latency
 from sim.effects.values import SWITCH
@@ -20,6 +18,7 @@ from sim.scenario import ModelSpec
 from sim.state import Array
 from validation.diagnosis.decision import late_attitude
 from validation.diagnosis.decision.late_attitude import _ahead, _best_lead_s, _course, _free_of_kin, _gap_nT, _known
+from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.linear import LinearProblem
@@ -65,6 +64,15 @@ def test_a_late_attitude_is_moved_to_its_time_and_nothing_is_missing(late_s: flo
     assert told.verdict is Verdict.NONE
     assert told.sentence.startswith(f"The attitude comes {1e3 * late_s:.0f}")
     assert "earlier the gap falls from" in told.advice[0]
+
+
+def test_an_attitude_whose_lateness_varies_is_moved_by_its_mean() -> None:
+    """What that leaves comes and goes with the turns, so that no name may be found for it."""
+    late_s = 0.06 * (1 + 0.3 * np.random.default_rng(2).uniform(-1, 1, size=len(TIME_S)))
+    selection: Any = SimpleNamespace(start=Ground.of(posed(field_at(TIME_S), hand_q(TIME_S - late_s))))
+    moved = _ahead(selection, None)
+    assert moved is not None
+    assert moved.instead[0].words.startswith("The attitude comes 60")
 
 
 def test_the_lead_leaves_no_delay_of_its_own() -> None:
@@ -125,7 +133,7 @@ def test_an_attitude_is_late_where_no_name_for_it_is_left(
         "select_jointly": found,
     }.items():
         monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
-    selection: Any = SimpleNamespace(without=frozenset())
+    selection: Any = SimpleNamespace(without=frozenset(), start=SimpleNamespace(problem=SimpleNamespace(turns=True)))
     assert late_attitude.with_attitude_in_time(selection) is (selection if kept else found)
 
 
@@ -170,18 +178,27 @@ def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
 )
 def test_what_is_free_to_be_ahead_of_the_field_may_be_a_late_attitude(named: Candidate, asked: bool) -> None:
     one = SimpleNamespace(evidence=SimpleNamespace(candidate=named))
-    vector = SimpleNamespace(mode="vector", relative=False, still=False)
-    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=vector), found=[one])
+    selection: Any = SimpleNamespace(found=[one])
     assert (_free_of_kin(selection) is one) is asked
 
 
-@pytest.mark.parametrize(
-    ("changed", "asked"),
-    [({}, True), ({"still": True}, False), ({"relative": True}, False), ({"mode": "strength"}, False)],
-)
-def test_only_an_attitude_that_was_logged_can_be_late(changed: dict[str, object], asked: bool) -> None:
-    asked_of = SimpleNamespace(**{"mode": "vector", "relative": False, "still": False, **changed})
-    effect = next(one for one in EFFECTS if one.clues.kin == LATE and one.linear)
-    named = SimpleNamespace(evidence=SimpleNamespace(candidate=Candidate(effect)))
-    selection = SimpleNamespace(start=SimpleNamespace(problem=asked_of), found=[named])
-    assert (_free_of_kin(selection) is named) is asked  # type: ignore[arg-type]
+@pytest.mark.parametrize(("left", "moved"), [(0.3, True), (0.4, False)])
+def test_where_no_name_is_found_a_lead_must_lower_the_gap_as_a_misread_reference_does(
+    left: float, moved: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = {"_first_lead_s": 1.0, "_course": None, "_best_lead_s": 1.0, "_moved": "moved"}
+    for name, value in script.items():
+        monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
+    monkeypatch.setattr(late_attitude, "_gap_nT", lambda problem, q_at, lead_s: left if lead_s else 1.0)
+    problem = SimpleNamespace(policy=STANDARD, state=SimpleNamespace(interval_s=0.1))
+    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=problem))
+    assert (_ahead(selection, None) == "moved") is moved
+
+
+@pytest.mark.parametrize("turns", [True, False])
+def test_only_an_attitude_that_shows_a_turn_can_be_late(turns: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[object] = []
+    monkeypatch.setattr(late_attitude, "_ahead", lambda *given: asked.append(given))
+    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=SimpleNamespace(turns=turns)), found=[])
+    assert late_attitude.with_attitude_in_time(selection) is selection
+    assert bool(asked) is turns
