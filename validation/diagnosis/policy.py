@@ -325,7 +325,9 @@ class Policy:
         80, "cells of the recording between which an effect's begin and end are looked for first"
     )
     window_finer: int = number(8, "by how much finer each further look at them is")
-    least_window: float = number(0.04, "share of the recording that a window is long at least")
+    least_window: float = number(
+        0.04, "share of the recording that a window is long at least where it is looked for first"
+    )
     window_share: float = number(
         0.75, "part of a window's evidence that no effect may reach in the whole run, or there is no window",
     )  # fmt: skip

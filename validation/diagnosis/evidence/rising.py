@@ -81,7 +81,7 @@ def _rises(power: Array, shape: Array, policy: Policy) -> bool:
     the chance of l cycles in a permutation of the m bands, G is chi-square of m - l degrees; of others it is less.
     """
     m = len(power)
-    if m < 2 or not (power > 0).all():
+    if not (power > 0).all():
         return False
     falling = isotonic_regression(power, weights=shape, increasing=False).x
     G = 2 * float((shape * np.log(falling / power)).sum())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,7 +82,7 @@ def largest(parts: tuple[Part, ...], policy: Policy) -> Part | None:
     most = max(parts, key=lambda one: one.rms_sigma)
     others = [one for one in parts if one is not most]
     weight = np.array([one.stretch.share for one in others])
-    excess = np.array([max(one.rms_sigma**2 - 1, 0.0) for one in others])
+    excess = np.array([one.rms_sigma**2 - 1 for one in others])
     rest = float(weight @ excess) / max(float(weight.sum()), 1e-9)
     return most if most.rms_sigma**2 - 1 > policy.far_larger * max(rest, policy.least_held_excess) else None
 
@@ -96,7 +97,7 @@ def _cuts(log_power: Array, policy: Policy) -> Places:
     m = len(log_power)
     noise = max(NORMAL_MAD * float(np.median(np.abs(np.diff(log_power)))) / np.sqrt(2), 1e-6)
     first, second = (np.concatenate([[0.0], np.cumsum((log_power / noise) ** k)]) for k in (1, 2))
-    shortest = min(max(1, int(policy.least_part * m)), m)
+    shortest = math.ceil(policy.least_part * m)
     best, before = np.full(m + 1, np.inf), np.zeros(m + 1, dtype=np.int64)
     best[0] = 0.0
     for j in range(shortest, m + 1):

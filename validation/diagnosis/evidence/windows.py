@@ -42,9 +42,7 @@ class Timeline:
         """The timeline of rows, with effects' columns (n, q, k) in."""
         n, q, _ = rows.base.shape
         known = np.concatenate([_of_all(rows), inside.reshape(n * q, -1)], axis=1)
-        known = known / np.maximum(np.linalg.norm(known, axis=0), 1e-300)
-        u, size, _ = np.linalg.svd(known, full_matrices=False)
-        Q = u[:, size > 1e-6 * size.max()]
+        Q = np.linalg.qr(known)[0]
         y = rows.target.reshape(-1)
         return cls(rows, Q, (y - Q @ (Q.T @ y)).reshape(n, q))
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.validation.diagnosis.synthetic import problem, recording
-from validation.diagnosis.evidence.when import Stretch, largest, parts_of
+from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.evidence.when import Part, Stretch, largest, parts_of
 from validation.diagnosis.policy import STANDARD
 
 
@@ -26,7 +26,7 @@ def test_white_noise_is_one_part(posed) -> None:  # type: ignore[no-untyped-def]
     n = len(posed.state)
     counts = [len(parts_of(posed, _noise(n, seed))) for seed in range(30)]
     assert counts.count(1) >= 28
-    assert largest(parts_of(posed, _noise(n)), STANDARD) is None
+    assert largest(parts_of(posed, 2 * _noise(n)), STANDARD) is None
 
 
 def test_a_part_with_twice_the_noise_is_found_within_a_cell(posed) -> None:  # type: ignore[no-untyped-def]
@@ -46,9 +46,51 @@ def test_a_stretch_says_its_phases_and_a_steady_compass_heading() -> None:
     given = recording(1000)
     yaw = np.where(np.arange(1000) < 500, 0.0, np.arange(1000) * 0.05)
     east = Rotation.from_euler("Z", yaw[:, None])
-    phase = np.where(np.arange(1000) < 490, "leg", "spiral")
+    phase = np.where(np.arange(1000) < 490, "transit", "spiral")
     posed = problem(replace(given, att_q=east.as_quat()[:, [3, 0, 1, 2]], phase=phase))
     leg, turn = Stretch.of(posed, 0.0, 50.0), Stretch.of(posed, 50.0, 100.0)
-    assert (leg.phase, leg.heading_deg) == ("leg", pytest.approx(90.0, abs=1e-6))
+    assert (leg.phase, leg.heading_deg) == ("transit", pytest.approx(90.0, abs=1e-6))
     assert (turn.phase, turn.heading_deg) == ("spiral", None)
-    assert leg.words == "from 0 s to 50 s (phase leg, heading 90°, 50 % of the run)"
+    assert leg.words == "from 0 s to 50 s (phase transit, heading 90°, 50 % of the run)"
+    assert Stretch.of(posed, 0.0, 100.0).phase == "transit, spiral"
+    assert Stretch.of(problem(without_attitude(recording(1000))), 0.0, 50.0).heading_deg is None
+
+
+def test_a_burst_is_no_part(posed) -> None:  # type: ignore[no-untyped-def]
+    residual = _noise(len(posed.state))
+    residual[1000:1040] *= 10.0
+    assert min(one.stretch.share for one in parts_of(posed, residual)) >= STANDARD.least_part
+
+
+@pytest.mark.parametrize("some", [0.0, 0.03, 0.6, 1.0])
+def test_samples_left_out_change_no_size(posed, some: float) -> None:  # type: ignore[no-untyped-def]
+    """Of half of the run a share is there."""
+    n = len(posed.state)
+    there = (np.random.default_rng(1).random(n) < some) | (np.arange(n) >= n / 2)
+    parts = parts_of(replace(posed, usable=there.astype(float)), _noise(n) * there[:, None])
+    assert [one.rms_sigma for one in parts] == pytest.approx([1.0], rel=0.03)
+
+
+def test_a_run_of_few_samples_may_have_no_part(posed) -> None:  # type: ignore[no-untyped-def]
+    n = len(posed.state)
+    for first, whole in ((n - 200, 1.0), (n - 20, 0.0)):
+        there = np.arange(n) >= first
+        parts = parts_of(replace(posed, usable=there.astype(float)), _noise(n) * there[:, None])
+        assert sum(one.stretch.share for one in parts) == pytest.approx(whole)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "far"),
+    [
+        (((1.2, 0.1), (1.0, 0.9)), True),
+        (((1.02, 0.1), (1.0, 0.9)), False),
+        (((2.2, 0.1), (2.0, 0.9)), False),
+        (((3.0, 0.1), (2.0, 0.1), (1.0, 0.8)), True),
+        (((2.0, 0.1), (1.5, 0.8), (1.0, 0.1)), False),
+        (((1.4, 0.1), (1.2, 0.4), (0.8, 0.5)), True),
+    ],
+)
+def test_a_part_is_far_larger_by_its_power_beyond_the_noise(sizes, far) -> None:  # type: ignore[no-untyped-def]
+    """Over that of the rest, each part by its length; what is next to nothing is not divided by."""
+    parts = tuple(Part(Stretch(0.0, 1.0, share, None, None), size, size) for size, share in sizes)
+    assert (largest(parts, STANDARD) is parts[0]) is far

@@ -14,6 +14,7 @@ from sim.effects.base import Effect
 from sim.effects.currents import MotorCurrent
 from sim.effects.earth import RegionalField
 from sim.effects.iron import HardIron, SoftIron
+from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import (
     FIELD_ENU_NT,
     NOISE_NT,
@@ -25,9 +26,10 @@ from tests.validation.diagnosis.synthetic import (
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.linear import Instead, LinearProblem
 from validation.diagnosis.problem.motion import quieter_rate
-from validation.diagnosis.problem.pose import pose, posed_anew
+from validation.diagnosis.problem.pose import pose, posed, posed_anew
 from validation.diagnosis.problem.track import Track
 from validation.diagnosis.problem.vector import stating
+from validation.diagnosis.repair.chain import left_as_it_stands
 
 ERROR_RAD = np.radians(0.02)
 MATRIX = np.array([[1.05, 0.01, -0.02], [0.0, 0.97, 0.015], [0.005, 0.01, 1.02]])
@@ -195,3 +197,13 @@ def test_an_attitude_that_is_held_gives_way_to_the_gyro() -> None:
 def test_a_recording_too_short_to_cut_is_refused() -> None:
     with pytest.raises(InputError, match="at least 200"):
         pose(recording(100), FIELD_ENU_NT, STRENGTH_NT, ())
+
+
+def test_iron_that_is_not_known_is_fitted_in_the_place_of_the_models() -> None:
+    tables = {"hard_iron": {"offset_nT": [500.0, -300.0, 200.0]}, "white_noise": {"std_nT": [NOISE_NT] * 3}}
+    model = ModelSpec.model_validate({"effects": tables, "field": {"enu_nT": FIELD_ENU_NT.tolist()}})
+    off = {
+        known: left_as_it_stands(posed(recording(), model, None, None, iron_known=known), ()) for known in (True, False)
+    }
+    assert np.sqrt((off[False] ** 2).mean()) == pytest.approx(1.0, rel=0.05)
+    assert np.sqrt((off[True] ** 2).mean()) > 100
