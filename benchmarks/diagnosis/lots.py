@@ -35,7 +35,7 @@ from benchmarks.diagnosis.three import (
 from benchmarks.diagnosis.truth import BASE, EQUIVALENT
 from sim.scenario import ModelSpec
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.result import How
+from validation.diagnosis.result import How, Reach
 from validation.diagnosis.workflow import examined
 from validation.together.judgement import Judged, Lot
 from validation.together.selection import Member, select_together
@@ -124,23 +124,27 @@ def run_lot(pool: Pool, lot: str) -> Row:
 def wrong(row: Row) -> list[str]:
     """Names that stand without what two recordings of the lot hide; their iron differs by what has a mean there.
 
-    An attitude that walks has a mean error, as another recording may have by what it hides.
+    Where coefficients differ each may hide another of the class that is named. An attitude that walks has a mean error,
+    as another recording may have by what it hides.
     """
     seed, lot = row["key"].split("/")
     truths = Pool(int(seed)).truths
-    right: set[str] = set()
-    for letter, (kind, hidden, _) in truths.items():
-        if lot.count(letter) > 1:
-            right |= rightly_named(kind, hidden)
-    turned = [letter for letter, (_, hidden, _) in truths.items() if hidden in (*WANDERS, *TURNS)]
-    if sum(map(lot.count, turned)) > 1:
-        right |= TURNS
-    disturbed = lot.count("A") + lot.count("B") > 1
-    return [
-        name
-        for name, *others, how in row["names"]
-        if not right & {name, *others} and not (disturbed and how == How.IRON)
-    ]
+    hides = {letter: rightly_named(kind, hidden) for letter, (kind, hidden, _) in truths.items()}
+    shared, disturbed = _shared(lot, truths, hides), lot.count("A") + lot.count("B") > 1
+
+    def is_right(name: str, *others: str) -> bool:
+        differ, how = Reach.NOT_TRANSFERRED in others, others[-1]
+        each = sum(lot.count(letter) for letter, names in hides.items() if names & {name, *others})
+        return bool(shared & {name, *others}) or (differ and each > 1) or (disturbed and how == How.IRON)
+
+    return [one[0] for one in row["names"] if not is_right(*one)]
+
+
+def _shared(lot: str, truths: dict[str, tuple[str, str, float]], hides: dict[str, set[str]]) -> set[str]:
+    """Names that are right for two recordings of a lot at least."""
+    shared = set().union(*(names for letter, names in hides.items() if lot.count(letter) > 1))
+    turned = (letter for letter, (_, hidden, _) in truths.items() if hidden in (*WANDERS, *TURNS))
+    return shared | TURNS if sum(map(lot.count, turned)) > 1 else shared
 
 
 def figures(rows: Sequence[Row]) -> dict[str, Any]:

@@ -33,8 +33,8 @@ def test_no_two_recordings_share_their_noise() -> None:
     assert max(seeds.values()) == 1
 
 
-def row(pool: Pool, lot: str, *names: str, how: str = "held-out") -> dict[str, Any]:
-    named = [[*names, "transferred", how]] if names else []
+def row(pool: Pool, lot: str, *names: str, reach: str = "transferred", how: str = "held-out") -> dict[str, Any]:
+    named = [[*names, reach, how]] if names else []
     return {"key": f"{pool.seed}/{lot}", "truths": pool.truths, "names": named}
 
 
@@ -53,6 +53,14 @@ def test_what_one_recording_alone_hides_is_a_wrong_name() -> None:
 def test_a_truth_among_the_look_alikes_is_right() -> None:
     pool, name = hiding()
     assert wrong(row(pool, "A0A1A2", "quantisation", name)) == []
+
+
+def test_of_a_class_that_differs_each_recording_may_hide_another() -> None:
+    pool, name = hiding()
+    other = pool.truths["B"][1]
+    assert wrong(row(pool, "A0B1p1", name, other, reach="not-transferred")) == []
+    assert wrong(row(pool, "A0B1p1", name, reach="not-transferred")) == [name]
+    assert wrong(row(pool, "A0B1p1", name, other)) == [name]
 
 
 def test_iron_differs_only_where_two_recordings_are_disturbed() -> None:

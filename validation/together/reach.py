@@ -44,14 +44,16 @@ def finding(joint: Joint, needed: float, policy: Policy, named: Sequence[int] = 
     run. named : the recordings whose own diagnosis names it.
     """
     everyone, there, some = _those_that_show(joint, policy)
-    total, agree = _common(joint, everyone, policy)
-    if _holds(joint, total, agree, needed) and agree.p > policy.not_transferred_alarm:
+    each, agree = _common(joint, everyone, policy)
+    total = _total(joint, each)
+    if _holds(joint, each, agree, needed) and agree.p > policy.not_transferred_alarm:
         return Finding(joint, Reach.TRANSFERRED, total, there, agree)
     if len(some) < 2:
         return Finding(joint, None, total, there, agree)
-    part, agree_there = _common(joint, some, policy)
+    each_there, agree_there = _common(joint, some, policy)
+    part = _total(joint, each_there)
     reach, nats = None, max(total, part)
-    if _holds(joint, nats, agree_there, needed):
+    if _holds(joint, each_there if part > total else each, agree_there, needed):
         same = There.ABSENT in there and part > needed and agree_there.p > policy.not_transferred_alarm
         reach = Reach.SOME if same else _differing(joint, some, needed)
     elif alone := _nats_of_each(joint, set(some).intersection(named), needed):
@@ -88,8 +90,8 @@ def compared(joint: Joint, policy: Policy) -> Finding:
     """
     everyone, there, some = _those_that_show(joint, policy)
     some = some or everyone
-    nats, agree = _common(joint, some, policy)
-    agree = replace(agree, covariance=len(some) * agree.covariance)
+    each, agree = _common(joint, some, policy)
+    nats, agree = _total(joint, each), replace(agree, covariance=len(some) * agree.covariance)
     if len(some) < 2:
         reach = None
     elif agree.p <= policy.not_transferred_alarm:
@@ -114,17 +116,27 @@ def _those_that_show(joint: Joint, policy: Policy) -> tuple[list[int], tuple[The
     return everyone, there, [i for i in everyone if there[i] is There.PRESENT]
 
 
-def _holds(joint: Joint, nats: float, agree: Agreement, needed: float) -> bool:
-    """Whether common coefficients explain enough, and are such as the effect can have."""
-    return nats > needed and joint.candidate.possible(agree.c)
+def _holds(joint: Joint, each: Sequence[float], agree: Agreement, needed: float) -> bool:
+    """Whether common coefficients explain enough, not in one recording alone, and are such as the effect can have.
+
+    Of a recording that shows an effect strongly a tenth of the right size, which others may give by chance, explains a
+    fifth: without it as much is needed as one recording's part of the whole.
+    """
+    others = sum(each) - max(each, default=0.0)
+    borne_out = _total(joint, each) > needed and others * len(each) > needed
+    return borne_out and joint.candidate.possible(agree.c)
 
 
-def _common(joint: Joint, which: Sequence[int], policy: Policy) -> tuple[float, Agreement]:
+def _total(joint: Joint, each: Sequence[float]) -> float:
+    return sum(each) - joint.price
+
+
+def _common(joint: Joint, which: Sequence[int], policy: Policy) -> tuple[list[float], Agreement]:
     """Nats that in each of some recordings the coefficients of the others explain, and whether they agree."""
     there = {i: one for i in which if (one := joint.estimates[i]) is not None}
     estimates = list(there.values())
-    nats = sum(joint.nats(i, c) for i, c in zip(there, foretold(estimates), strict=True))
-    return nats - joint.price, agreement(estimates, policy.same_coefficient, joint.known)
+    each = [joint.nats(i, c) for i, c in zip(there, foretold(estimates), strict=True)]
+    return each, agreement(estimates, policy.same_coefficient, joint.known)
 
 
 def _there(joint: Joint, everyone: Sequence[int], policy: Policy) -> tuple[There, ...]:

@@ -19,6 +19,7 @@ from validation.diagnosis.evidence.standing import Beside, gains_along_the_field
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.result import Reach
 from validation.diagnosis.workflow import Examined
 from validation.together.alike import Settings, explain_as_much, is_useless_beside, look_alikes
 from validation.together.asked import Asked, Joint, beside_own, columns_in, estimate
@@ -266,7 +267,18 @@ def _named(
     names = dict.fromkeys([*(one.name for one in (*closest, *alike)), *explain_as_much(found, settings, problems)])
     simpler = found if chosen is best else _finding(chosen, members, coloured=coloured)
     last = found if simpler.reach is None else simpler
+    if last.reach is Reach.NOT_TRANSFERRED:
+        names |= dict.fromkeys(_listed_by_each(last.joint.name, members))
     return Chosen(last, tuple(name for name in names if name != last.joint.name))
+
+
+def _listed_by_each(name: str, members: Sequence[Member]) -> list[str]:
+    """What every recording that names an effect by itself does not tell from it.
+
+    Of coefficients that differ the others say nothing.
+    """
+    own = [one.alternatives for member in members for one in member.named if one.name == name]
+    return [other for other in own[0] if all(other in each for each in own)] if own else []
 
 
 def _is_form(best: Chosen, chosen: Sequence[Chosen], first: Sequence[Beside], policy: Policy) -> bool:

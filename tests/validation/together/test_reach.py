@@ -20,7 +20,7 @@ SMALL, TURNED, WANDER = (replace(GIVEN, g=by * GIVEN.g) for by in (0.7, -0.7, 0.
 
 
 def joint_of(estimates: tuple[Estimate, ...], own: tuple[float, ...], candidate: Any = None) -> Any:
-    return SimpleNamespace(asked="abc", estimates=estimates, own=own.__getitem__, candidate=candidate)
+    return SimpleNamespace(asked="abc", estimates=estimates, own=own.__getitem__, candidate=candidate, price=0.0)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_what_differs_is_present_in_two_recordings_at_least(
     joint: Any = joint_of((GIVEN, SMALL, replace(GIVEN)), (9.0, 9.0, 9.0), candidate)
     differ = SimpleNamespace(p=1e-9, c=1.0)
     monkeypatch.setattr(reach, "_there", lambda *_: there)
-    monkeypatch.setattr(reach, "_common", lambda *_: (1e3, differ))
+    monkeypatch.setattr(reach, "_common", lambda *_: ([4e2, 4e2, 2e2], differ))
     assert finding(joint, 7.0, STANDARD).reach is found
 
 
@@ -69,7 +69,20 @@ def test_what_two_recordings_name_by_themselves_need_not_be_alike(
     """A tone begins every run with another phase: the others' coefficients explain less than none."""
     joint: Any = joint_of((GIVEN, TURNED), (9.0, 9.0), SimpleNamespace(possible=lambda c: True))
     monkeypatch.setattr(reach, "_there", lambda *_: (There.PRESENT, There.PRESENT))
-    monkeypatch.setattr(reach, "_common", lambda *_: (-50.0, SimpleNamespace(p=1e-9, c=1.0)))
+    monkeypatch.setattr(reach, "_common", lambda *_: ([-20.0, -30.0], SimpleNamespace(p=1e-9, c=1.0)))
     joint.asked = "ab"
     one = finding(joint, needed, STANDARD, named)
     assert (one.reach, one.nats) == found
+
+
+@pytest.mark.parametrize(
+    ("each", "found"), [([33.8, -0.1, 0.2], None), ([33.8, -0.1, 4.8], Reach.TRANSFERRED), ([9.0, 4.7, -0.1], None)]
+)
+def test_what_is_explained_in_one_recording_alone_is_no_name(
+    monkeypatch: pytest.MonkeyPatch, each: list[float], found: Reach | None
+) -> None:
+    """Coefficients that the others hardly know may go the way of one that shows an effect: a third of 14 is needed."""
+    joint: Any = joint_of((GIVEN, SMALL, SMALL), (138.0, -4.0, -4.0), SimpleNamespace(possible=lambda c: True))
+    monkeypatch.setattr(reach, "_there", lambda *_: (There.PRESENT, There.OPEN, There.OPEN))
+    monkeypatch.setattr(reach, "_common", lambda *_: (each, SimpleNamespace(p=0.9, c=1.0)))
+    assert finding(joint, 14.0, STANDARD).reach is found
