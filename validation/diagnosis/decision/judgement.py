@@ -132,8 +132,9 @@ def _at_an_end(effect: Effect) -> bool:
 
 
 def unnamed_channels(case: Case) -> set[str]:
-    """Recorded channels that no name has for its cause; to an effect of the currents all motors are one."""
+    """Recorded channels that no name, nor what it may be instead, has for its cause; all motors' currents are one."""
     causes = {cause for one in case.named for cause in one.effect.causes}
+    causes |= {need for one in case.named for name in one.alternatives for need in BY_NAME[name].needs}
     known = set(case.problem.state.channels) - causes
     motors = {current_name(motor) for motor in case.problem.state.motors}
     return known - motors - set(as_currents(case.problem.recording)) if causes & motors else known

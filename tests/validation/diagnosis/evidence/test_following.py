@@ -77,6 +77,8 @@ def test_what_a_name_has_for_its_cause_is_not_asked(warm: LinearProblem, channel
     assert len(motors) > 1
     caused = next(cls(**cls.example) for cls in EFFECTS if channel in cls(**cls.example).causes)
     case = _case(replace(FOUND, effect=caused), problem=warm)
+    listed = _case(replace(FOUND, alternatives=(caused.name,)), problem=warm)
     known = motors if channel in motors else {channel}
     assert set(warm.state.channels) - unnamed_channels(case) == known
+    assert set(warm.state.channels) - unnamed_channels(listed) >= known
     assert set(warm.state.channels) == unnamed_channels(replace(case, named=()))
