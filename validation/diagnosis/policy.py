@@ -175,6 +175,9 @@ class Policy:
         run="a survey of 600 m over bodies at 86 m, and a sensor led past a magnet on a table within 2.5 m",
     )  # fmt: skip
     other_scale: float = number(3.0, "ratio between this and the first grid's margin from which on sizes differ")
+    about_stretch: float = number(
+        6.0, "margin about the stretch in which the gap is large, in its extents: a body is some three of them away"
+    )
     nearest_share: float = number(0.05, "the same as nearest_place_m, as a share of the extent of a short path")
     farthest_share: float = number(0.5, "the same as farthest_place_m, as a share of the extent of a long path")
     place_cells: int = number(7, "cells of the grid of places along an axis at least; twice as many at most")

@@ -43,19 +43,29 @@ def _grid(thin: ThinnedPath, policy: Policy) -> Array:
     """Places (m, 3) about the path, neither on it nor so far that a dipole's field is a gradient.
 
     A second grid as wide as the path asks for joins the first where that is of quite another size: a survey from the
-    air, a sensor in a hand.
+    air, a sensor in a hand. So does one about the stretch where the residual is large, if a near body may lie there
+    between the cells of the others.
     """
-    margins = [policy.place_margin_m]
+    boxes = [(thin.path, policy.place_margin_m)]
     own, ratio = policy.other_place * thin.extent_m, policy.other_scale
     if not 1 / ratio < own / policy.place_margin_m < ratio:
-        margins.append(own)
-    grid = np.concatenate([_box(thin, margin, policy) for margin in margins])
+        boxes.append((thin.path, own))
+    stretch = thin.loudest()
+    about = policy.about_stretch * _extent_m(stretch)
+    if 0 < ratio * about < thin.extent_m:
+        boxes.append((stretch, about))
+    grid = np.concatenate([_box(path, margin_m, policy) for path, margin_m in boxes])
     return grid[[_beside(thin, place, policy) for place in grid]]
 
 
-def _box(thin: ThinnedPath, margin_m: float, policy: Policy) -> Array:
-    """Places (m, 3) of an even grid on the path's box with a margin."""
-    low, high, least = thin.path.min(axis=0) - margin_m, thin.path.max(axis=0) + margin_m, policy.place_cells
+def _extent_m(path: Array) -> float:
+    """The longest side of the box of a path (n, 3)."""
+    return float(np.ptp(path, axis=0).max())
+
+
+def _box(path: Array, margin_m: float, policy: Policy) -> Array:
+    """Places (m, 3) of an even grid on the box of a path (n, 3) with a margin."""
+    low, high, least = path.min(axis=0) - margin_m, path.max(axis=0) + margin_m, policy.place_cells
     cells = [max(least, min(2 * least, round((b - a) / policy.place_cell_m))) for a, b in zip(low, high, strict=True)]
     axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, cells, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -97,7 +107,16 @@ class ThinnedPath:
     @property
     def extent_m(self) -> float:
         """The longest side of the path's box."""
-        return float(np.ptp(self.path, axis=0).max())
+        return _extent_m(self.path)
+
+    def loudest(self) -> Array:
+        """The stretch (m, 3) of the path with the middle half of the residual's fourth power: noise is little.
+
+        Of a dipole at a distance it is about a third of that long.
+        """
+        power = np.cumsum((self.y.reshape(-1, 3) ** 2).sum(axis=1) ** 2)
+        first, last = np.searchsorted(power, power[-1] * np.array([0.25, 0.75]))
+        return self.path[first : last + 1]
 
     def left(self, place: Array) -> Array:
         """What the residual keeps (3 n,) after the best moment at a place."""
