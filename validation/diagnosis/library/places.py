@@ -52,7 +52,7 @@ def _grid(thin: ThinnedPath, policy: Policy) -> Array:
         boxes.append((thin.path, own))
     stretch = thin.loudest()
     about = policy.about_stretch * _extent_m(stretch)
-    if 0 < ratio * about < thin.extent_m:
+    if ratio * about < thin.extent_m:
         boxes.append((stretch, about))
     grid = np.concatenate([_box(path, margin_m, policy) for path, margin_m in boxes])
     return grid[[_beside(thin, place, policy) for place in grid]]
@@ -112,11 +112,11 @@ class ThinnedPath:
     def loudest(self) -> Array:
         """The stretch (m, 3) of the path with the middle half of the residual's fourth power: noise is little.
 
-        Of a dipole at a distance it is about a third of that long.
+        Of a dipole at a distance it is about a third of that long; with the samples beside it, for it may be one.
         """
         power = np.cumsum((self.y.reshape(-1, 3) ** 2).sum(axis=1) ** 2)
         first, last = np.searchsorted(power, power[-1] * np.array([0.25, 0.75]))
-        return self.path[first : last + 1]
+        return self.path[max(first - 1, 0) : last + 2]
 
     def left(self, place: Array) -> Array:
         """What the residual keeps (3 n,) after the best moment at a place."""
