@@ -117,10 +117,11 @@ def _curves(seen: Examined, case: Case, verdict: Verdict, doubts: tuple[str, ...
 
     Beside names that explain a part of it, where they explain much more.
     """
-    start = seen.belief.selection.start
-    noise_alone = seen.belief.noise is not None and not case.found
+    selection = seen.belief.selection
+    start, noise_alone = selection.start, seen.belief.noise is not None and not case.found
     if doubts or verdict is Verdict.UNKNOWN or noise_alone:
-        return followed(start)
+        found = followed(start)
+        return followed(start, selection.end) if found is None and selection.found and not doubts else found
     return followed_instead(start, case) if verdict is Verdict.PARTIAL and not case.clean else None
 
 

@@ -49,13 +49,14 @@ class _Seen:
     nats: float
 
 
-def curves(start: Ground) -> tuple[Curve, ...]:
+def curves(start: Ground, ground: Ground | None = None) -> tuple[Curve, ...]:
     """Curves of channels one after the other, each of which beats a slow rest beside any course of time of its order.
 
     Motion is a rival: where a curve of the field, a rate, an angle or a place explains more, what drives the gap is no
-    channel.
+    channel. start : the ground without any effect, of whose gap a curve must explain a share; ground : that with those
+    that they are looked for beside, if any.
     """
-    problem, ground, found = start.problem, start, list[Curve]()
+    problem, ground, found = start.problem, ground or start, list[Curve]()
     known = drivers(problem)
     while known and len(found) < problem.policy.most_curves and not (found and residual_tests(ground, ()).clean):
         chosen = _next(ground, start, known, first=not found)

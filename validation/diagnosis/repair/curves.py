@@ -29,9 +29,12 @@ class Followed:
         return self.left.gap.explained or 0.0
 
 
-def followed(start: Ground) -> Followed | None:
-    """The channels that a gap follows, where curves of such stand; start : the ground without any effect."""
-    found = curves(start)
+def followed(start: Ground, ground: Ground | None = None) -> Followed | None:
+    """The channels that a gap follows, where curves of such stand; start : the ground without any effect.
+
+    ground : that with effects which explain too little to be names, but may hide such a channel.
+    """
+    found = curves(start, ground)
     if not found:
         return None
     columns = [one.candidate.columns(start.problem) for one in found]

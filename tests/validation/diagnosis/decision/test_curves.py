@@ -10,6 +10,7 @@ import pytest
 from sim.dataset import Recording
 from sim.effects import Effects
 from sim.effects.channels import ChannelEffect
+from sim.effects.currents import EddyCurrent
 from sim.effects.kernels import first_order_lag
 from sim.scenario import ModelSpec
 from sim.state import HEIGHT, Array
@@ -102,6 +103,18 @@ def test_the_height_drives_also_where_only_the_strength_is_known() -> None:
     p = pose(replace(pressed, att_q=None), FIELD_ENU_NT, STRENGTH_NT, ())
     assert p.mode == "strength"
     assert [one.channel for one in curves(Ground.of(p))] == [HEIGHT]
+
+
+def test_a_slow_load_is_found_beside_what_hides_it_among_the_motions() -> None:
+    """A part that goes with the field's rate is smaller, but faster: the rate gains more beside a coloured rest."""
+    slow_load = np.repeat(load(1), 4)[:4000]
+    given = disturbed(1.5 * slow_load, load_A=slow_load)
+    rate = problem(given).state.field_rate_nT_s
+    posed_late = problem(replace(given, mag_nT=given.mag_nT - 0.0007 * rate))
+    start = Ground.of(posed_late)
+    beside = start.beside(posed_late.whitened(rate[:, :, None], EddyCurrent))
+    assert not curves(start)
+    assert [one.channel for one in curves(start, beside)] == ["load_A"]
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,9 +12,11 @@ from sim.state import current_name
 from tests.validation.diagnosis.decision.test_curves import disturbed, load
 from tests.validation.diagnosis.decision.test_judgement import FOUND, _case
 from tests.validation.diagnosis.synthetic import problem
+from validation.diagnosis import workflow
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.repair.curves import followed_instead
+from validation.diagnosis.verdict import Verdict
 
 
 @pytest.mark.parametrize(
@@ -26,3 +31,15 @@ def test_curves_stand_for_names_where_they_explain_much_more(channel: str, expla
     assert (found is not None) == instead
     assert not instead or "load" in {cause for one in found.named for cause in one.effect.causes}
     assert followed_instead(Ground.of(posed), _case(FOUND, clean=False, problem=posed)) is None
+
+
+@pytest.mark.parametrize(("doubts", "names", "beside"), [((), 1, True), ((), 0, False), (("wrong",), 1, False)])
+def test_curves_are_looked_for_beside_names_too_small_to_be_told_but_not_beside_wrong_ones(
+    doubts: tuple[str, ...], names: int, beside: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[str, ...]] = []
+    monkeypatch.setattr(workflow, "followed", lambda *grounds: asked.append(grounds))
+    selection = SimpleNamespace(start="start", end="end", found=["name"] * names)
+    seen: Any = SimpleNamespace(belief=SimpleNamespace(selection=selection, noise=None))
+    workflow._curves(seen, _case(FOUND), Verdict.UNKNOWN, doubts)
+    assert asked == [("start",)] + [("start", "end")] * beside
