@@ -42,8 +42,19 @@ def with_attitude_in_time(selection: Selection, say: Progress = lambda what: Non
     if found is None:
         return selection
     again = select_jointly(found, selection.without, say)
-    still = {name for one in again.found for name in (one.name, *one.alternatives)}
-    return selection if named is not None and named.name in still else again
+    return selection if named is not None and _is_left(named, selection, again) else again
+
+
+def _is_left(named: Accepted, selection: Selection, again: Selection) -> bool:
+    """Whether a name is found beside the lead too; where something is left beside either, larger than its form."""
+    share = 0.0 if selection.after.clean else selection.start.problem.policy.same_form_share
+    least_nT = share * _size_nT(named, selection)
+    beside = (one for one in again.found if named.name in (one.name, *one.alternatives))
+    return any(_size_nT(one, again) > least_nT for one in beside)
+
+
+def _size_nT(one: Accepted, selection: Selection) -> float:
+    return one.evidence.strength * rms(selection.start.problem.sigma_nT)
 
 
 def _free_of_kin(selection: Selection) -> Accepted | None:

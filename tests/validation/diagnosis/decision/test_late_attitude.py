@@ -121,19 +121,29 @@ def test_a_lead_explains_what_free_coefficients_do_but_for_an_error_of_form(
     assert (_ahead(selection, named) is there) is moved
 
 
-@pytest.mark.parametrize(("again", "kept"), [("eddy_current", True), ("latency", True), ("scale", False)])
+@pytest.mark.parametrize(
+    ("again", "strength", "clean", "kept"),
+    [
+        ("eddy_current", 0.1, True, True),
+        ("latency", 0.1, True, True),
+        ("scale", 0.1, True, False),
+        ("eddy_current", 0.1, False, False),
+        ("eddy_current", 4.0, False, True),
+    ],
+)
 def test_an_attitude_is_late_where_no_name_for_it_is_left(
-    again: str, kept: bool, monkeypatch: pytest.MonkeyPatch
+    again: str, strength: float, clean: bool, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nor may what is found beside it be that name."""
-    found = SimpleNamespace(found=[SimpleNamespace(name=again, alternatives=["eddy_current"] * (again == "latency"))])
-    for name, value in {
-        "_free_of_kin": SimpleNamespace(name="eddy_current"),
-        "_ahead": 1,
-        "select_jointly": found,
-    }.items():
+    """Nor may what is found beside it be that name; where the lead varies, a small part of it is what that leaves."""
+    problem = SimpleNamespace(turns=True, policy=STANDARD, sigma_nT=np.full(3, NOISE_NT))
+    start, after = SimpleNamespace(problem=problem), SimpleNamespace(clean=clean)
+    eddy = SimpleNamespace(name="eddy_current", alternatives=[], evidence=SimpleNamespace(strength=10.0))
+    alike = ["eddy_current"] * (again == "latency")
+    other = SimpleNamespace(name=again, alternatives=alike, evidence=SimpleNamespace(strength=strength))
+    found = SimpleNamespace(found=[other], start=start)
+    for name, value in {"_free_of_kin": eddy, "_ahead": 1, "select_jointly": found}.items():
         monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
-    selection: Any = SimpleNamespace(without=frozenset(), start=SimpleNamespace(problem=SimpleNamespace(turns=True)))
+    selection: Any = SimpleNamespace(without=frozenset(), start=start, after=after)
     assert late_attitude.with_attitude_in_time(selection) is (selection if kept else found)
 
 
