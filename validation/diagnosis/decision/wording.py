@@ -166,17 +166,28 @@ def _stands(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
 def suspect_navigation(found: Diagnosis) -> Iterator[str]:
     """An error of the attitude turns the field, and leaves nothing along it."""
     unexplained = found.verdict in (Verdict.UNKNOWN, Verdict.PARTIAL)
-    if unexplained and turns_the_field(found.problem, found.before_nT / found.problem.sigma_nT):
+    slow = turns_the_field(found.problem, found.before_nT / found.problem.sigma_nT)
+    if unexplained and (slow or _rise_turns_the_field(found)):
         yield "What is left has no part along the field: suspect navigation's attitude or time stamps."
 
 
 def log_what_turns(found: Diagnosis) -> Iterator[str]:
-    """No noise of a sensor rises with frequency: something in the vehicle is as fast as that."""
-    if found.rise is not None:
+    """No noise of a sensor rises with frequency: something in the vehicle is as fast as that, or the clocks are uneven.
+
+    What the vehicle turns has a part along the field.
+    """
+    if found.rise is not None and not _rise_turns_the_field(found):
         yield (
             f"There is {found.rise.words}, and a sensor's noise does not rise with frequency: a wheel, a propeller or "
             "a pump gives a tone that sweeps with its speed. Switch it off for a run, or log the speed."
         )
+
+
+def _rise_turns_the_field(found: Diagnosis) -> bool:
+    """Whether what rises with frequency is so large that it shows sample by sample, and has nothing along the field."""
+    problem = found.problem
+    each_s = problem.state.interval_s
+    return found.rise is not None and turns_the_field(problem, found.after_nT / problem.sigma_nT, each_s)
 
 
 def log_attitude(found: Diagnosis) -> Iterator[str]:

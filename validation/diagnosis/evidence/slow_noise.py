@@ -93,14 +93,14 @@ def _score(problem: LinearProblem, residual: Array) -> float:
     return Steps.of(residual, interval_s, policy).fit(spectrum.level, spectrum.shape)[0]
 
 
-def turns_the_field(problem: LinearProblem, residual: Array) -> bool:
-    """Whether the slow part of a residual (n, q) has nothing along the field, as an error of the attitude has."""
-    return problem.sees_across and along_field(problem, residual) < problem.policy.least_along_field
+def turns_the_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> bool:
+    """Whether a residual (n, q) has nothing along the field, in means as of `along_field`: an error of the attitude."""
+    return problem.sees_across and along_field(problem, residual, mean_s) < problem.policy.least_along_field
 
 
-def along_field(problem: LinearProblem, residual: Array) -> float:
-    """Share of the slow residual's power that lies along the field."""
-    length = max(1, round(problem.policy.slow_mean_s / problem.state.interval_s))
+def along_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> float:
+    """Share of a residual's power that lies along the field, in means over `slow_mean_s` if no length is given."""
+    length = max(1, round((mean_s or problem.policy.slow_mean_s) / problem.state.interval_s))
     cut = Cut(length, len(residual) // length)
     if problem.level is not None:
         power = (cut.means(residual * problem.sigma_nT) ** 2).sum(axis=0)

@@ -171,10 +171,10 @@ def test_nothing_is_advised_where_nothing_was_found() -> None:
     assert advice_for(_diagnosis(Verdict.NONE)) == ()
 
 
-def _turned() -> np.ndarray[Any, Any]:
-    """A slow gap across the field."""
+def _turned(hz: float = 0.005) -> np.ndarray[Any, Any]:
+    """A gap across the field, slow if nothing else is said."""
     across = np.cross(POSED.state.field_nT, [0.0, 0.0, 1.0])
-    return np.sin(0.03 * POSED.state.time_s)[:, None] * across / np.linalg.norm(across, axis=1, keepdims=True)
+    return np.sin(2 * np.pi * hz * POSED.state.time_s)[:, None] * across / np.linalg.norm(across, axis=1, keepdims=True)
 
 
 @pytest.mark.parametrize(
@@ -190,6 +190,21 @@ def _turned() -> np.ndarray[Any, Any]:
 def test_each_finding_has_its_advice(found: Diagnosis, says: str) -> None:
     (line,) = [line for line in advice_for(found) if says in line]
     assert line.endswith(".")
+
+
+@pytest.mark.parametrize(
+    ("left_nT", "clocks"),
+    [(10 * _turned(3.0), True), (10 * _turned(3.0)[:, :1] * np.ones(3), False)],
+    ids=["across", "in the body"],
+)
+def test_what_rises_and_turns_the_field_is_of_the_clocks_and_no_wheel(
+    left_nT: np.ndarray[Any, Any], clocks: bool
+) -> None:
+    """Stamps that are off leave an error as fast as the samples, of which the strength has nothing."""
+    found = _diagnosis(Verdict.UNKNOWN, rise=Rise(2.0, 5.0, False), before_nT=left_nT, after_nT=left_nT)
+    told = " ".join(advice_for(found))
+    assert ("time stamps" in told) is clocks
+    assert ("a wheel" in told) is not clocks
 
 
 def test_a_recorded_channel_is_offered_as_an_actuator() -> None:
