@@ -74,7 +74,7 @@ def pairs_of(hand: Flown, one: Named) -> Iterator[Pair]:
             yield Pair.of(hand, one, other, listed=True)
     if one.how is How.IRON:
         for other in changes_of_iron():
-            if other not in (one.name, *one.alternatives) and not are_twins(one.name, other):
+            if other not in (one.name, *one.alternatives):
                 yield Pair.of(hand, one, other, listed=False)
 
 

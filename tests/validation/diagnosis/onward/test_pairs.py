@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sim.effects.base import Effect
-from sim.effects.currents import CurrentRipple
-from sim.effects.earth import FieldGradient, RegionalField
-from sim.effects.iron import HardIron
+from sim.effects.currents import CurrentRipple, EddyCurrent
+from sim.effects.drift import OffsetJump
+from sim.effects.dynamic import Latency
+from sim.effects.earth import AttitudeMisalignment, FieldGradient, RegionalField
+from sim.effects.iron import HardIron, SoftIron
 from sim.effects.sources import LocalDipole
 from tests.validation.diagnosis.synthetic import problem
-from validation.diagnosis.library.candidates import Candidate
-from validation.diagnosis.onward.pairs import Pair, pairs_of
+from validation.diagnosis.library.candidates import Candidate, changes_of_iron
+from validation.diagnosis.onward import pairs
+from validation.diagnosis.onward.pairs import Pair, _settings, pairs_of
 from validation.diagnosis.onward.separation import Flown
+from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.result import How, Named
 
 BODY = LocalDipole(position_enu_m=(45.0, 5.0, -20.0), moment_A_m2=(3000.0, 2000.0, -4000.0))
@@ -74,3 +80,62 @@ def test_a_leg_at_rest_tells_changes_of_the_iron_apart_only_where_iron_is_fitted
     turning = replace(flown, iron=False)
     assert pair.apart(turning) > 0
     assert pair.apart(replace(turning, problem=replace(flown.problem, still=True))) == 0
+
+
+@pytest.mark.parametrize(
+    ("one", "second", "listed", "iron", "lacked", "missing", "nats"),
+    [
+        (HardIron, EddyCurrent, True, True, (5.0, 1.0), (), 1.0),
+        (HardIron, EddyCurrent, False, True, (5.0, 1.0), (), 5.0),
+        (FieldGradient, RegionalField, True, True, (5.0, 1.0), (), 5.0),
+        (RegionalField, FieldGradient, True, True, (1.0, 5.0), (), 5.0),
+        (HardIron, EddyCurrent, True, True, (5.0, 1.0), ("position",), 0.0),
+        (Latency, EddyCurrent, True, True, (4.0, 4.0), (), 4.0),
+        (Latency, EddyCurrent, True, True, (2.0, 2.0), (), 0.0),
+        (HardIron, EddyCurrent, True, True, (0.05, 0.05), (), 0.05),
+        (HardIron, EddyCurrent, True, False, (0.05, 0.05), (), 0.0),
+        (HardIron, EddyCurrent, True, False, (0.2, 0.2), (), 0.2),
+    ],
+)
+def test_what_a_leg_tells_of_two_is_what_the_wrong_one_lacks_beyond_an_error_of_form(  # type: ignore[no-untyped-def]
+    one, second, listed, iron, lacked, missing, nats, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 100 nats: whichever of look-alikes is true, but what one makes of the other; of one kin, and of the iron."""
+    monkeypatch.setattr(pairs, "missing_channels", lambda effect, problem: missing)
+    pair = Pair(one(), second(), (), (), listed)
+    leg: Any = SimpleNamespace(
+        iron=iron,
+        problem=SimpleNamespace(policy=STANDARD, turns=True),
+        size=lambda true: 100.0,
+        lacks=lambda true, wrong: lacked[0] if true is pair.one else lacked[1],
+    )
+    assert pair.apart(leg) == nats
+
+
+def test_a_name_is_told_from_what_another_run_can_show(flown: Flown, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither from a twin nor from an event of one run; a change of the iron also from all others."""
+    monkeypatch.setattr(Pair, "of", lambda hand, one, other, *, listed: (other, listed))
+    iron = [name for name in changes_of_iron() if name not in (HardIron.name, SoftIron.name)]
+    changed = replace(named(HardIron(), SoftIron.name), how=How.IRON)
+    assert list(pairs_of(flown, changed)) == [(SoftIron.name, True), *((name, False) for name in iron)]
+    field = named(RegionalField(), AttitudeMisalignment.name, OffsetJump.name, "no such", Latency.name)
+    assert list(pairs_of(flown, field)) == [(Latency.name, True)]
+
+
+def test_settings_are_sought_in_the_window_of_what_was_named(flown: Flown) -> None:
+    for window in ((80.0, 95.0), None):
+        some = _settings(flown, "motor_current", HardIron((5.0, -3.0, 4.0), active_s=window), window)
+        assert {one.window for one in some} == {window}
+
+
+def test_what_an_effect_adds_passes_what_acts_always_where_samples_are(flown: Flown) -> None:
+    error, bent = RegionalField(error_enu_nT=(50.0, -30.0, 40.0)), SoftIron(((0.3, 0.0, 0.1), (0.0,) * 3, (0.0,) * 3))
+    usable = (np.arange(len(flown.problem.state)) % 3 > 0).astype(float)
+    here = replace(flown, problem=replace(flown.problem, usable=usable))
+    sigma_nT = flown.problem.sigma_nT
+    added_nT = flown.target(error) * sigma_nT @ (np.eye(3) + bent.coefficients().reshape(3, 3)).T
+    assert replace(here, always=(bent,)).target(error) * sigma_nT == pytest.approx(added_nT * usable[:, None])
+
+
+def test_what_the_iron_takes_up_already_lacks_all_of_an_effect(flown: Flown) -> None:
+    assert flown.lacks(BODY, [Candidate(HardIron)]) == pytest.approx(flown.size(BODY))

@@ -1,0 +1,153 @@
+"""Beside a rest of its own: what moved columns are, what is left of a rival, and what shows along the field."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim.effects.currents import MotorCurrent
+from sim.effects.iron import HardIron
+from sim.state import Array
+from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from validation.diagnosis.evidence import standing
+from validation.diagnosis.evidence.compare import search_price
+from validation.diagnosis.evidence.hypothesis import gains
+from validation.diagnosis.evidence.standing import (
+    Beside,
+    _to_and_fro,
+    along_the_field,
+    gained_along_the_field,
+    gains_along_the_field,
+    look_alikes,
+    moved_in_time,
+)
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.linear import LinearProblem
+
+HIDDEN = {MotorCurrent.name: {MotorCurrent.linear[0]: [1.0, -0.5, 0.75]}}
+
+
+@pytest.fixture(scope="module")
+def posed() -> LinearProblem:
+    return problem(n=2000, hidden=HIDDEN)
+
+
+@pytest.fixture(scope="module")
+def beside(posed: LinearProblem) -> Beside:
+    return Beside.of(posed, [])
+
+
+def test_what_only_rises_comes_back_and_does_not_jump() -> None:
+    columns = np.arange(40.0)[:, None, None]
+    moved = list(_to_and_fro(columns, 4))
+    assert len(moved) == 4
+    assert all(one.shape == columns.shape and np.abs(np.diff(one, axis=0)).max() <= 1 for one in moved)
+    assert not any((one == columns).all() for one in moved)
+
+
+def test_without_attitude_columns_are_moved_in_the_frame_of_the_sensor() -> None:
+    """A constant of the sensor is one at any time, seen along the motion as it was."""
+    posed = problem(without_attitude(recording(1000)))
+    rows, one = Beside.of(posed, []).rows, Candidate(HardIron)
+    assert all(np.allclose(moved, rows.taken(one.columns(posed))) for moved in moved_in_time(one, posed, rows))
+
+
+def _evidence(tried: int) -> Any:
+    return SimpleNamespace(candidate=SimpleNamespace(tried=tried), width=3)
+
+
+def test_an_effect_gains_beside_a_rest_of_its_own_less_its_price(posed: LinearProblem, beside: Beside) -> None:
+    """Of which nothing is left for it moved in time."""
+    rows, one = beside.rows, Candidate(MotorCurrent)
+    columns = rows.taken(one.columns(posed))
+    stands = beside.standing(_evidence(1), columns)
+    assert stands.gain > STANDARD.coloured_nats
+    in_sample = gains(rows, beside.inside, [columns, columns[:, :, :1]], beside.poorer.rest)
+    assert beside.roughly([columns, columns[:, :, :1]]) == pytest.approx(in_sample - [columns.shape[2], 1])
+    assert beside.standing(_evidence(1), columns, within=5.0).gain == pytest.approx(stands.gain + 5.0)
+    priced = beside.standing(_evidence(1000), columns).gain
+    assert priced == pytest.approx(stands.gain - search_price(1000, 3, STANDARD))
+    surrogate: Any = SimpleNamespace(evidence=SimpleNamespace(candidate=one), **_own(stands))
+    assert beside.surrogates(surrogate, posed).max() < 0.2 * stands.gain
+
+
+def _own(one: Any) -> dict[str, Any]:
+    return {"columns": one.columns, "hypothesis": one.hypothesis, "rows": one.rows, "gain": one.gain}
+
+
+def test_a_slow_course_gains_nothing_beside_a_rest_that_is_as_slow() -> None:
+    """Of what wanders by itself: the rest without the effect is the likelier of two."""
+    given = problem(n=2000)
+    walk = np.cumsum(np.random.default_rng(3).normal(size=(2000, 3)), axis=0)
+    wandering = Beside.of(replace(given, target=given.target + walk), [])
+    slow = np.sin(np.linspace(0, 2, 2000))[:, None, None] * np.eye(3)
+    assert wandering.standing(_evidence(1), wandering.rows.taken(slow)).gain < STANDARD.apart
+
+
+def test_a_rival_keeps_what_is_its_own(posed: LinearProblem, beside: Beside) -> None:
+    columns = beside.rows.taken(Candidate(MotorCurrent).columns(posed))
+    best = beside.standing(_evidence(1), columns)
+    assert beside.left_of(best, best) == pytest.approx(0.0, abs=0.02)
+    t = np.linspace(0, 40, len(columns))[:, None, None]
+    other = np.sin(t) * np.eye(3)
+    both = Beside.in_rows(replace(beside.rows, target=beside.rows.target + 2 * other.sum(axis=2)), beside.inside)
+    one, rival = (both.standing(_evidence(1), some) for some in (columns, other))
+    assert both.left_of(rival, one) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("gained", "tried", "holds"), [(8.0, 1, True), (6.0, 1, False), (8.0, 1000, False)])
+def test_what_shows_along_the_field_is_beyond_chance_and_the_price_of_a_search(
+    gained: float, tried: int, holds: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three columns gain 1.5 nats by chance; ln(100) are needed."""
+    before, after = (
+        SimpleNamespace(sums=SimpleNamespace(width=width), problem=SimpleNamespace(policy=STANDARD)) for width in (2, 5)
+    )
+    monkeypatch.setattr(standing, "gained_along_the_field", lambda *_: gained)
+    assert gains_along_the_field(before, after, tried) is holds  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("left", "nats"), [(1.0, 40.0), (2.0, 6.25), (0.5, 43.75)])
+def test_nats_along_the_field_are_over_what_is_left(left: float, nats: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of ten means of three sigma."""
+    monkeypatch.setattr(standing, "along_the_field", lambda ground: ground * np.ones(10))
+    assert gained_along_the_field(3.0, left) == pytest.approx(nats)  # type: ignore[arg-type]
+
+
+def test_along_the_field_white_noise_is_white_and_an_error_of_matrix_or_attitude_is_nothing() -> None:
+    posed = problem(n=4000)
+    usable = (np.arange(4000) % 7 > 2).astype(float)
+
+    def along(left: Array, posed: LinearProblem = posed) -> Array:
+        return along_the_field(SimpleNamespace(problem=posed, residual=lambda: left))  # type: ignore[arg-type]
+
+    field = posed.state.field_nT / posed.sigma_nT
+    matrix = np.array([[0.01, 0.02, 0.0], [0.0, -0.01, 0.0], [0.0, 0.03, 0.02]])
+    turned = np.cross(posed.state.field_nT, [1e-3, 2e-3, -1e-3] * np.sin(posed.state.time_s / 9)[:, None])
+    assert along(np.random.default_rng(0).normal(size=(4000, 3))).var() == pytest.approx(1.0, abs=0.4)
+    assert np.abs(along(posed.state.field_nT @ matrix / posed.sigma_nT)).max() < 0.01 * np.abs(field @ matrix).max()
+    off = (posed.state.field_nT @ matrix / posed.sigma_nT) * usable[:, None]
+    assert np.abs(along(off, replace(posed, usable=usable))).max() < 0.01 * np.abs(off).max()
+    assert np.abs(along(turned / posed.sigma_nT)).max() < 0.3 * np.abs(turned / posed.sigma_nT).max()
+
+
+@pytest.mark.parametrize(
+    ("gain", "share", "left", "near"),
+    [
+        (97.0, 0.01, 0.1, True),
+        (94.0, 0.01, 0.1, False),
+        (91.0, 0.1, 0.1, True),
+        (89.0, 0.1, 0.1, False),
+        (97.0, 0.1, 0.6, False),
+    ],
+)
+def test_look_alikes_are_near_and_of_no_use_beside_the_best(gain: float, share: float, left: float, near: bool) -> None:
+    """Within five nats or a share of a hundred."""
+    best, other = SimpleNamespace(gain=100.0), SimpleNamespace(gain=gain)
+    beside: Any = SimpleNamespace(left_of=lambda *_: left, rows=SimpleNamespace(policy=STANDARD))
+    assert bool(look_alikes(best, [other], beside, 5.0, share)) is near  # type: ignore[arg-type,list-item]
