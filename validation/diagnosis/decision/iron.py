@@ -12,6 +12,7 @@ from validation.diagnosis.decision.choice import Accepted, accepted
 from validation.diagnosis.decision.selection import Selection
 from validation.diagnosis.evidence.compare import Evidence, ranked
 from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.standing import Beside
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron, proposed
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.blocks import Cut
@@ -51,7 +52,7 @@ def _conventions(selection: Selection) -> Array:
 def _changes(selection: Selection, ground: Ground) -> tuple[Accepted, ...]:
     """Changes of the iron on a ground; alternatives are also the effects that look like one on this motion."""
     problem, members = selection.end.problem, changes_of_iron()
-    others = _listed(problem, selection.without)
+    others, bare = _listed(problem, selection.without), ground
     found: list[Accepted] = []
     while len(found) < problem.policy.most_effects:
         ranking = ranked(ground, members)
@@ -62,7 +63,16 @@ def _changes(selection: Selection, ground: Ground) -> tuple[Accepted, ...]:
         alike = tuple(e.name for e in rivals if _looks_like(e, ranking[0], problem.policy))
         found.append(replace(chosen, alternatives=(*chosen.alternatives, *alike)))
         ground = ground.beside(chosen.columns(ground.problem))
-    return tuple(found)
+    return tuple(found) if selection.after.clean or _stand(bare, found) else ()
+
+
+def _stand(ground: Ground, found: list[Accepted]) -> bool:
+    """Whether changes of the iron together beat a rest with its own colour: of slow noise a slow motion makes iron."""
+    if not found:
+        return True
+    problem, beside = ground.problem, Beside.of(ground.problem, ground.inside)
+    columns = beside.rows.all_taken([one.columns(problem) for one in found])
+    return beside.standing(found[0].evidence, columns).gain > problem.policy.coloured_nats
 
 
 def _looks_like(rival: Evidence, best: Evidence, policy: Policy) -> bool:

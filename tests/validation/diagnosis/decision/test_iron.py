@@ -165,3 +165,13 @@ def test_what_gains_a_millionth_less_than_a_change_of_the_iron_looks_like_it(
     nothing: Any = None
     change = Evidence(Candidate(EFFECTS[0]), 1e7, 1.0, 30.0, 1.0, nothing, nothing, 9)
     assert _looks_like(replace(change, gain=1e7 - nats_less), change, STANDARD) is looks_like
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("offset_nT", [0.0, 200.0])
+def test_of_slow_noise_a_slow_log_makes_no_change_of_the_iron(offset_nT: float, seed: int) -> None:
+    """Samples 2 s apart: no means of the evidence's last as long as the turns do, over which the noise wanders."""
+    made = recording(700, seed=seed, hidden={"flicker_noise": {"density_nT_sqrt_hz": [6.0] * 3}})
+    slow = replace(made, time_s=20 * made.time_s, mag_nT=made.mag_nT + offset_nT * np.array([1.0, -1.0, 1.0]))
+    names = [one.name for one in iron_changes(select(problem(slow))).found]
+    assert names == ["hard_iron"] * bool(offset_nT)
