@@ -13,10 +13,10 @@ from sim.state import TEMPERATURE
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.result import How, Named
+from validation.diagnosis.result import How, Named, Reach
 from validation.diagnosis.workflow import examined
 from validation.together.coefficients import Estimate
-from validation.together.common import Common, _ratios, changes_of_iron, of_one_course
+from validation.together.common import Common, _ratios, _reach, changes_of_iron, of_one_course
 from validation.together.reach import There
 
 N = 2000
@@ -62,3 +62,15 @@ def test_a_size_is_held_against_the_others_where_its_course_is_theirs(along, rat
     first, second = (Estimate(np.diag([10.0, 10.0]), np.array(g)) for g in ((10.0, 0.0), along))
     found = _ratios([first, second])[1]
     assert (None if found is None else round(found[0], 9)) == ratio
+
+
+@pytest.mark.parametrize(
+    ("same", "each", "found"),
+    [
+        (True, ["a", "b"], Reach.TRANSFERRED),
+        (True, ["a", None], Reach.SOME),
+        (False, ["a", "b"], Reach.NOT_TRANSFERRED),
+    ],
+)
+def test_what_some_show_reaches_as_far_as_it_is_the_same(same, each, found) -> None:
+    assert _reach(same, each) is found

@@ -9,14 +9,17 @@ import pytest
 
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
+from sim.effects.drift import OffsetRandomWalk
 from sim.effects.dynamic import Latency
 from sim.effects.earth import RegionalField
-from sim.effects.iron import HardIronDrift
+from sim.effects.geometry import Scale
+from sim.effects.iron import HardIron, HardIronDrift
+from sim.effects.noise import WhiteNoise
 from sim.effects.values import SWITCH
-from sim.scenario import ModelSpec
+from sim.scenario import Model, ModelSpec, Scenario, load
 from tests.validation.diagnosis.repair.test_repair import DRIVEN
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
-from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.linear import Instead, LinearProblem
 from validation.diagnosis.repair.model import patched
 from validation.diagnosis.repair.refine import refined
 from validation.diagnosis.result import How, Named
@@ -67,3 +70,49 @@ def test_without_attitude_the_iron_is_fitted_beside_the_effect() -> None:
     chain = patched(ModelSpec(), [Named(effect, (), How.HELD_OUT, 100.0, 1.0)], posed).chain()
     offset_nT = next(one for one in chain if one.name == "hard_iron").coefficients()
     assert offset_nT == pytest.approx(OFFSET_NT, abs=10.0)
+
+
+WALKS = (OffsetRandomWalk((2.0,) * 3), OffsetRandomWalk((2.0,) * 3))
+IN_PART = HardIron((5.0, 3.0, 1.0), active_s=(1.0, 9.0))
+
+
+def _patched(new: Effect, given: tuple[Effect, ...], model: Model | None = None, instead: bool = False) -> Scenario:
+    done = (Instead("", "", np.array([1e3, 2e4, -4e4])),) if instead else ()
+    posed = replace(problem(recording(300), given), instead=done)
+    return patched(model or ModelSpec(), [Named(new, (), How.HELD_OUT, 100.0, 1.0)], posed)
+
+
+@pytest.mark.parametrize(
+    ("new", "given", "made"),
+    [
+        (HardIron((5.0, 3.0, 1.0)), HardIron((100.0, 0.0, 0.0)), [HardIron((105.0, 3.0, 1.0))]),
+        (IN_PART, HardIron((100.0, 0.0, 0.0)), [HardIron((100.0, 0.0, 0.0)), IN_PART]),
+        (
+            OffsetRandomWalk((1.0,) * 3),
+            OffsetRandomWalk((2.0,) * 3),
+            [OffsetRandomWalk((2.0,) * 3), OffsetRandomWalk((1.0,) * 3)],
+        ),
+        (Scale((0.1, 0.0, 0.0)), Scale((0.2, 0.0, 0.0)), [Scale((0.2, 0.0, 0.0)), Scale((0.1, 0.0, 0.0))]),
+    ],
+)
+def test_two_of_a_name_are_one_where_they_only_add(new: Effect, given: Effect, made: list[Effect]) -> None:
+    noise = WhiteNoise((1.0, 1.0, 1.0))
+    assert [*_patched(new, (given, noise)).chain()] == [*made, noise]
+
+
+def test_a_model_without_noise_gets_that_of_the_recording() -> None:
+    (noise,) = (one for one in _patched(IN_PART, ()).chain() if isinstance(one, WhiteNoise))
+    assert noise.std_nT == pytest.approx([2.0] * 3, rel=0.2)
+
+
+def test_a_written_model_has_the_field_that_holds_and_a_motion_that_shows_the_effect() -> None:
+    flown = load("auv-spiral")
+    dated = ModelSpec.model_validate({"field": {"enu_nT": [1.0, 2e4, 3.0]}})
+    for model, instead, east_nT in ((None, False, 1000.0), (dated, False, 1.0), (dated, True, 1e3), (flown, True, 1e3)):
+        field = _patched(IN_PART, (), model, instead).field
+        assert field is not None
+        assert field.enu_nT is not None
+        assert field.enu_nT[0] == east_nT
+    assert _patched(IN_PART, (), flown).field == flown.field
+    assert _patched(IN_PART, ()).vehicle.kind == "turntable"
+    assert _patched(DRIVEN(**{DRIVEN.linear[0]: GAIN}), ()).vehicle.kind == "auv"
