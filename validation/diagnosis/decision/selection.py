@@ -160,8 +160,19 @@ def _with_kin(found: Sequence[Accepted], chosen: Accepted) -> list[Accepted]:
 
 
 def _has_no_name(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Judged], ground: Ground) -> bool:
-    """Whether an effect is only the form of what is in, or takes what that leaves where it grows with time."""
-    return _is_form(chosen, found, first, ground.problem.policy) or _grows_with_time(chosen, found, ground)
+    """Whether an effect is only the form of what is in, is undone by it, or takes what it leaves by its growth."""
+    form = _is_form(chosen, found, first, ground.problem.policy)
+    return form or _is_undone(chosen, found, ground) or _grows_with_time(chosen, found, ground)
+
+
+def _is_undone(chosen: Accepted, found: Sequence[Accepted], ground: Ground) -> bool:
+    """Whether what is in undoes nearly all of an effect, as a body that moves away does a constant of the field.
+
+    One that could stand for what is in shares its course, and both are one cause.
+    """
+    alike = any(chosen.name in one.alternatives or one.name in chosen.alternatives for one in found)
+    kept = ground.problem.policy.absorbed_survival * chosen.evidence.strength
+    return bool(found) and not alike and chosen.evidence.taken_from(ground) < kept
 
 
 def _grows_with_time(chosen: Accepted, found: Sequence[Accepted], ground: Ground) -> bool:

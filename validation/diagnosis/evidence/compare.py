@@ -67,6 +67,11 @@ class Evidence:
         samples = float(self.sums.count.sum()) * self.sums.y1.shape[1]
         return float(samples * (self.strength / max(self.survival, 1e-9)) ** 2 / 2)
 
+    def taken_from(self, ground: Ground) -> float:
+        """Rms of what it takes of what a ground leaves, in units of the noise."""
+        samples = float(self.sums.count.sum()) * self.sums.y1.shape[1]
+        return math.sqrt(max(ground.squares - self.squares, 0.0) / max(samples, 1.0))
+
     def behind(self, best: Evidence, policy: Policy) -> bool:
         """Whether the data tell this candidate from a better one."""
         return (best.gain - self.gain) / best.V > policy.apart

@@ -21,7 +21,14 @@ from sim.effects.values import SWITCH
 from tests.validation.diagnosis.synthetic import problem
 from validation.diagnosis.decision import selection
 from validation.diagnosis.decision.choice import Accepted, Round
-from validation.diagnosis.decision.selection import Selection, _beyond_form, _is_form, _settled_beside, select
+from validation.diagnosis.decision.selection import (
+    Selection,
+    _beyond_form,
+    _is_form,
+    _is_undone,
+    _settled_beside,
+    select,
+)
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
@@ -39,6 +46,11 @@ def _one(effect: type[Effect], strength: float = 10.0, *others: str, **settings:
     nothing: Any = None
     candidate = Candidate(effect, tuple(settings.items()))
     return Accepted(Evidence(candidate, 100.0, 1.0, strength, 1.0, nothing, nothing, 3), others)
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_undone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Evidence, "taken_from", lambda self, ground: self.strength)
 
 
 @pytest.fixture
@@ -112,6 +124,19 @@ def test_beside_a_form_another_form_is_none_either(
     ground = Ground.of(POSED)
     found = _beyond_form(ground, {}, [_one(MotorCurrent)], ground, _one(Latency), [])
     assert (found is None) is form
+
+
+@pytest.mark.parametrize(("kept", "others", "undone"), [(0.9, (), False), (1.1, (), True), (1.1, ("r",), False)])
+def test_what_is_undone_by_what_is_in_is_none(
+    kept: float, others: tuple[str, ...], undone: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But what could stand for it shares its course: that is one cause with it."""
+    chosen = _one(RegionalField)
+    taken = STANDARD.absorbed_survival * chosen.evidence.strength / kept
+    monkeypatch.setattr(Evidence, "taken_from", lambda *_: taken)
+    first = _one(MotorCurrent, 10.0, *(chosen.name for _ in others))
+    assert _is_undone(chosen, [first], Ground.of(POSED)) is undone
+    assert not _is_undone(chosen, [], Ground.of(POSED))
 
 
 def test_what_has_a_window_is_not_settled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
