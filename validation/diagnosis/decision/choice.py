@@ -12,6 +12,7 @@ from sim.state import Array
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.judged import Judged, with_outcomes
 from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.library.drivers import may_drive
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -147,8 +148,7 @@ def by_form_alone(one: Evidence, best: Evidence, share: float) -> bool:
 
 def of_one_course(one: Evidence, best: Evidence, policy: Policy) -> bool:
     """Whether the best is a slow offset in time, and one that a channel drives adds nearly as much in its place."""
-    effect, other = one.candidate.effect, best.candidate.effect
-    driven = effect.clues.slow and bool(effect.needs) and other.clues.slow and not other.needs
+    driven = may_drive(one.candidate.effect, best.candidate.effect)
     return driven and one.strength > policy.one_course * best.strength
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sim.effects.base import Effect
 from sim.effects.channels import HIGHEST, ChannelEffect, Late, felt
 from sim.state import SCALAR, Array
 from validation.diagnosis.library.candidates import Candidate
@@ -67,6 +68,11 @@ def drivers(problem: LinearProblem) -> list[Driver]:
     """Every recorded channel that moves, but another magnetometer, and a current that is a channel of the log too."""
     others = {SCALAR, *as_currents(problem.recording).values()}
     return _known((item for item in problem.state.channels.items() if item[0] not in others), problem.policy)
+
+
+def may_drive(effect: type[Effect], other: type[Effect]) -> bool:
+    """Whether a slow effect that a channel drives may have the course of a slow one in time."""
+    return effect.clues.slow and bool(effect.needs) and other.clues.slow and not other.needs
 
 
 def in_axes(unit: Array, terms: Array) -> Array:

@@ -10,6 +10,7 @@ from sim.effects import BY_NAME
 from sim.effects.base import Effect
 from sim.effects.values import SWITCH, Window
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron, missing_channels
+from validation.diagnosis.library.drivers import may_drive
 from validation.diagnosis.library.search import found_by_search
 from validation.diagnosis.onward.separation import Flown
 from validation.diagnosis.result import How, Named
@@ -61,10 +62,15 @@ class Pair:
         return not missing and (leg.iron or leg.problem.turns)
 
     def _form(self, leg: Flown) -> float:
-        """The part of an effect that says nothing: an error of form within a kin, the second order in the iron."""
+        """The part of an effect that says nothing: an error of form within a kin, the second order in the iron.
+
+        So is what a drift has beyond a temperature of nearly its course, which may be felt late or in a curve.
+        """
         kin = bool(self.one.clues.kin) and self.one.clues.kin == self.second.clues.kin
+        courses = may_drive(type(self.second), type(self.one)) or may_drive(type(self.one), type(self.second))
         policy = leg.problem.policy
-        return max(policy.same_kin if kin else 0.0, 0.0 if leg.iron else policy.same_iron)
+        of_course = 1 - policy.one_course**2 if courses else 0.0
+        return max(policy.same_kin if kin else 0.0, of_course, 0.0 if leg.iron else policy.same_iron)
 
 
 def pairs_of(hand: Flown, one: Named) -> Iterator[Pair]:

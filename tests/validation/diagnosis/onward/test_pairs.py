@@ -14,8 +14,9 @@ from sim.effects.currents import CurrentRipple, EddyCurrent
 from sim.effects.drift import OffsetJump
 from sim.effects.dynamic import Latency
 from sim.effects.earth import AttitudeMisalignment, FieldGradient, RegionalField
-from sim.effects.iron import HardIron, SoftIron
+from sim.effects.iron import HardIron, HardIronDrift, SoftIron
 from sim.effects.sources import LocalDipole
+from sim.effects.temperature import TemperatureOffset
 from tests.validation.diagnosis.synthetic import problem
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron
 from validation.diagnosis.onward import pairs
@@ -92,6 +93,9 @@ def test_a_leg_at_rest_tells_changes_of_the_iron_apart_only_where_iron_is_fitted
         (HardIron, EddyCurrent, True, True, (5.0, 1.0), ("position",), 0.0),
         (Latency, EddyCurrent, True, True, (4.0, 4.0), (), 4.0),
         (Latency, EddyCurrent, True, True, (2.0, 2.0), (), 0.0),
+        (HardIronDrift, TemperatureOffset, True, True, (18.0, 18.0), (), 0.0),
+        (TemperatureOffset, HardIronDrift, True, True, (18.0, 18.0), (), 0.0),
+        (HardIronDrift, TemperatureOffset, True, True, (20.0, 20.0), (), 20.0),
         (HardIron, EddyCurrent, True, True, (0.05, 0.05), (), 0.05),
         (HardIron, EddyCurrent, True, False, (0.05, 0.05), (), 0.0),
         (HardIron, EddyCurrent, True, False, (0.2, 0.2), (), 0.2),
@@ -100,7 +104,7 @@ def test_a_leg_at_rest_tells_changes_of_the_iron_apart_only_where_iron_is_fitted
 def test_what_a_leg_tells_of_two_is_what_the_wrong_one_lacks_beyond_an_error_of_form(  # type: ignore[no-untyped-def]
     one, second, listed, iron, lacked, missing, nats, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of 100 nats: whichever of look-alikes is true, but what one makes of the other; of one kin, and of the iron."""
+    """Of 100 nats: whichever of look-alikes is true, but what one makes of the other; of a kin, a course, the iron."""
     monkeypatch.setattr(pairs, "missing_channels", lambda effect, problem: missing)
     pair = Pair(one(), second(), (), (), listed)
     leg: Any = SimpleNamespace(
