@@ -13,8 +13,9 @@ from sim.state import Array, current_name
 from validation.diagnosis.decision.one_course import channels_of_time
 from validation.diagnosis.evidence.following import iron_follows
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.evidence.localise import TIME, Share, localise
+from validation.diagnosis.evidence.localise import TIME, Share, channels, localise
 from validation.diagnosis.evidence.rising import Rise
+from validation.diagnosis.evidence.smoothly import on_in
 from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.strength import turns_too_fast
@@ -107,6 +108,17 @@ def channel_is_left(case: Case) -> str | None:
     return f"what is left still goes with {', '.join(kept)}" if kept else None
 
 
+def motion_is_left(case: Case) -> str | None:
+    """A name acts while the motion that leads the gap is on, and what is left goes with that: a piece of its course."""
+    left = localise(case.problem, case.left)
+    if not (case.where and left) or left[0].channel != case.where[0].channel:
+        return None
+    leading = [(name, x) for name, x in channels(case.problem) if name == left[0].channel]
+    windows = [window for one in case.named if (window := one.effect.active_s) is not None]
+    acts = any(on_in(case.problem, window, leading) for window in windows)
+    return f"acts while {left[0].channel} is on, and what is left goes with that too" if acts else None
+
+
 def iron_follows_a_channel(case: Case) -> str | None:
     """Iron that follows a channel, which no name has for its cause, leaves much less of the gap than the names do."""
     explained = case.gap.explained or 0.0
@@ -142,7 +154,7 @@ def unnamed_channels(case: Case) -> set[str]:
 
 SURE_DOUBTS: tuple[NameDoubt, ...] = (gap_is_larger, field_turns_too_fast, part_of_what_rises)
 """Doubts that speak against every name, whatever the verdict."""
-NAME_DOUBTS: tuple[NameDoubt, ...] = (at_its_bounds, channel_is_left, iron_follows_a_channel)
+NAME_DOUBTS: tuple[NameDoubt, ...] = (at_its_bounds, channel_is_left, motion_is_left, iron_follows_a_channel)
 
 
 def _nothing(case: Case) -> bool:

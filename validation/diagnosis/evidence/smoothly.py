@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -36,12 +36,16 @@ def comes_and_goes(ground: Ground, one: Candidate) -> str:
 
 
 def on_within(problem: LinearProblem, window: tuple[float, float]) -> tuple[str, ...]:
-    """Channels that are on, or off, in a window (s) and not beside it."""
+    """Recorded channels that are on, or off, in a window (s) and not beside it."""
+    return on_in(problem, window, ((one.name, one.x) for one in drivers(problem)))
+
+
+def on_in(problem: LinearProblem, window: tuple[float, float], several: Iterable[tuple[str, Array]]) -> tuple[str, ...]:
+    """Names of those courses (n,) that are on, or off, in a window (s) and not beside it."""
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
     time_s, (begin_s, end_s) = problem.state.time_s, window
     acts = cut.means(((time_s >= begin_s) & (time_s < end_s)).astype(float))
-    courses = ((one.name, cut.means(one.x)) for one in drivers(problem))
-    return tuple(name for name, x in courses if correlation(acts, x) > problem.policy.one_course)
+    return tuple(name for name, x in several if correlation(acts, cut.means(x)) > problem.policy.one_course)
 
 
 def correlation(one: Array, other: Array) -> float:

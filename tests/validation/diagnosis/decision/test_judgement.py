@@ -12,7 +12,7 @@ from sim.effects import BY_NAME, EFFECTS
 from sim.effects.iron import HardIron, SoftIron
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.decision import judgement
-from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, verdict_of
+from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, motion_is_left, verdict_of
 from validation.diagnosis.decision.wording import ADVICE, advice_for, sentence_for, words_of
 from validation.diagnosis.evidence.battery import Battery
 from validation.diagnosis.evidence.localise import Share
@@ -101,6 +101,26 @@ def test_any_channel_but_the_first_must_be_left_well_beyond_time() -> None:
     assert channel_is_left(replace(kept, where=(first, second))) == "what is left still goes with current_1_A"
     little = Share("current_1_A", "body", 0.3)  # of the gap goes with it, of what is left much more: it did not lead
     assert channel_is_left(replace(kept, where=(first, little))) is None
+
+
+def test_what_acts_while_a_motion_is_on_and_leaves_more_of_it_is_a_piece_of_its_course() -> None:
+    """A window's constant is a piece of what goes with a rate: not where another leads, or it is on beside."""
+    n = len(POSED.target)
+    on = (np.arange(n) > 0.3 * n) & (np.arange(n) < 0.7 * n)
+    rate = on * (1.0 + 0.2 * np.sin(np.arange(n) / 90.0))
+    state = replace(POSED.state, channels={**POSED.state.channels, "rate": rate})
+    time_s = POSED.state.time_s
+    acts = replace(FOUND, effect=SoftIron(active_s=(time_s[on][0], time_s[on][-1])))
+    left = (on * np.sin(np.arange(n) / 90.0))[:, None] * np.ones(3)
+    leads = Share("rate", "body", 0.7)
+    case = _case(acts, clean=False, problem=replace(POSED, state=state), where=(leads,), left=left)
+    assert motion_is_left(case) == "acts while rate is on, and what is left goes with that too"
+    assert motion_is_left(case) in doubts_of(case, Verdict.PARTIAL)
+    assert motion_is_left(replace(case, where=(Share("pitch", "body", 0.8), leads))) is None
+    assert motion_is_left(replace(case, left=0 * left)) is None
+    assert motion_is_left(replace(case, named=(FOUND,))) is None
+    shorter = replace(acts, effect=SoftIron(active_s=(time_s[on][0], time_s[n // 2])))
+    assert motion_is_left(replace(case, named=(shorter,))) is None
 
 
 def test_what_goes_with_time_as_well_speaks_against_no_name() -> None:

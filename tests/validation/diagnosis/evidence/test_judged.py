@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from sim.effects import EFFECTS
+from sim.effects.base import Effect
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.judged import (
+    AND_NO_MORE,
     BEHIND,
     NAMED,
     SMALL_SHARE,
@@ -18,12 +22,13 @@ from validation.diagnosis.evidence.judged import (
 )
 from validation.diagnosis.library.candidates import Candidate
 
-BEST, ALIKE, WEAKER, REFUSED, LEAST = EFFECTS[:5]
+FIVE = [effect for effect in EFFECTS if not effect.clues.contains][:5]
+BEST, ALIKE, WEAKER, REFUSED, LEAST = FIVE
 
 
-def _judged(number: int, nats: float, outcome: str = "") -> Judged:
+def _judged(number: int, nats: float, outcome: str = "", effect: type[Effect] | None = None) -> Judged:
     nothing: Any = None
-    evidence = Evidence(Candidate(EFFECTS[number]), nats, 1.0, 1.0, 1.0, nothing, nothing, 3)
+    evidence = Evidence(Candidate(effect or FIVE[number]), nats, 1.0, 1.0, 1.0, nothing, nothing, 3)
     return Judged(evidence, nats, 25.0, outcome)
 
 
@@ -38,6 +43,15 @@ def test_every_candidate_learns_what_came_of_it() -> None:
     told = {one.name: one.outcome for one in with_outcomes(judged, BEST.name, (ALIKE.name,))}
     assert list(told) == [REFUSED.name, BEST.name, ALIKE.name, WEAKER.name, LEAST.name]
     assert list(told.values()) == ["next to nothing", NAMED, f"not told from {BEST.name}", BEHIND, TOO_LITTLE]
+
+
+@pytest.mark.parametrize(
+    ("nats", "outcome", "told"), [(40.0, "", AND_NO_MORE), (40.0, "odd", "odd"), (3.0, "", TOO_LITTLE)]
+)
+def test_what_makes_the_name_too_is_that_and_no_more(nats: float, outcome: str, told: str) -> None:
+    richer = next(effect for effect in EFFECTS if effect.clues.contains)
+    one, _ = with_outcomes([_judged(0, nats, outcome, richer), _judged(0, 1.0)], richer.clues.contains[0], ())
+    assert one.outcome.endswith(told)
 
 
 def test_a_name_that_is_not_believed_is_said_to_be_taken_back() -> None:
