@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sim.effects import EFFECTS
+from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted
 from validation.diagnosis.decision.forms import Tests
 from validation.diagnosis.evidence.compare import Evidence, judged_at
@@ -35,17 +36,26 @@ def each_by_itself(found: Sequence[Accepted], start: Ground, tests: Tests) -> li
 
 
 def _parts(others: Ground, settings: Sequence[Candidate], one: Evidence) -> list[Evidence]:
-    """Each motor's evidence beside all others, the strongest first; none where together they do not do better."""
+    """Each motor's evidence beside all others, the strongest first; none where they do not do better.
+
+    Neither all together, nor those that are kept: of motors that run alike none explains anything beside the others.
+    """
     problem, before = others.problem, judged_at(others, [one.candidate])
     columns = [each.columns(problem) for each in settings]
-    joint = others.joined(np.concatenate(columns, axis=2))
-    V = inflation(joint, fit(joint, others.everything), problem.policy)
-    gained = others.evidence_in(joint) - (0.0 if before is None else before.gain / V)
-    if gained <= problem.policy.accepted(len(EFFECTS)):
+
+    def do_better(several: Sequence[Array]) -> bool:
+        joint = others.joined(np.concatenate(several, axis=2))
+        V = inflation(joint, fit(joint, others.everything), problem.policy)
+        gained = others.evidence_in(joint) - (0.0 if before is None else before.gain / V)
+        return gained > problem.policy.accepted(len(EFFECTS))
+
+    if not do_better(columns):
         return []
     judged = (
         judged_at(others.with_all(other for other in columns if other is not own), [setting])
         for setting, own in zip(settings, columns, strict=True)
     )
     known = [each for each in judged if each is not None and each.nats > problem.policy.apart]
+    if not known or not do_better([each.candidate.columns(problem) for each in known]):
+        return []
     return sorted(known, key=lambda each: -each.strength)

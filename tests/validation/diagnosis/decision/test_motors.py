@@ -11,7 +11,12 @@ import pytest
 from sim.dataset import Recording
 from sim.effects.kernels import first_order_lag
 from sim.scenario import ModelSpec
-from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
+from validation.diagnosis.decision import motors
+from validation.diagnosis.decision.motors import _parts
+from validation.diagnosis.evidence.compare import judge
+from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.candidates import proposed
 from validation.diagnosis.problem.actuators import with_actuators
 from validation.diagnosis.result import Diagnosis
 from validation.diagnosis.workflow import diagnose
@@ -78,3 +83,19 @@ def test_a_throttle_is_ahead_of_the_current_and_its_unit_does_not_matter() -> No
     assert (found.verdict, one.name) == ("named", "motor_current")
     assert one.effect.lag_s == pytest.approx(1.2, rel=0.1)  # type: ignore[attr-defined]
     assert one.effect.gain_nT_A == pytest.approx((8e3, -5e3, 12e3), rel=0.05)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("kept_nats", "kept"), [(900.0, 4), (400.0, 0)])
+def test_of_motors_that_run_alike_the_one_that_was_found_stays(
+    kept_nats: float, kept: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that are kept beside all others must do better than it too: 900 nats together are not theirs."""
+    posed = problem(driven(UNEQUAL))
+    found = judge(Ground.of(posed), proposed(posed, frozenset())["motor_current"])
+    assert found is not None
+    together = iter([900.0, kept_nats])
+    monkeypatch.setattr(motors, "judged_at", lambda *_: replace(found, gain=500.0, V=1.0))
+    monkeypatch.setattr(motors, "inflation", lambda *_: 1.0)
+    monkeypatch.setattr(Ground, "evidence_in", lambda *_: next(together))
+    settings = [found.candidate.at({"motor": motor}) for motor in posed.state.motors]
+    assert len(_parts(Ground.of(posed), settings, found)) == kept
