@@ -40,22 +40,22 @@ def _parts(others: Ground, settings: Sequence[Candidate], one: Evidence) -> list
 
     Neither all together, nor those that are kept: of motors that run alike none explains anything beside the others.
     """
-    problem, before = others.problem, judged_at(others, [one.candidate])
-    columns = [each.columns(problem) for each in settings]
-
-    def do_better(several: Sequence[Array]) -> bool:
-        joint = others.joined(np.concatenate(several, axis=2))
-        V = inflation(joint, fit(joint, others.everything), problem.policy)
-        gained = others.evidence_in(joint) - (0.0 if before is None else before.gain / V)
-        return gained > problem.policy.accepted(len(EFFECTS))
-
-    if not do_better(columns):
+    policy, columns = others.problem.policy, [each.columns(others.problem) for each in settings]
+    if not _do_better(others, columns, one):
         return []
     judged = (
         judged_at(others.with_all(other for other in columns if other is not own), [setting])
         for setting, own in zip(settings, columns, strict=True)
     )
-    known = [each for each in judged if each is not None and each.nats > problem.policy.apart]
-    if not known or not do_better([each.candidate.columns(problem) for each in known]):
+    known = [each for each in judged if each is not None and each.nats > policy.apart]
+    if not known or not _do_better(others, [each.candidate.columns(others.problem) for each in known], one):
         return []
     return sorted(known, key=lambda each: -each.strength)
+
+
+def _do_better(others: Ground, columns: Sequence[Array], one: Evidence) -> bool:
+    """Whether columns (n, q, k) of several motors explain more than one gain by what a name needs."""
+    before, joint = judged_at(others, [one.candidate]), others.joined(np.concatenate(columns, axis=2))
+    V = inflation(joint, fit(joint, others.everything), others.problem.policy)
+    gained = others.evidence_in(joint) - (0.0 if before is None else before.gain / V)
+    return gained > others.problem.policy.accepted(len(EFFECTS))
