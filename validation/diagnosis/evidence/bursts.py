@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 
 from sim.state import Array
 from validation.diagnosis.policy import Policy
-from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.linear import LinearProblem, pauses_after
 
 Mask = NDArray[np.bool_]
 
@@ -20,7 +20,7 @@ def highest_of_bursts(problem: LinearProblem, left_nT: Array) -> Mask:
 
     A burst lasts two samples to `most_burst`, each `burst_sigma` from the median about it, where the rest is quiet: a
     body that is passed, or a base that does not fit, is none. One that the strength shows, where no turn does, may last
-    one sample; without attitude the axis is the one that is farthest from the line across it.
+    one sample, not between pauses; without attitude the axis is the one that is farthest from the line across it.
     """
     found, policy = np.zeros(left_nT.shape, bool), problem.policy
     by_strength = problem.mode == "strength"
@@ -30,6 +30,8 @@ def highest_of_bursts(problem: LinearProblem, left_nT: Array) -> Mask:
     if problem.still or not settled:
         return found
     single = np.ones(len(found), bool) if by_strength else _off_strength(problem, left_nT)
+    gaps = pauses_after(problem.state.time_s, policy)
+    single[np.intersect1d(gaps, gaps + 1)] = False
     for column, first, end, at in _runs(seen_nT / sigma_nT, policy):
         if end - first <= policy.most_burst and (end - first > 1 or single[at]):
             found[at, _farthest(problem.recording.mag_nT, first, end, at) if by_strength else column] = True
