@@ -105,7 +105,7 @@ def changes_of_iron(several: Sequence[Sequence[Accepted]], problems: Sequence[Li
     policy = problems[0].policy
     names = dict.fromkeys(one.name for found in several for one in found)
     by_name = {name: [next((one for one in found if one.name == name), None) for found in several] for name in names}
-    return [_iron(each, problems, policy) for each in by_name.values() if _several(each) and _foretold(each, policy)]
+    return [_iron(each, problems, policy) for each in by_name.values() if _foretold(each, policy)]
 
 
 def _foretold(each: Sequence[Accepted | None], policy: Policy) -> bool:

@@ -3,20 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from sim.effects.iron import HardIronDrift
+from sim.effects.iron import HardIron, HardIronDrift
+from sim.effects.noise import WhiteNoise
 from sim.scenario import ModelSpec
 from sim.state import TEMPERATURE
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
+from validation.diagnosis.library.candidates import Candidate
+from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import posed
 from validation.diagnosis.result import How, Named, Reach
 from validation.diagnosis.workflow import examined
-from validation.together.coefficients import Estimate
-from validation.together.common import Common, _ratios, _reach, changes_of_iron, of_one_course
+from validation.together.coefficients import Estimate, agreement
+from validation.together.common import (
+    Common,
+    _ratios,
+    _reach,
+    changes_of_iron,
+    fitted_effect,
+    of_one_course,
+    seen_by_values,
+)
 from validation.together.reach import There
 
 N = 2000
@@ -74,3 +87,72 @@ def test_a_size_is_held_against_the_others_where_its_course_is_theirs(along, rat
 )
 def test_what_some_show_reaches_as_far_as_it_is_the_same(same, each, found) -> None:
     assert _reach(same, each) is found
+
+
+def test_an_effect_of_a_lot_says_what_each_recording_does_and_which_channels_go_with_it() -> None:
+    """Nats over their inflation; nothing of a recording that has not been asked, or says nothing of it."""
+    own = Estimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
+    asked = SimpleNamespace(held=60.0, inflation=2.0, strength=0.5)
+    joint = SimpleNamespace(
+        candidate=Candidate(HardIronDrift), asked=(asked, asked, None, asked), estimates=(own, own, own, None)
+    )
+    there = (There.PRESENT, There.PRESENT, There.UNASKED, There.OPEN)
+    finding = SimpleNamespace(
+        joint=joint, agreement=agreement([own, own], 0.0), nats=90.0, reach=Reach.SOME, there=there
+    )
+    chosen: Any = SimpleNamespace(finding=finding, alternatives=(), strength=0.5)
+    one = fitted_effect(chosen, (RISES, RISES, COMES_BACK, COMES_BACK))
+    assert [None if each is None else each.nats for each in one.each] == [30.0, 30.0, None, None]
+    assert one.named.rivals == (TEMPERATURE,)
+
+
+def _iron(x_nT: float, *, V: float = 1.0, alternatives: tuple[str, ...] = ()) -> Any:
+    """A hard iron of so much, known to 0.1 nT if what is left is white."""
+    fit = SimpleNamespace(covariance=0.01 * np.eye(5))
+    evidence = SimpleNamespace(
+        candidate=Candidate(HardIron), width=3, fit=fit, V=V, coefficients=np.array([x_nT, 0.0, 0.0]), nats=x_nT,
+        strength=1.0,
+    )  # fmt: skip
+    return SimpleNamespace(name="hard_iron", evidence=evidence, alternatives=alternatives)
+
+
+@pytest.mark.parametrize(
+    ("several", "reach"),
+    [
+        ([[_iron(20.0)], [_iron(20.6)]], Reach.TRANSFERRED),
+        ([[_iron(20.0)], [_iron(26.0)]], Reach.NOT_TRANSFERRED),
+        ([[_iron(20.0, V=1e3)], [_iron(26.0, V=1e3)]], Reach.TRANSFERRED),
+        ([[_iron(20.0)], [_iron(20.6)], []], Reach.SOME),
+        ([[_iron(20.0)], []], None),
+    ],
+)
+def test_iron_is_the_same_within_its_error_beside_what_is_left(several, reach) -> None:
+    """In two recordings at least; 0.6 nT are an error of form, 6 nT are not unless a wander makes them."""
+    found = changes_of_iron(several, [RISES] * len(several))
+    assert [one.reach for one in found] == ([] if reach is None else [reach])
+    assert all(one.named.nats == sum(iron.evidence.nats for each in several for iron in each) for one in found)
+
+
+def test_iron_is_mistaken_for_what_it_is_in_every_recording() -> None:
+    first, second = _iron(20.0, alternatives=("sensor_offset", "scale")), _iron(20.0, alternatives=("sensor_offset",))
+    (one,) = changes_of_iron([[first], [second]], [RISES, RISES])
+    assert one.named.alternatives == ("sensor_offset",)
+
+
+@pytest.mark.parametrize(
+    ("stds_nT", "reach"),
+    [
+        ((1.4, 1.0, 1.2), Reach.TRANSFERRED),
+        ((1.6, 1.0, 1.2), Reach.NOT_TRANSFERRED),
+        ((1.0, None, 1.2, 1.4), Reach.SOME),
+        ((1.0, None), None),
+    ],
+)
+def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, reach) -> None:
+    """Within half; it is told by the middle one of two recordings at least."""
+    several = [
+        [] if std is None else [Named(WhiteNoise(std_nT=(std,) * 3), (), How.SPECTRUM, None, 1.0)] for std in stds_nT
+    ]
+    found = seen_by_values(several, STANDARD)
+    assert [one.reach for one in found] == ([] if reach is None else [reach])
+    assert all(one.named.effect == WhiteNoise(std_nT=(1.2,) * 3) for one in found)

@@ -13,7 +13,7 @@ from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.result import Reach
 from validation.together import reach
 from validation.together.coefficients import Agreement, Estimate
-from validation.together.reach import There, _one, _shown_by_two, _there, compared, finding, foretells
+from validation.together.reach import There, _common, _one, _shown_by_two, _there, compared, finding, foretells
 
 GIVEN = Estimate(np.diag([20.0, 10.0]), np.array([20.0, 10.0]))
 SMALL, TURNED, WANDER = (replace(GIVEN, g=by * GIVEN.g) for by in (0.7, -0.7, 0.6))
@@ -60,17 +60,29 @@ def test_what_differs_is_present_in_two_recordings_at_least(
 
 
 @pytest.mark.parametrize(
-    ("named", "needed", "found"),
-    [((0, 1), 7.0, (Reach.NOT_TRANSFERRED, 18.0)), ((0,), 7.0, (None, -50.0)), ((0, 1), 10.0, (None, -50.0))],
+    ("named", "third", "needed", "found"),
+    [
+        ((0, 1), There.OPEN, 7.0, (Reach.NOT_TRANSFERRED, 18.0)),
+        ((0,), There.OPEN, 7.0, (None, -50.0)),
+        ((0, 1), There.OPEN, 10.0, (None, -50.0)),
+        ((0, 2), There.PRESENT, 7.0, (Reach.NOT_TRANSFERRED, 18.0)),
+        ((0, 2), There.OPEN, 7.0, (None, -50.0)),
+    ],
 )
 def test_what_two_recordings_name_by_themselves_need_not_be_alike(
-    monkeypatch: pytest.MonkeyPatch, named: tuple[int, ...], needed: float, found: tuple[Reach | None, float]
+    monkeypatch: pytest.MonkeyPatch,
+    named: tuple[int, ...],
+    third: There,
+    needed: float,
+    found: tuple[Reach | None, float],
 ) -> None:
-    """A tone begins every run with another phase: the others' coefficients explain less than none."""
-    joint: Any = joint_of((GIVEN, TURNED), (9.0, 9.0), SimpleNamespace(possible=lambda c: True))
-    monkeypatch.setattr(reach, "_there", lambda *_: (There.PRESENT, There.PRESENT))
+    """A tone begins every run with another phase: the others' coefficients explain less than none.
+
+    What a recording names by numbers that the effect cannot have, it does not show.
+    """
+    joint: Any = joint_of((GIVEN, TURNED, GIVEN), (9.0, 9.0, 9.0), SimpleNamespace(possible=lambda c: True))
+    monkeypatch.setattr(reach, "_there", lambda *_: (There.PRESENT, There.PRESENT, third))
     monkeypatch.setattr(reach, "_common", lambda *_: ([-20.0, -30.0], SimpleNamespace(p=1e-9, c=1.0)))
-    joint.asked = "ab"
     one = finding(joint, needed, STANDARD, named)
     assert (one.reach, one.nats) == found
 
@@ -86,6 +98,16 @@ def test_what_is_explained_in_one_recording_alone_is_no_name(
     monkeypatch.setattr(reach, "_there", lambda *_: (There.PRESENT, There.OPEN, There.OPEN))
     monkeypatch.setattr(reach, "_common", lambda *_: (each, SimpleNamespace(p=0.9, c=1.0)))
     assert finding(joint, 14.0, STANDARD).reach is found
+
+
+@pytest.mark.parametrize(("second", "same"), [(1.03, True), (1.2, False)])
+def test_coefficients_are_the_same_within_an_error_of_form(second: float, same: bool) -> None:
+    """However well they are known: 4 % on one motion or another."""
+    sharp: Any = tuple(Estimate(np.array([[1e6]]), np.array([1e6 * c])) for c in (1.0, second))
+    joint: Any = SimpleNamespace(asked="ab", estimates=sharp, nats=lambda i, c: 9.0, known=None)
+    _, agree = _common(joint, [0, 1], STANDARD)
+    assert (agree.p > STANDARD.not_transferred_alarm) is same
+    assert foretells(joint, STANDARD) is same
 
 
 PRESENT, ABSENT, UNKNOWN = There.PRESENT, There.ABSENT, There.OPEN
