@@ -12,10 +12,11 @@ import pytest
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron
 from sim.state import Array
-from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
 from validation.diagnosis.evidence import standing
 from validation.diagnosis.evidence.compare import search_price
-from validation.diagnosis.evidence.hypothesis import gains
+from validation.diagnosis.evidence.hypothesis import Hypothesis, gains
+from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.standing import (
     Beside,
     _to_and_fro,
@@ -27,7 +28,9 @@ from validation.diagnosis.evidence.standing import (
 )
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.diagnosis.problem.pose import pose
 
 HIDDEN = {MotorCurrent.name: {MotorCurrent.linear[0]: [1.0, -0.5, 0.75]}}
 
@@ -87,6 +90,71 @@ def test_a_slow_course_gains_nothing_beside_a_rest_that_is_as_slow() -> None:
     wandering = Beside.of(replace(given, target=given.target + walk), [])
     slow = np.sin(np.linspace(0, 2, 2000))[:, None, None] * np.eye(3)
     assert wandering.standing(_evidence(1), wandering.rows.taken(slow)).gain < STANDARD.apart
+
+
+def _walk(step: float, n: int = 2000) -> Array:
+    return np.asarray(step * np.cumsum(np.random.default_rng(3).normal(size=(n, 3)), axis=0))
+
+
+def test_what_a_rest_that_was_found_badly_lacks_is_no_gain_of_an_effect(beside: Beside) -> None:
+    """A poorer hypothesis of five times the noise: beside the effect's own rest nothing is gained."""
+    loud = replace(beside.poorer.rest, white=25 * beside.poorer.rest.white)
+    badly = replace(beside, poorer=Hypothesis.given(beside.rows, beside.inside, loud))
+    nothing = np.sin(np.linspace(0, 7, 2000))[:, None, None] * np.eye(3)
+    assert badly.standing(_evidence(1), nothing).gain < STANDARD.apart
+
+
+@pytest.mark.parametrize("step", [0.0, 0.5])
+def test_the_rest_beside_a_jump_is_the_one_that_is_there(step: float) -> None:
+    """White noise, which the poorer hypothesis' rest does not lead to; a walk, which white noise does not lead to."""
+    n, given = 2000, problem(n=2000)
+    jump = (np.arange(n) > 1200)[:, None, None] * np.eye(3)
+    beside = Beside.of(replace(given, target=given.target + _walk(step) + 10 * jump @ [1.0, 0.5, -1.0]), [])
+    tau_s = 4 * n * beside.rows.interval_s
+    there = Rest(np.array([tau_s]), np.ones(3), np.full((3, 1), step**2 * tau_s / (2 * beside.rows.interval_s)))
+    true = Hypothesis.given(beside.rows, beside.joined(jump), there)
+    assert beside.standing(_evidence(1), jump).hypothesis.whole > true.whole - STANDARD.apart
+
+
+def _event(at: int, half: int) -> Array:
+    return np.asarray((np.abs(np.arange(2000) - at) < half)[:, None, None] * np.eye(3))
+
+
+def test_an_event_stands_beside_a_wander_though_it_is_short() -> None:
+    """Three samples of ten sigma in segments of twenty seconds: held out whole it would be foretold by nothing."""
+    given, event = problem(n=2000), _event(900, 2)
+    beside = Beside.of(replace(given, target=given.target + _walk(0.3) + 10 * event @ [1.0, 0.5, -1.0]), [])
+    assert beside.standing(_evidence(1), event).gain > STANDARD.coloured_nats
+
+
+def test_a_second_event_gains_as_much_beside_the_first_as_without_it() -> None:
+    """Each on folds that show it, with and without the effect."""
+    given, first, second = problem(n=2000), _event(500, 2), _event(900, 5)
+    one_nT = given.target + _walk(0.3) + 10 * second @ [1.0, 0.5, -1.0]
+    alone = Beside.of(replace(given, target=one_nT), [])
+    both = Beside.of(replace(given, target=one_nT + 10 * first @ [1.0, 0.5, -1.0]), [first])
+    gains = [each.standing(_evidence(1), second).gain for each in (alone, both)]
+    assert gains[1] == pytest.approx(gains[0], abs=STANDARD.apart)
+
+
+def _levelled() -> LinearProblem:
+    given = recording(2000)
+    level = Level.of(problem(given).state.R_wb, FIELD_ENU_NT, STANDARD)
+    return pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
+
+
+def test_a_wander_of_the_axes_is_seen_as_a_constant_of_the_sensor_is() -> None:
+    """By strength and dip over the noise of each."""
+    posed = _levelled()
+    posed = replace(posed, sigma_nT=posed.sigma_nT * [1.0, 3.0])
+    constant = Candidate(HardIron).columns(posed) * posed.sigma_nT[0]
+    assert Beside.of(posed, []).rows.sight == pytest.approx(constant, abs=1e-2)
+
+
+def test_where_strength_and_dip_are_compared_the_strength_is_along_the_field() -> None:
+    left = np.random.default_rng(0).normal(size=(2000, 2)) * [1.0, 1e3]
+    along = along_the_field(SimpleNamespace(problem=_levelled(), residual=lambda: left))  # type: ignore[arg-type]
+    assert along.var() == pytest.approx(1.0, abs=0.5)
 
 
 def test_a_rival_keeps_what_is_its_own(posed: LinearProblem, beside: Beside) -> None:
