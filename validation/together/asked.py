@@ -66,17 +66,19 @@ class Asked:
 
     def nats_of(self, c: Array) -> float:
         """Nats that coefficients (k,) as they are gain beside a rest of their own, over the same rows without them."""
-        beside = self.beside
-        left = replace(beside.rows, target=beside.rows.target - np.einsum("nqk,k->nq", self.columns, c))
-        frozen = Hypothesis.of(left, beside.inside, (self.hypothesis.rest, beside.poorer.rest))
         given = self.estimate.gain(c) - self.without
-        return max(given, frozen.whole - self.alone)
+        return max(given, self._beside_own_rest(c) - self.alone)
 
     @cached_property
     def alone(self) -> float:
-        """Log-likelihood of the rows without the effect, its rest begun as the poorer's and as the one beside it."""
-        again = Hypothesis.of(self.beside.rows, self.beside.inside, (self.hypothesis.rest,))
-        return max(self.beside.poorer.whole, again.whole)
+        """Log-likelihood of the rows without the effect."""
+        return self._beside_own_rest(np.zeros(self.columns.shape[2]))
+
+    def _beside_own_rest(self, c: Array) -> float:
+        """Log-likelihood of the rows less the effect at coefficients (k,), beside the likelier rest of two starts."""
+        rows = self.beside.rows
+        left = replace(rows, target=rows.target - np.einsum("nqk,k->nq", self.columns, c))
+        return Hypothesis.of(left, self.beside.inside, (self.hypothesis.rest, self.beside.poorer.rest)).whole
 
     @property
     def strength(self) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sim.effects import BY_NAME
-from sim.effects.currents import MotorCurrent
+from sim.effects.currents import CurrentRipple, MotorCurrent
 from sim.effects.earth import FieldGradient, RegionalField
 from sim.effects.iron import HardIronDrift
 from sim.effects.temperature import TemperatureOffset
@@ -28,6 +28,7 @@ DRIFT = Candidate.of(HardIronDrift(rate_nT_h=(100.0, 50.0, 20.0)))
 WARM = Candidate.of(TemperatureOffset(slope_nT_K=(1.0, 0.5, 0.2)))
 REGIONAL = Candidate.of(RegionalField(error_enu_nT=(1.0, 1.0, 1.0)))
 GRADIENT = Candidate(FieldGradient)
+RIPPLE = Candidate.of(CurrentRipple(amplitude_nT_A=(0.2, -0.2, 0.2), frequency_hz=1.3))
 MOTOR = Candidate.of(MotorCurrent(gain_nT_A=(1.0, 1.0, 1.0)))
 
 
@@ -36,16 +37,25 @@ def flown(hidden: str, size: float, seed: int = 0) -> LinearProblem:
     """Two minutes in which the temperature only rises, as a drift does."""
     tables = {"warm": {WARM.name: {"slope_nT_K": (np.array([1.0, 0.5, 0.2]) * size).tolist()}},
               "drift": {DRIFT.name: {"rate_nT_h": (np.array([90.0, 45.0, 18.0]) * size).tolist()}}}  # fmt: skip
+    tables["both"] = {**tables["drift"], RIPPLE.name: {"amplitude_nT_A": [0.2, -0.2, 0.2], "frequency_hz": 1.3}}
     return problem(recording(1200, seed=seed, hidden=tables[hidden]))
 
 
 @pytest.mark.parametrize(
-    ("hidden", "own", "stays"), [("warm", WARM, False), ("warm", MOTOR, True), ("drift", WARM, True)]
+    ("hidden", "one_of_lot", "own", "stays"),
+    [
+        ("warm", DRIFT, WARM, False),
+        ("warm", DRIFT, MOTOR, True),
+        ("drift", DRIFT, WARM, True),
+        ("both", RIPPLE, DRIFT, True),
+    ],
 )
-def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up(hidden, own, stays) -> None:
-    here = flown(hidden, 4.0)
+def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up(
+    hidden, one_of_lot, own, stays
+) -> None:
+    here = flown(hidden, 40.0 if hidden == "both" else 4.0)
     beside = Beside.of(here, [])
-    one = Asked.of(DRIFT, here, beside, beside.rows.taken(DRIFT.columns(here)))
+    one = Asked.of(one_of_lot, here, beside, beside.rows.taken(one_of_lot.columns(here)))
     again = beside_own(one, [own.columns(here)])
     assert one.held > STANDARD.coloured_nats
     assert (again is one) is stays
