@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.constants import mu_0 as MU_0
 
 from scenarios.errors import InputError
 from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
@@ -49,6 +50,14 @@ def test_eddy_current_with_inductance_lags_as_a_first_order_system(states):
     label = label_of(EddyCurrent(B, tau), replace(state, field_rate_nT_s=rate))[:, 0]
     expected = 0.1 / np.hypot(1, w * tau) * np.sin(w * state.time_s - np.arctan(w * tau))
     np.testing.assert_allclose(label[5000:], expected[5000:], atol=1e-6)
+
+
+@pytest.mark.parametrize("lasts_s", [MU_0 * 5.8e7 * 0.25**2 / np.pi**2, MU_0 * 3.5e7 * 1.5 * 0.01 / 3])
+def test_the_bounds_of_an_eddy_current_hold_what_a_vehicle_carries_and_no_more(lasts_s):
+    """A ball of copper, diameter 0.5 m, and a hull of aluminium, radius 1.5 m, 10 mm: they undo the field's change."""
+    matrix = next(p for p in EddyCurrent.parameters() if p.name == "matrix_s")
+    assert lasts_s < matrix.high < 5 * lasts_s
+    assert matrix.low == -matrix.high
 
 
 def test_motor_current_takes_one_motor_or_all(states):

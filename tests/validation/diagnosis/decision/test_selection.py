@@ -19,6 +19,7 @@ from validation.diagnosis.decision.selection import (
     _is_form,
     _with_earth_vector,
     _with_kin,
+    names_of,
     residual_tests,
     select,
 )
@@ -146,6 +147,14 @@ def test_a_low_pass_of_another_order_is_one_class_of_look_alikes(cutoff_hz: floa
     found = select(problem(replace(given, mag_nT=late + noise * 40.0))).found
     assert len(found) == 1
     assert {found[0].name, *found[0].alternatives} >= {"latency", "bandwidth"}
+
+
+@pytest.mark.parametrize(("seconds", "named"), [(0.3, True), (3.0, False)])
+def test_what_only_a_conductor_of_seconds_would_explain_is_no_eddy_current(seconds: float, named: bool) -> None:
+    given = recording(1500, noise_nT=20.0)
+    hidden = seconds * problem(given).state.field_rate_nT_s * np.array([1.0, -0.3, 0.6])
+    found = select(problem(replace(given, mag_nT=given.mag_nT + hidden))).found
+    assert ("eddy_current" in names_of(found)) is named
 
 
 def test_what_is_in_is_settled_anew_beside_the_next() -> None:
