@@ -120,16 +120,30 @@ def gains_along_the_field(before: Ground, after: Ground, tried: int = 1) -> bool
     """Whether what was taken in explains the part along the field too, where an error of the attitude has nothing.
 
     Nats less what the k columns taken in gain by chance, ``k / 2``, and the price of a search among `tried` settings.
+    What is slow gains by chance as the slow noise has it: by the loudest of means as long as k columns can follow.
     """
     policy, k = before.problem.policy, after.sums.width - before.sums.width
     by_chance = k / 2 + search_price(tried, k, policy)
-    return bool(gained_along_the_field(before, after) - by_chance > policy.apart)
+    return bool(gained_along_the_field(before, after, k) - by_chance > policy.apart)
 
 
-def gained_along_the_field(before: Ground, after: Ground) -> float:
-    """Nats of means over `slow_mean_s` of the part along the field, ``(b - a) / 2``, over what is still coloured."""
+def gained_along_the_field(before: Ground, after: Ground, least: int | None = None) -> float:
+    """Nats of means over `slow_mean_s` of the part along the field, ``(b - a) / 2``, over what is still coloured.
+
+    least : the longest means of which so many are left count as well; None: none longer.
+    """
     poorer, richer = (along_the_field(ground) for ground in (before, after))
-    return float((poorer**2).sum() - (richer**2).sum()) / 2 / max(1.0, float((richer**2).mean()))
+    loudest = max(_variances_of_means(richer, least or len(richer)))
+    return float((poorer**2).sum() - (richer**2).sum()) / 2 / max(1.0, loudest)
+
+
+def _variances_of_means(course: Array, least: int) -> Iterator[float]:
+    """Variance of means over 1, 2, 4, ... values of a course, each times their number: white noise's stays the same."""
+    length = 1
+    while len(course) >= least * length:
+        sums = course[: len(course) // length * length].reshape(-1, length).sum(axis=1)
+        yield float((sums**2).mean()) / length
+        length *= 2
 
 
 def along_the_field(ground: Ground) -> Array:

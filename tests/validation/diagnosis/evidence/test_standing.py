@@ -176,7 +176,7 @@ def test_what_shows_along_the_field_is_beyond_chance_and_the_price_of_a_search(
     before, after = (
         SimpleNamespace(sums=SimpleNamespace(width=width), problem=SimpleNamespace(policy=STANDARD)) for width in (2, 5)
     )
-    monkeypatch.setattr(standing, "gained_along_the_field", lambda *_: gained)
+    monkeypatch.setattr(standing, "gained_along_the_field", lambda before, after, k: gained if k == 3 else 0.0)
     assert gains_along_the_field(before, after, tried) is holds  # type: ignore[arg-type]
 
 
@@ -185,6 +185,15 @@ def test_nats_along_the_field_are_over_what_is_left(left: float, nats: float, mo
     """Of ten means of three sigma."""
     monkeypatch.setattr(standing, "along_the_field", lambda ground: ground * np.ones(10))
     assert gained_along_the_field(3.0, left) == pytest.approx(nats)  # type: ignore[arg-type]
+
+
+def test_what_is_slow_gains_along_the_field_as_the_slow_noise_has_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten means of one sigma with one sign: five of two are twice as loud, where so many are enough."""
+    monkeypatch.setattr(standing, "along_the_field", lambda ground: ground * np.ones(10))
+    gained = [gained_along_the_field(3.0, 1.0, least) for least in (10, 6, 5, 3)]  # type: ignore[arg-type]
+    np.testing.assert_allclose(gained, [40.0, 40.0, 20.0, 20.0])
+    monkeypatch.setattr(standing, "along_the_field", lambda ground: ground * (-1.0) ** np.arange(10))
+    assert gained_along_the_field(3.0, 1.0, 2) == pytest.approx(40.0)  # type: ignore[arg-type]
 
 
 def test_along_the_field_white_noise_is_white_and_an_error_of_matrix_or_attitude_is_nothing() -> None:
