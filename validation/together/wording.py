@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from validation.diagnosis.decision.wording import LISTED_CHANNELS, ways_to_tell, words_of
+from validation.diagnosis.decision.advice import ways_to_tell
+from validation.diagnosis.decision.wording import LISTED_CHANNELS, words_of
 from validation.diagnosis.result import NORMAL_95, Diagnosis, How, Reach
 from validation.diagnosis.verdict import Verdict
 from validation.text import all_of, figure

@@ -10,7 +10,7 @@ import pytest
 from sim.effects import EFFECTS
 from sim.effects.kernels import first_order_lag
 from sim.state import TEMPERATURE, current_name
-from tests.validation.diagnosis.decision.test_judgement import FOUND, _case
+from tests.validation.diagnosis.decision.answers import FOUND, case_of
 from tests.validation.diagnosis.synthetic import HZ, problem, recording, without_attitude
 from validation.diagnosis.decision.judgement import doubts_of, iron_follows_a_channel, unnamed_channels, verdict_of
 from validation.diagnosis.evidence.following import iron_follows
@@ -60,7 +60,7 @@ def test_the_strength_alone_has_no_axes_of_which_one_follows() -> None:
 @pytest.mark.parametrize(("explained", "doubted"), [(0.4, True), (1.0, False)])
 def test_names_that_explain_far_less_are_taken_back(warm: LinearProblem, explained: float, doubted: bool) -> None:
     where = (Share("time_s", "body", 0.5), Share(TEMPERATURE, "body", 0.3))
-    case = _case(FOUND, clean=False, explained=explained, problem=warm, where=where, left=0 * warm.target)
+    case = case_of(FOUND, clean=False, explained=explained, problem=warm, where=where, left=0 * warm.target)
     assert verdict_of(case) is Verdict.PARTIAL
     assert TEMPERATURE in unnamed_channels(case)
     reason = iron_follows_a_channel(case)
@@ -76,8 +76,8 @@ def test_what_a_name_has_for_its_cause_is_not_asked(warm: LinearProblem, channel
     motors = {current_name(motor) for motor in warm.state.motors}
     assert len(motors) > 1
     caused = next(cls(**cls.example) for cls in EFFECTS if channel in cls(**cls.example).causes)
-    case = _case(replace(FOUND, effect=caused), problem=warm)
-    listed = _case(replace(FOUND, alternatives=(caused.name,)), problem=warm)
+    case = case_of(replace(FOUND, effect=caused), problem=warm)
+    listed = case_of(replace(FOUND, alternatives=(caused.name,)), problem=warm)
     known = motors if channel in motors else {channel}
     assert set(warm.state.channels) - unnamed_channels(case) == known
     assert set(warm.state.channels) - unnamed_channels(listed) >= known

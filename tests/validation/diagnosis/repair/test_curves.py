@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from sim.state import current_name
+from tests.validation.diagnosis.decision.answers import FOUND, case_of
 from tests.validation.diagnosis.decision.test_curves import disturbed, load
-from tests.validation.diagnosis.decision.test_judgement import FOUND, _case
 from tests.validation.diagnosis.synthetic import problem
 from validation.diagnosis import workflow
 from validation.diagnosis.evidence.ground import Ground
@@ -26,11 +26,11 @@ from validation.diagnosis.verdict import Verdict
 )
 def test_curves_stand_for_names_where_they_explain_much_more(channel: str, explained: float, instead: bool) -> None:
     posed = problem(disturbed(3 * np.tanh(2 * load(0)), load=load(0)))
-    case = _case(FOUND, clean=False, explained=explained, problem=posed, where=(Share(channel, "body", 0.5),))
+    case = case_of(FOUND, clean=False, explained=explained, problem=posed, where=(Share(channel, "body", 0.5),))
     found = followed_instead(Ground.of(posed), case)
     assert (found is not None) == instead
     assert not instead or "load" in {cause for one in found.named for cause in one.effect.causes}
-    assert followed_instead(Ground.of(posed), _case(FOUND, clean=False, problem=posed)) is None
+    assert followed_instead(Ground.of(posed), case_of(FOUND, clean=False, problem=posed)) is None
 
 
 @pytest.mark.parametrize(("doubts", "names", "beside"), [((), 1, True), ((), 0, False), (("wrong",), 1, False)])
@@ -41,5 +41,5 @@ def test_curves_are_looked_for_beside_names_too_small_to_be_told_but_not_beside_
     monkeypatch.setattr(workflow, "followed", lambda *grounds: asked.append(grounds))
     selection = SimpleNamespace(start="start", end="end", found=["name"] * names)
     seen: Any = SimpleNamespace(belief=SimpleNamespace(selection=selection, noise=None))
-    workflow._curves(seen, _case(FOUND), Verdict.UNKNOWN, doubts)
+    workflow._curves(seen, case_of(FOUND), Verdict.UNKNOWN, doubts)
     assert asked == [("start",)] + [("start", "end")] * beside
