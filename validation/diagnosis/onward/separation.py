@@ -84,6 +84,6 @@ class Flown:
         name = one.effect.with_role("place")
         if name is None:
             return between_neighbours(one, partial(self._left, target)) or one
-        path = ThinnedPath.of(self.problem, self.without_base(target))
+        path = ThinnedPath.of(self.problem, target)
         place = path.best_near(np.array(dict(one.nonlinear)[name]))
         return one.at({name: tuple(float(v) for v in place)})

@@ -75,8 +75,8 @@ def _merged(effects: Sequence[Effect], state: State) -> list[Effect]:
 
 
 def _adds(effect: Effect, state: State) -> bool:
-    """Whether what an effect contributes does not depend on the signal, nor on chance."""
-    if effect.stochastic or not effect.linear:
+    """Whether what an effect contributes does not depend on the signal; what chance makes is linear in nothing."""
+    if not effect.linear:
         return False
     once, twice = (effect.apply(state, k * state.field_nT, np.random.default_rng(0), {}) for k in (1.0, 2.0))
     return bool((once == twice).all())

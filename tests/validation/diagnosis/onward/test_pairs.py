@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sim.effects.base import Effect
-from sim.effects.currents import CurrentRipple, EddyCurrent
+from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
 from sim.effects.drift import OffsetJump
 from sim.effects.dynamic import Latency
 from sim.effects.earth import AttitudeMisalignment, FieldGradient, RegionalField
@@ -64,6 +64,7 @@ def test_what_acted_in_a_window_acts_all_along_on_the_leg(flown: Flown) -> None:
     pair = Pair.of(flown, named(switched, "temperature_offset"), "temperature_offset", listed=True)
     assert pair.one == HardIron(offset_nT=switched.offset_nT)
     assert pair.second.active_s is None
+    assert {one.window for one in (*pair.mine, *pair.others)} == {None}
     assert pair.apart(replace(flown, iron=False)) > 0
 
 
@@ -130,6 +131,26 @@ def test_settings_are_sought_in_the_window_of_what_was_named(flown: Flown) -> No
     for window in ((80.0, 95.0), None):
         some = _settings(flown, "motor_current", HardIron((5.0, -3.0, 4.0), active_s=window), window)
         assert {one.window for one in some} == {window}
+
+
+def test_a_name_may_look_like_another_at_every_setting_that_is_listed_for_it(flown: Flown) -> None:
+    """Found with both motors' current, it may be one's."""
+    pair = Pair.of(flown, named(MotorCurrent(gain_nT_A=(3.0, -2.0, 4.0)), "hysteresis"), "hysteresis", listed=True)
+    assert {dict(one.nonlinear)["motor"] for one in pair.mine} == {0, 1, 2}
+
+
+def test_a_setting_is_sought_in_what_the_iron_leaves(flown: Flown) -> None:
+    """The tone that comes nearest a current's field, whose mean the iron takes up."""
+    current = MotorCurrent(gain_nT_A=(20.0, 10.0, -5.0))
+    found = _settings(flown, CurrentRipple.name, current, None)
+    tones = [Candidate(CurrentRipple, (("frequency_hz", f),)) for f in np.arange(0.1, 0.6, 0.005)]
+    assert flown.lacks(current, found) < 1.001 * min(flown.lacks(current, [one]) for one in tones)
+
+
+def test_a_listed_number_lies_between_its_neighbours_where_that_is_nearer(flown: Flown) -> None:
+    between = HardIronDrift(rate_nT_h=(900.0, 200.0, 300.0), time_constant_s=170.0)
+    listed = Candidate(HardIronDrift, (("time_constant_s", 100.0),))
+    assert flown.lacks(between, [listed]) < 1e-4 * flown.size(between)
 
 
 def test_what_an_effect_adds_passes_what_acts_always_where_samples_are(flown: Flown) -> None:

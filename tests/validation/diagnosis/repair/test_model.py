@@ -7,19 +7,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scenarios.toml import as_dict
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
 from sim.effects.drift import OffsetRandomWalk
 from sim.effects.dynamic import Latency
 from sim.effects.earth import RegionalField
+from sim.effects.electronics import Saturation
 from sim.effects.geometry import Scale
 from sim.effects.iron import HardIron, HardIronDrift
 from sim.effects.noise import WhiteNoise
 from sim.effects.values import SWITCH
 from sim.scenario import Model, ModelSpec, Scenario, load
 from tests.validation.diagnosis.repair.test_repair import DRIVEN
-from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
+from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.linear import Instead, LinearProblem
+from validation.diagnosis.problem.pose import pose
 from validation.diagnosis.repair.model import patched
 from validation.diagnosis.repair.refine import refined
 from validation.diagnosis.result import How, Named
@@ -72,7 +77,8 @@ def test_without_attitude_the_iron_is_fitted_beside_the_effect() -> None:
     assert offset_nT == pytest.approx(OFFSET_NT, abs=10.0)
 
 
-WALKS = (OffsetRandomWalk((2.0,) * 3), OffsetRandomWalk((2.0,) * 3))
+SPREAD = {"uniform": [-100.0, 100.0]}
+WALK = OffsetRandomWalk((2.0,) * 3)
 IN_PART = HardIron((5.0, 3.0, 1.0), active_s=(1.0, 9.0))
 
 
@@ -92,6 +98,8 @@ def _patched(new: Effect, given: tuple[Effect, ...], model: Model | None = None,
             OffsetRandomWalk((2.0,) * 3),
             [OffsetRandomWalk((2.0,) * 3), OffsetRandomWalk((1.0,) * 3)],
         ),
+        (WALK, WALK, [WALK, WALK]),
+        (Saturation(1e6), Saturation(1e6), [Saturation(1e6), Saturation(1e6)]),
         (Scale((0.1, 0.0, 0.0)), Scale((0.2, 0.0, 0.0)), [Scale((0.2, 0.0, 0.0)), Scale((0.1, 0.0, 0.0))]),
     ],
 )
@@ -116,3 +124,35 @@ def test_a_written_model_has_the_field_that_holds_and_a_motion_that_shows_the_ef
     assert _patched(IN_PART, (), flown).field == flown.field
     assert _patched(IN_PART, ()).vehicle.kind == "turntable"
     assert _patched(DRIVEN(**{DRIVEN.linear[0]: GAIN}), ()).vehicle.kind == "auv"
+
+
+def test_without_a_heading_the_noise_is_that_of_the_strength() -> None:
+    """The dip, an angle times the field, has also the noise of roll and pitch."""
+    given = recording(300)
+    level = Level.of(problem(given).state.R_wb, FIELD_ENU_NT, STANDARD)
+    posed = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
+    named = [Named(IN_PART, (), How.HELD_OUT, 100.0, 1.0)]
+    (noise,) = (
+        one
+        for one in patched(ModelSpec(), named, replace(posed, sigma_nT=np.array([2.0, 9.0]))).chain()
+        if isinstance(one, WhiteNoise)
+    )
+    assert noise.std_nT == (2.0, 2.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("of_all", "own"),
+    [
+        ({"kind": "rm3100"}, {}),
+        (None, {"kind": "rm3100"}),
+        (None, {"effects": {"scale": {"error": [0.1, 0.0, 0.0]}}}),
+    ],
+)
+def test_what_a_scenario_says_of_its_sensors_is_in_the_written_chain_and_nowhere_else(of_all, own) -> None:  # type: ignore[no-untyped-def]
+    """Their kinds, effects of their own, and what varies from run to run: this is one instrument."""
+    table = as_dict(load("auv-spiral")) | {"sensors": [own, own], "vary": {"effects.hard_iron.offset_nT": SPREAD}}
+    table |= {} if of_all is None else {"sensor": of_all}
+    written = _patched(IN_PART, (WhiteNoise((1.0, 1.0, 1.0)),), Scenario.model_validate(table))
+    read = Scenario.model_validate(as_dict(written))
+    assert [one.name for k in (0, 1) for one in read.chain(k)] == ["hard_iron", "white_noise"] * 2
+    assert not read.vary
