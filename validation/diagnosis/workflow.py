@@ -12,12 +12,12 @@ from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.scenario import Model
 from sim.state import Array
-from validation.diagnosis.decision.advice import advice_for
 from validation.diagnosis.decision.belief import Belief, believed
 from validation.diagnosis.decision.dip import select_beside_dip
 from validation.diagnosis.decision.iron import absorbed_effects
 from validation.diagnosis.decision.judgement import Case, doubts_of, verdict_of
 from validation.diagnosis.decision.late_attitude import with_attitude_in_time
+from validation.diagnosis.decision.next_steps import advice_for
 from validation.diagnosis.decision.one_course import with_rivals
 from validation.diagnosis.decision.wording import sentence_for
 from validation.diagnosis.evidence.direct import Direct, direct_evidence, held_rows

@@ -11,7 +11,7 @@ from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.scenario import Model
 from sim.state import Array
-from validation.diagnosis.decision.advice import advice_for
+from validation.diagnosis.decision.next_steps import advice_for
 from validation.diagnosis.decision.wording import sentence_for
 from validation.diagnosis.evidence.reference import settled
 from validation.diagnosis.evidence.standing import Beside

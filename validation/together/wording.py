@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from validation.diagnosis.decision.advice import ways_to_tell
+from validation.diagnosis.decision.next_steps import ways_to_tell
 from validation.diagnosis.decision.wording import LISTED_CHANNELS, words_of
 from validation.diagnosis.result import NORMAL_95, Diagnosis, How, Reach
 from validation.diagnosis.verdict import Verdict

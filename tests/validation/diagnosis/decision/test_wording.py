@@ -15,7 +15,7 @@ from tests.validation.diagnosis.decision.answers import (
     diagnosis_of,
     either,
 )
-from validation.diagnosis.decision.advice import advice_for
+from validation.diagnosis.decision.next_steps import advice_for
 from validation.diagnosis.decision.wording import sentence_for, words_of
 from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.verdict import Verdict

@@ -18,7 +18,7 @@ from tests.validation.diagnosis.decision.answers import (
     either,
 )
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
-from validation.diagnosis.decision.advice import ADVICE, advice_for
+from validation.diagnosis.decision.next_steps import ADVICE, advice_for
 from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.evidence.rising import Rise
 from validation.diagnosis.result import Diagnosis, How, Reach
