@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from sim.effects import EFFECTS
-from sim.state import Array
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, instead_of, of_one_course, simplest
+from validation.diagnosis.decision.first_look import FirstLook
 from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground, IsClean, added_share
@@ -26,7 +24,6 @@ from validation.diagnosis.evidence.standing import (
 from validation.diagnosis.evidence.throughout import differs_along_the_run
 from validation.diagnosis.evidence.turning import TURNS, an_attitude_does_as_well
 from validation.diagnosis.evidence.windowed import comes_again
-from validation.diagnosis.evidence.within import gain_within
 from validation.diagnosis.policy import Policy
 
 NOT_ALONG = "nothing along the field: an error of the attitude"
@@ -55,7 +52,7 @@ def beside_colour(
     is found beside one that does not stand alone.
     """
     beside, policy = Beside.of(ground.problem, ground.inside), ground.problem.policy
-    look = _Look.of([*ranking, *fuller], beside, ground)
+    look = FirstLook.of([*ranking, *fuller], beside, ground)
     first, most = look.in_turn(ground, start), policy.tried_coloured
     tried = sorted((look.heard(one, beside) for one in first[:most]), key=lambda one: -one.gain)
     tried = [*_far_better(windowed, tried, beside, ground), *tried]
@@ -63,62 +60,6 @@ def beside_colour(
     chosen = _chosen(trials, tried, beside, look.several)
     others = [(look.several[i], float(look.nats[i])) for i in first[most:]]
     return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, policy)])
-
-
-@dataclass(frozen=True, eq=False)
-class _Look:
-    """A first look at candidates: their columns as rows, the nats (m,) that each gains within rows, and in all."""
-
-    several: Sequence[Evidence]
-    columns: Sequence[Array]
-    within: Array
-    nats: Array
-
-    @classmethod
-    def of(cls, several: Sequence[Evidence], beside: Beside, ground: Ground) -> _Look:
-        """Beside the rest as it is."""
-        columns, within = _in_rows(several, beside, ground)
-        return cls(several, columns, within, beside.roughly(columns) + within)
-
-    def in_turn(self, ground: Ground, start: Ground) -> list[int]:
-        """One candidate of each name in the order of their nats, those behind that explain next to nothing of the gap.
-
-        What an iron that is fitted anew moves about gains much beside a slow rest; it takes no turn from what explains.
-        """
-        kept = _one_of_each([one.name for one in self.several], self.nats, ground.problem.policy)
-        shares = {i: added_share(start, ground, self.several[i].squares) for i in kept}
-        return sorted(kept, key=lambda i: (shares[i] < ground.problem.policy.least_added, -self.nats[i]))
-
-    def heard(self, one: int, beside: Beside) -> Standing:
-        """A candidate beside a rest of its own, or another of its name that gains more there."""
-        name = self.several[one].name
-        same = [i for i, other in enumerate(self.several) if other.name == name]
-        several = [beside.standing(self.several[i], self.columns[i], self.within[i]) for i in same]
-        (best,) = _one_of_each([name] * len(same), np.array([each.gain for each in several]), beside.rows.policy)
-        return several[best]
-
-
-def _one_of_each(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:
-    """The best of each name; a later one is taken where it gains more by an error of form.
-
-    For forms are fitted once the effect is in.
-    """
-    best: dict[str, int] = {}
-    for i, name in enumerate(names):
-        before = best.setdefault(name, i)
-        if nats[i] > nats[before] + max(policy.apart, policy.same_coloured * nats[before]):
-            best[name] = i
-    return list(best.values())
-
-
-def _in_rows(ranking: Sequence[Evidence], beside: Beside, ground: Ground) -> tuple[list[Array], Array]:
-    """The columns of candidates as rows, and the nats (m,) that each gains between the samples of a row."""
-    columns, within = [], np.zeros(len(ranking))
-    for i, one in enumerate(ranking):
-        whole = one.candidate.columns(ground.problem)
-        columns.append(beside.rows.taken(whole))
-        within[i] = gain_within(ground.problem, beside.rows, ground.inside, whole)
-    return columns, within
 
 
 def _far_better(

@@ -11,7 +11,8 @@ import pytest
 
 from sim.effects import EFFECTS
 from tests.validation.diagnosis.synthetic import problem
-from validation.diagnosis.decision.hearing import BY_ANOTHER, NOT_ALONG, OF_MANY_SIZES, Hearing, Trial, _Look
+from validation.diagnosis.decision.first_look import FirstLook
+from validation.diagnosis.decision.hearing import BY_ANOTHER, NOT_ALONG, OF_MANY_SIZES, Hearing, Trial
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.standing import Standing
@@ -57,7 +58,7 @@ def test_what_explains_next_to_nothing_takes_no_turn() -> None:
     """Nats of a first look come from what fitted iron moves about too; squares do not."""
     start: Any = SimpleNamespace(squares=4000.0, problem=SimpleNamespace(target=np.zeros((500, 3)), policy=STANDARD))
     candidates: Any = [SimpleNamespace(name=f"{less}", squares=4000.0 - less) for less in (10.0, 2000.0, 500.0, 0.0)]
-    look = _Look(candidates, (), np.zeros(4), np.array([490.0, 30.0, 50.0, 500.0]))
+    look = FirstLook(candidates, (), np.zeros(4), np.array([490.0, 30.0, 50.0, 500.0]))
     assert look.in_turn(start, start) == [2, 1, 3, 0]
 
 

@@ -25,9 +25,7 @@ from validation.diagnosis.decision.hearing import (
     Trial,
     _chosen,
     _far_better,
-    _Look,
     _named,
-    _one_of_each,
     _until_one_stands,
 )
 from validation.diagnosis.evidence.compare import Evidence
@@ -190,19 +188,6 @@ def test_a_window_gains_far_more_than_any_effect_of_the_whole_run(
     rows = SimpleNamespace(taken=lambda columns: columns)
     beside: Any = SimpleNamespace(rows=rows, standing=lambda one, columns: _standing(gain=one.gain))
     assert bool(_far_better([_evidence(gain=gain)], [_standing(gain=always)], beside, _ground())) is far
-
-
-@pytest.mark.parametrize(("gains", "kept"), [((100, 111), 0), ((100, 113), 1), ((2, 6), 0), ((2, 7), 1)])
-def test_a_fuller_form_is_taken_from_the_start_where_it_gains_more_by_an_error_of_form(
-    gains: tuple[float, float], kept: int
-) -> None:
-    assert _one_of_each(["one", "one", "another"], np.array([*gains, 50.0]), STANDARD) == [kept, 2]
-
-
-def test_a_first_look_counts_what_is_gained_between_the_samples_of_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    beside: Any = SimpleNamespace(roughly=lambda columns: np.array([3.0, 5.0]))
-    monkeypatch.setattr(hearing, "_in_rows", lambda *_: ([None, None], np.array([4.0, 0.0])))
-    assert list(_Look.of([_evidence(), _evidence(MotorCurrent)], beside, _ground()).nats) == [7.0, 5.0]
 
 
 def _told(trial: Trial, others: list[Standing]) -> tuple[str, set[str]]:
