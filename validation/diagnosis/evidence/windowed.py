@@ -83,7 +83,7 @@ def _is_a_jump(timeline: Timeline, problem: LinearProblem, one: Candidate, span:
     """Whether a constant from a moment on, or up to it, explains most of what a candidate does: that is a jump."""
     iron = [several[0] for several in changes_of_iron().values() if several[0].effect.clues.constant]
     constant = max(timeline.gain(timeline.rows.taken(each.columns(problem)), span) for each in iron)
-    return one.effect.clues.constant or constant > problem.policy.window_share * span.gain
+    return constant > problem.policy.window_share * span.gain
 
 
 def _in(one: Candidate, span: Span, policy: Policy) -> Candidate:
