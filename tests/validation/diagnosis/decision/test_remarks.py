@@ -190,3 +190,18 @@ def test_time_stamps_in_milliseconds_are_told() -> None:
         model = ModelSpec.model_validate({"effects": {}})
         found = diagnose(one, model, field_enu_nT=FIELD_ENU_NT, fitted_base=True)
         assert found.sentence.count("unit=ms") == told
+
+
+@pytest.mark.parametrize(("off_deg", "told"), [(15.0, True), (25.0, False)])
+def test_a_sensor_lies_along_other_axes_within_twenty_degrees(off_deg: float, told: bool) -> None:
+    aside = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    turn = Rotation.from_euler("x", off_deg, degrees=True).as_matrix()
+    assert (_axes(aside @ turn, 0.5) is not None) is told
+
+
+@pytest.mark.parametrize(("noise_share", "told"), [(2.5, False), (1.5, True)])
+def test_a_strength_is_another_where_iron_fitted_anew_leaves_a_tenth_less(noise_share: float, told: bool) -> None:
+    """Off by 100 nT beside so many times that in noise, which no iron takes up."""
+    given = recording(noise_nT=100.0 * noise_share, hidden=IRON)
+    posed = pose(without_attitude(given), None, STRENGTH_NT + 100.0, tuple(effect_table.build(IRON, None, "test")))
+    assert (other_strength(replace(posed, iron_known=True)) is not None) is told

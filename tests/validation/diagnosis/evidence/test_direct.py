@@ -17,7 +17,14 @@ from sim.effects.faults import Dropouts, Spikes
 from sim.effects.noise import WhiteNoise
 from sim.state import current_name
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording, without_attitude
-from validation.diagnosis.evidence.direct import _quiet, direct_evidence, held_rows
+from validation.diagnosis.evidence.direct import (
+    _across_the_field,
+    _beside,
+    _quiet,
+    _spike_law,
+    direct_evidence,
+    held_rows,
+)
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, channels, explained_share, localise
 from validation.diagnosis.evidence.white_noise import more_noise
@@ -192,3 +199,46 @@ def test_a_spike_is_seen_in_the_strength_too() -> None:
     (found,) = direct_evidence(problem(replace(given, mag_nT=mag)))
     assert found.effect.name == Spikes.name
     assert found.samples[where].sum() >= 4
+
+
+@pytest.mark.parametrize(("step_sigma", "found"), [(0.04, False), (0.06, True)])
+def test_rounding_that_is_small_beside_the_noise_is_of_no_account(step_sigma: float, found: bool) -> None:
+    given, step_nT = recording(), step_sigma * NOISE_NT
+    assert bool(direct_evidence(problem(replace(given, mag_nT=step_nT * np.round(given.mag_nT / step_nT))))) is found
+
+
+@pytest.mark.parametrize(("off", "found"), [(0.005, False), (0.02, True)])
+def test_a_step_is_the_models_within_a_hundredth_and_a_full_scale_within_a_tenth_of_that(
+    off: float, found: bool
+) -> None:
+    assert bool(direct_evidence(_rounded((Quantisation(4.0 * (1 + off)),)))) is found
+    full_nT = FAULTS[Saturation]["full_scale_nT"]
+    clipped = recording(hidden={Saturation.name: FAULTS[Saturation]})
+    model = (Saturation(full_nT * (1 + off / 10)),)
+    assert any(isinstance(one.effect, Saturation) for one in direct_evidence(problem(clipped, model))) is found
+
+
+@pytest.mark.parametrize(("above", "mean"), [(0.2, 100.0), (0.3, 30.0)])
+def test_wrong_values_of_nearly_one_size_are_all_that_there_are(above: float, mean: float) -> None:
+    """Of a hundred in the mean, so much of it above the least."""
+    size_nT = 100.0 * (1 + above * np.linspace(-1.0, 1.0, 101))
+    rate_hz, mean_nT = _spike_law(size_nT, 101.0, STANDARD.one_size)
+    assert mean_nT == pytest.approx(mean)
+    assert (rate_hz == 1.0) is (mean == 100.0)
+
+
+@pytest.mark.parametrize(("share", "across"), [(0.08, True), (0.12, False)])
+def test_what_is_off_across_the_field_alone_is_an_error_of_the_attitude(share: float, across: bool) -> None:
+    """But for a tenth of it."""
+    posed = problem(n=1000)
+    samples = np.arange(1000) % 100 == 50
+    along = posed.direction
+    side = np.cross(along, [0.3, -0.5, 0.8])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    off_nT = samples[:, None] * 300.0 * (share * along + np.sqrt(1 - share**2) * side)
+    assert _across_the_field(posed, off_nT @ posed.turn.T, samples) is across
+
+
+def test_two_samples_beside_a_wrong_one_are_left_out_with_it() -> None:
+    samples = np.arange(1000) == 500
+    assert np.flatnonzero(_beside(problem(n=1000), samples)).tolist() == [498, 499, 500, 501, 502]

@@ -233,3 +233,10 @@ def test_a_lag_of_the_measurements_own_rate_is_not_tried() -> None:
     for effect in lagged:
         assert len(proposed(problem(given))[effect.name]) == 1
         assert len(proposed(problem(turning))[effect.name]) == len(next(iter(effect.search.values())))
+
+
+@pytest.mark.parametrize(("sigma_nT", "least_nT"), [(4.9, 100.0), (5.1, 300.0)])
+def test_without_attitude_a_loop_is_twenty_times_the_noise(sigma_nT: float, least_nT: float) -> None:
+    posed = replace(problem(without_attitude(recording(1000))), sigma_nT=np.array([sigma_nT]))
+    values = [np.min(dict(one.nonlinear)["threshold_nT"]) for one in proposed(posed)["hysteresis"]]
+    assert min(values) == least_nT

@@ -284,3 +284,29 @@ def test_a_listed_number_moves_between_its_neighbours(effect: type[Effect]) -> N
         assert found is not None
         assert dict(found.nonlinear)[name] == pytest.approx(truth, rel=0.03)
         assert found.tried == len(listed)
+
+
+def _tone(frequency_hz: float, n: int) -> float:
+    """The tone that is found in a ripple of one that the current drives."""
+    posed = problem(n=n)
+    wave = np.sin(2 * np.pi * frequency_hz * posed.state.time_s) * posed.state.current_of(0)
+    (found,) = tones(posed, wave[:, None] * np.ones(3), Candidate(_sought("frequency")))
+    return float(_value(found, "frequency"))
+
+
+@pytest.mark.parametrize(
+    ("frequency_hz", "n", "found"), [(0.085, 4000, False), (0.115, 4000, True), (0.13, 200, False), (0.25, 200, True)]
+)
+def test_a_ripple_is_no_slower_than_motion_and_goes_round_four_times(frequency_hz: float, n: int, found: bool) -> None:
+    """A tenth of a hertz; four cycles in 20 s are a fifth."""
+    assert (_tone(frequency_hz, n) == pytest.approx(frequency_hz, abs=0.2 / (n / HZ))) is found
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.003, False), (0.012, True)])
+def test_a_jump_at_an_end_is_not_told_from_iron(share: float, found: bool) -> None:
+    """A step's own part of the constant is 4 s (1 - s) of the most: 2 % of that."""
+    posed = problem(n=4000)
+    at = round(4000 * (1 - share))
+    jump = posed.target + 1e4 * (np.arange(4000) >= at)[:, None]
+    (one,) = moments(posed, jump, Candidate(_sought("moment")))
+    assert (abs(float(_value(one, "moment")) - float(posed.state.time_s[at])) < 0.15) is found

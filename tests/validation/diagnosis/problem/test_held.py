@@ -5,8 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording
+from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem.held import held
+from validation.diagnosis.problem.linear import pauses_after
 from validation.diagnosis.problem.pose import pose
 
 
@@ -20,3 +24,29 @@ def test_a_leg_at_rest_without_noise_poses_a_problem() -> None:
     posed = pose(resting, FIELD_ENU_NT, STRENGTH_NT, ())
     assert (posed.sigma_nT > 0).all()
     assert np.isfinite(posed.turn).all()
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.015, False), (0.03, True)])
+def test_a_few_rows_that_are_repeated_are_no_held_ones(share: float, found: bool) -> None:
+    """A fiftieth of them may be: of values that no rounding brings together."""
+    mag_nT = np.random.default_rng(0).normal(size=(2000, 3))
+    again = np.arange(1, 2000, round(1 / share))
+    mag_nT[again] = mag_nT[again - 1]
+    assert held(mag_nT, mag_nT, STANDARD).any() == found
+
+
+@pytest.mark.parametrize(("times", "found"), [(3, False), (8, True)])
+def test_rows_are_held_beyond_what_rounding_repeats(times: int, found: bool) -> None:
+    """Noise of 1 rounded to 1 repeats 2 % of its rows: 0.28 of each axis."""
+    mag_nT = np.round(np.random.default_rng(0).normal(size=(4000, 3)))
+    chance = 1 / (2 * np.sqrt(np.pi)) ** 3
+    again = np.arange(1, 4000, round(1 / ((times - 1) * chance)))
+    mag_nT[again] = mag_nT[again - 1]
+    assert held(mag_nT, mag_nT, STANDARD).any() == found
+
+
+@pytest.mark.parametrize(("intervals", "count"), [(4.0, 0), (6.0, 1)])
+def test_a_gap_of_some_intervals_is_a_pause(intervals: float, count: int) -> None:
+    time_s = np.arange(100.0)
+    time_s[50:] += intervals - 1.0
+    assert len(pauses_after(time_s, STANDARD)) == count

@@ -11,6 +11,7 @@ from sim.dataset import Recording
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import STRENGTH_NT, recording, without_attitude
 from validation.diagnosis.policy import STANDARD
+from validation.diagnosis.problem import still
 from validation.diagnosis.problem.still import at_rest
 from validation.diagnosis.workflow import diagnose
 
@@ -66,3 +67,48 @@ def test_two_coils_on_or_off_are_no_motion_though_iron_fits_their_four_fields() 
     assert found.verdict != "none"
     assert "first" in found.sentence
     assert "second" in found.sentence
+
+
+@pytest.mark.parametrize(("spread", "rests"), [(0.04, True), (0.06, False)])
+def test_a_field_that_stays_within_a_small_angle_is_one_at_rest(spread: float, rests: bool) -> None:
+    wave = np.sqrt(2) * np.sin(np.arange(3000) / 7.0)
+    mag_nT = np.array([0.0, 0.0, 5e4]) + spread * 5e4 * wave[:, None] * [1.0, 0.0, 0.0]
+    assert at_rest(Recording(time_s=np.arange(3000) / 10, mag_nT=mag_nT), 5e4, STANDARD) is rests
+
+
+@pytest.mark.parametrize(("rate_rad_s", "turns"), [(0.015, False), (0.025, True)])
+def test_a_gyro_tells_a_turn(rate_rad_s: float, turns: bool) -> None:
+    gyro = rate_rad_s * np.sign(np.sin(np.arange(3000) / 50.0))[:, None] * np.ones(3)
+    given = Recording(time_s=np.arange(3000) / 10, mag_nT=np.full((3000, 3), 3e4), gyro_rad_s=gyro)
+    assert at_rest(given, 5e4, STANDARD) is not turns
+
+
+@pytest.mark.parametrize(
+    ("left", "second", "off", "over_off", "moved"),
+    [
+        (0.4, 0.05, 0.02, 10.0, True),
+        (0.6, 0.05, 0.02, 10.0, False),
+        (0.3, 0.08, 0.02, 10.0, True),
+        (0.3, 0.12, 0.02, 10.0, False),
+        (0.3, 0.2, 0.04, 10.0, False),
+        (0.3, 0.2, 0.06, 10.0, True),
+        (0.3, 0.2, 0.02, 4.0, True),
+        (0.3, 0.2, 0.02, 6.0, False),
+    ],
+)
+def test_channels_move_a_field_that_lies_on_a_line_or_that_no_turn_makes(  # type: ignore[no-untyped-def]
+    left, second, off, over_off, moved, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half of it; a line's second axis is a tenth; iron makes the strength hold to 5 % or leaves a fifth of the rest.
+
+    left: part of the variance that channels leave; off: of the strength with iron; over_off: what channels leave to it.
+    """
+    first, other, third = (np.sign(np.sin(np.arange(4096) * 2 * np.pi / period + 1e-3)) for period in (64, 32, 16))
+    mag_nT = np.column_stack([1e4 * first, second * 1e4 * other, 0 * first])
+    corrected_nT = np.column_stack([(5e4 + off * 5e4 * third) * first, 0 * first, 0 * first])
+    share = np.sqrt(left * ((mag_nT - mag_nT.mean(axis=0)) ** 2).sum() / 4096 / 3)
+    monkeypatch.setattr(still, "_corrected_nT", lambda *_: corrected_nT)
+    monkeypatch.setattr(still, "_left_by_channels_nT", lambda _: np.full((4096, 3), share))
+    monkeypatch.setattr(still, "rms", lambda _: over_off * off * 5e4)
+    given = Recording(time_s=np.arange(4096) / 10, mag_nT=mag_nT)
+    assert still._moved_by_channels(given, 5e4, STANDARD) is moved
