@@ -57,9 +57,12 @@ def followed_instead(start: Ground, case: Case) -> Followed | None:
 
 
 def _left(start: Ground, end: Ground) -> Left:
-    """What is left before and after, all fitted to what the first split trains on."""
-    problem, train = start.problem, ~start.splits[0]
-    before, after = start.residual(train), end.residual(train)
+    """What is left before, by iron that was fitted to all, and after, by what the first split trains on.
+
+    Iron of a motion that hardly shows it leaves far more of what it was not fitted to: no gap, and nothing explains it.
+    """
+    problem = start.problem
+    before, after = start.residual(), end.residual(~start.splits[0])
     test = end.held_samples() & (problem.usable > 0)
     return Left(before, after, GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy))
 

@@ -15,7 +15,7 @@ from tests.validation.diagnosis.synthetic import problem
 from validation.diagnosis import workflow
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import Share
-from validation.diagnosis.repair.curves import followed_instead
+from validation.diagnosis.repair.curves import _left, followed_instead
 from validation.diagnosis.verdict import Verdict
 
 
@@ -43,3 +43,15 @@ def test_curves_are_looked_for_beside_names_too_small_to_be_told_but_not_beside_
     seen: Any = SimpleNamespace(belief=SimpleNamespace(selection=selection, noise=None))
     workflow._curves(seen, case_of(FOUND), Verdict.UNKNOWN, doubts)
     assert asked == [("start",)] + [("start", "end")] * beside
+
+
+def test_what_iron_leaves_where_it_was_not_fitted_is_no_gap_that_a_curve_explains() -> None:
+    """White noise fitted to all, three times as much where the motion of the training part does not show the iron."""
+    posed = problem()
+
+    def left(use: Any = None) -> Any:
+        return np.full(posed.target.shape, 1.2 if use is None else 3.0)
+
+    start: Any = SimpleNamespace(problem=posed, residual=left, splits=[np.ones(2, bool)])
+    end: Any = SimpleNamespace(residual=lambda use: left(), held_samples=lambda: np.arange(len(posed.target)) % 2 > 0)
+    assert _left(start, end).gap.explained == pytest.approx(0.0)
