@@ -120,8 +120,12 @@ class _Look:
         return cls(problem, beside, beside.rows.taken(unit))
 
     def best(self, driver: Driver, ways: Sequence[Way]) -> _Seen:
-        """The way of feeling a driver in which its curve gains most."""
+        """The way of feeling a driver in which its curve gains most.
+
+        What is felt later than the run is long has the course of a sum over time: no run shows that a driver makes it.
+        """
         rows, interval_s = self.beside.rows, self.problem.state.interval_s
+        ways = [way for way in ways if way.lag_s < np.ptp(self.problem.state.time_s)]
         root = np.sqrt(np.maximum(rows.count, 1.0))[:, None]
         terms = [rows.taken(driver.terms(way, interval_s) * rows.usable[:, None]) / root for way in ways]
         nats = self.beside.roughly([in_axes(self.unit, one) for one in terms])

@@ -15,8 +15,9 @@ from sim.effects.kernels import first_order_lag
 from sim.scenario import ModelSpec
 from sim.state import HEIGHT, Array
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, HZ, NOISE_NT, STRENGTH_NT, problem, recording
-from validation.diagnosis.decision.curves import channel_of, curves
+from validation.diagnosis.decision.curves import _Look, channel_of, curves
 from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.library.drivers import EARLY, drivers
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.pose import pose, posed
 from validation.diagnosis.repair.chain import left_with_iron_refitted
@@ -45,7 +46,7 @@ def slow(seed: int, n: int = 4000) -> Array:
 
 def disturbed(course: Array, seed: int = 0, **channels: Array) -> Recording:
     """A recording with a disturbance of this course (n,), and channels beside those it has."""
-    given = recording(seed=seed)
+    given = recording(len(course), seed=seed)
     return replace(given, mag_nT=given.mag_nT + course[:, None] * WAY, channels={**given.channels, **channels})
 
 
@@ -167,3 +168,12 @@ def test_a_named_effect_leaves_no_room_for_a_curve() -> None:
     told = diagnose(recording(hidden={"motor_current": {"gain_nT_A": [4.0, -2.0, 6.0]}}), MODEL)
     assert [one.name for one in told.named] == ["motor_current"]
     assert MODEL.effects == Effects({"white_noise": {"std_nT": [NOISE_NT] * 3}})
+
+
+@pytest.mark.parametrize(("n", "lag_s"), [(2900, 100.0), (3100, 300.0)])
+def test_nothing_is_felt_later_than_the_run_is_long(n: int, lag_s: float) -> None:
+    """Of ten samples a second."""
+    given = disturbed(900 * late(load(1, n), 300.0), load=load(1, n))
+    look = _Look.of(Ground.of(problem(given)))
+    (driver,) = [one for one in drivers(look.problem) if one.name == "load"]
+    assert look.best(driver, EARLY).way.lag_s == lag_s
