@@ -65,6 +65,14 @@ def test_of_one_kin_that_nearest_to_its_own_size_is_named() -> None:
     assert _of_kin(several, STANDARD).name == "bandwidth"
 
 
+@pytest.mark.parametrize(("off", "name"), [(0.005, "latency"), (0.02, "bandwidth")])
+def test_of_one_kin_and_nearly_one_size_the_chain_s_last_is_named(off: float, name: str) -> None:
+    several: Any = [
+        SimpleNamespace(name=one, gain=100.0, off_size=by) for one, by in (("bandwidth", 0.0), ("latency", off))
+    ]
+    assert _of_kin(several, STANDARD).name == name
+
+
 def test_of_those_that_are_not_told_apart_the_simplest_is_accepted() -> None:
     gain = 100 * STANDARD.accepted(len(EFFECTS))
     wide, narrow = _evidence(FIRST, gain, 9), _evidence(SECOND, gain - STANDARD.apart / 2, 3)

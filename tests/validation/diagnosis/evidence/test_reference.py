@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from sim.scenario import ModelSpec
 from sim.state import Array
 from tests.validation.diagnosis.own_compass import IRON, with_own_compass
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, problem, recording
-from validation.diagnosis.evidence.reference import misread_field, own_compass, settled
+from validation.diagnosis.evidence.reference import _east_nT, misread_field, own_compass, settled
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.pose import pose, posed
 from validation.diagnosis.verdict import Verdict
@@ -131,3 +133,19 @@ def test_an_optical_attitude_is_no_compass(realdata) -> None:  # type: ignore[no
     place = {"latitude_deg": 52.5, "longitude_deg": 13.4, "date": "2019-06-01"}
     for path in sorted((realdata / "motion-capture").glob("*.parquet")):
         assert own_compass(posed(read_recording(path), ModelSpec.model_validate({"field": place}), None, None)) is None
+
+
+@pytest.mark.parametrize(("axes", "told"), [(4.0, True), (6.0, False)])
+def test_a_heading_is_made_of_a_calibration_that_is_nearly_the_sensors(axes: float, told: bool) -> None:
+    """``k . (D m - d) = 0`` holds for a D whose axes differ by that: five times are the motion's, no calibration."""
+    rng = np.random.default_rng(0)
+    m = rng.normal(size=(500, 3)) / np.sqrt(3)
+    k = np.cross((m - m.mean(axis=0)) * [1.0, 1.0, axes] - [0.1, 0.2, -0.1], rng.normal(size=(500, 3)))
+    k /= np.linalg.norm(k, axis=1, keepdims=True)
+    side = np.cross(k, rng.normal(size=(500, 3)))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    field = np.array([0.0, 2e4, -4e4])
+    state = SimpleNamespace(field_enu_nT=field, R_wb=np.stack([-k, side, np.cross(-k, side)], axis=1))
+    logged = SimpleNamespace(mag_nT=m * np.linalg.norm(field))
+    posed: Any = SimpleNamespace(state=state, usable=np.ones(500), recording=logged, policy=STANDARD)
+    assert (_east_nT(posed, np.eye(3)) is not None) is told

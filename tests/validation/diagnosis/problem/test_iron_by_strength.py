@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from sim.state import Array
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.iron_by_strength import ByStrength, fitted_iron
+from validation.diagnosis.problem.iron_task import unit_of
 
 FIELD_NT, NOISE_NT, BLOCK = 50_000.0, 20.0, 50
 KNOWN_NT = np.full(4000, FIELD_NT)
@@ -67,3 +68,18 @@ def test_slopes_are_those_of_small_differences() -> None:
     task = ByStrength(y, np.ones(20), STANDARD)
     differences = [(task.left(theta + one) - task.left(theta - one)) / 2e-6 for one in 1e-6 * np.eye(9)]
     assert np.allclose(task.slopes(theta), np.stack(differences, axis=2), atol=1e-8)
+
+
+def test_what_one_attitude_shows_is_shared_between_matrix_and_offset_as_little_as_either_is_expected() -> None:
+    """A tenth too much: least squares of a / 0.25 and o / 0.5, in strengths, with ``(1 + a) (1.1 - o) = 1``."""
+    a = np.linspace(-0.1, 0.0, 10_001)
+    expected = a[np.argmin((a / 0.25) ** 2 + ((1.1 - 1 / (1 + a)) / 0.5) ** 2)]
+    measured = np.tile([1.1 * FIELD_NT, 0.0, 0.0], (100, 1))
+    iron = fitted_iron(measured, np.full(100, FIELD_NT), BLOCK, STANDARD)
+    assert iron.matrix[0, 0] - 1 == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize(("times", "unit"), [(1.8, 1.0), (2.2, 1 / 2.2), (0.55, 1.0), (0.45, 1 / 0.45)])
+def test_what_is_off_by_more_than_a_factor_of_two_is_in_another_unit(times: float, unit: float) -> None:
+    measured = times * np.array([[3e4, 0.0, 4e4]])
+    assert unit_of(measured, np.array([5e4]), STANDARD)[0] == pytest.approx(unit)
