@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -158,6 +159,35 @@ def test_names_that_make_the_gap_larger_are_doubted() -> None:
     larger = replace(GAP, after_sigma=1.2 * GAP.before_sigma)
     assert doubts_of(replace(case_of(FOUND), gap=larger), Verdict.NAMED)
     assert doubts_of(replace(case_of(SEEN), gap=larger), Verdict.NAMED) == ()
+    hardly = replace(GAP, after_sigma=1.05 * GAP.before_sigma)
+    assert doubts_of(replace(case_of(FOUND), gap=hardly), Verdict.NAMED) == ()
+
+
+@pytest.mark.parametrize(("share", "doubted"), [(0.79, False), (0.81, True)])
+def test_iron_that_follows_a_channel_leaves_half_of_what_names_leave(
+    share: float, doubted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = SimpleNamespace(share=share, channel="depth")
+    monkeypatch.setattr(judgement, "unnamed_channels", lambda case: {"depth"})
+    monkeypatch.setattr(judgement, "iron_follows", lambda ground, asked: found)
+    case = case_of(FOUND, clean=False, explained=0.6, where=(Share("depth", "body", 0.9),))
+    assert (judgement.iron_follows_a_channel(case) is not None) is doubted
+
+
+@pytest.mark.parametrize(
+    ("first", "other", "kept"),
+    [((0.8, 0.19), (0.3, 0.3), ""), ((0.8, 0.21), (0.3, 0.3), "lead"), ((0.8, 0.0), (0.5, 0.2), "beside")],
+)
+def test_a_channel_keeps_a_quarter_of_its_share_where_a_name_is_wrong(
+    first: tuple[float, float], other: tuple[float, float], kept: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first, and one of at least half its share; (share of the gap, of what is left)."""
+    left = [Share("lead", "body", first[1]), Share("beside", "body", other[1])]
+    monkeypatch.setattr(judgement, "localise", lambda *_: left)
+    monkeypatch.setattr(judgement, "channels_of_time", lambda _: set())
+    where = (Share("lead", "body", first[0]), Share("beside", "body", other[0]))
+    told = channel_is_left(case_of(FOUND, clean=False, explained=0.0, where=where))
+    assert (told or "").removeprefix("what is left still goes with ") == kept
 
 
 def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:

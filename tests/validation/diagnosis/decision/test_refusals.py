@@ -111,12 +111,16 @@ def test_what_has_another_course_is_no_tone_and_has_no_window(
     assert _hearing()._refusal_by_course(_evidence(), _ground()) == words
 
 
-@pytest.mark.parametrize(("coloured", "share"), [(False, STANDARD.other_size), (True, STANDARD.other_size_coloured)])
+@pytest.mark.parametrize(
+    ("coloured", "part", "refused"),
+    [(False, 0.08, False), (False, 0.12, True), (True, 0.25, False), (True, 0.35, True)],
+)
 def test_one_size_is_asked_more_strictly_where_nothing_is_left(
-    coloured: bool, share: float, monkeypatch: pytest.MonkeyPatch
+    coloured: bool, part: float, refused: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(hearing, "differs_along_the_run", lambda one, beside, most: most == share)
-    assert _hearing()._refusal_by_size(_standing(), coloured) == OF_MANY_SIZES
+    """True effects add 3 % with coefficients of their own in parts of the run, beside another effect 15 %."""
+    monkeypatch.setattr(hearing, "differs_along_the_run", lambda one, beside, most: part > most)
+    assert (_hearing()._refusal_by_size(_standing(), coloured) == OF_MANY_SIZES) is refused
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,15 @@ def test_of_two_that_are_the_same_the_chain_s_first_is_accepted() -> None:
         assert chosen.name == first
 
 
+@pytest.mark.parametrize(("apart", "same"), [(5e-7, True), (2e-6, False)])
+def test_two_are_the_same_within_a_millionth(apart: float, same: bool) -> None:
+    gain = 100 * STANDARD.accepted(len(EFFECTS))
+    first, last = sorted((FIRST.name, SECOND.name), key=list(BY_NAME).index)
+    chosen = accepted((_evidence(BY_NAME[last], gain * (1 + apart)), _evidence(BY_NAME[first], gain)), STANDARD)
+    assert chosen is not None
+    assert (chosen.name == first) is same
+
+
 @pytest.mark.parametrize("effect", [e for e in EFFECTS if e.clues.same_as], ids=lambda e: e.name)
 def test_what_says_that_it_is_another_is_named_after_it(effect: type[Effect]) -> None:
     """Beside an iron with currents in it they differ by a fraction of a nat, either way."""

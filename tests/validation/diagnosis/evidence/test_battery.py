@@ -107,3 +107,13 @@ def test_rows_left_out_in_a_pattern_make_no_tones_of_a_slow_rest() -> None:
     usable[np.arange(N) % 7 > 4] = 0.0
     left = (residual + 0.1 * _white(7)) * usable[:, None]
     assert not battery(left, usable, TIME_S, 0, STANDARD).tones_hz
+
+
+@pytest.mark.parametrize(("louder", "heavy"), [(0.19, False), (0.3, True)])
+def test_tails_are_heavy_beyond_a_tenth_and_what_a_long_record_scatters(louder: float, heavy: bool) -> None:
+    """Louder and quieter by a share every other sample, normal noise has a kurtosis of three of its squares."""
+    sizes = np.sqrt(1 + louder * np.where(np.arange(3 * N) % 2, 1, -1))
+    residual = np.random.default_rng(0).normal(size=(3 * N, 3)) * sizes[:, None]
+    tests = battery(residual, np.ones(3 * N), STEP_S * np.arange(3 * N), 0, STANDARD)
+    assert tests.kurtosis == pytest.approx(3 * louder**2, abs=0.05)
+    assert any(line.startswith("heavy tails") for line in tests.why) is heavy

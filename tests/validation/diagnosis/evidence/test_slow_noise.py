@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,9 +12,11 @@ from scipy.spatial.transform import Rotation
 from sim.effects import BY_NAME, EFFECTS
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import NOISE_NT, problem, recording
+from validation.diagnosis.evidence import slow_noise as slow_noise_module
 from validation.diagnosis.evidence.ground import Ground
+from validation.diagnosis.evidence.localise import TIME, Share
 from validation.diagnosis.evidence.slow_noise import along_field, slow_along_earth, slow_noise, turns_the_field, wander
-from validation.diagnosis.evidence.spectrum import Bands
+from validation.diagnosis.evidence.spectrum import Bands, SlowSpectrum
 from validation.diagnosis.evidence.stated import as_stated
 from validation.diagnosis.evidence.steps import Steps
 from validation.diagnosis.policy import STANDARD
@@ -150,3 +153,44 @@ def test_a_wander_that_the_model_has_is_stated(name: str) -> None:
     assert as_stated(known, _left(posed))
     assert not as_stated(small, _left(posed))
     assert pytest.approx(float(posed.sigma_nT.mean()), rel=0.1) == NOISE_NT
+
+
+@pytest.mark.parametrize(("share", "turns"), [(0.1, True), (0.14, False)])
+def test_an_error_of_the_attitude_has_an_eighth_along_the_field_at_most(
+    share: float, turns: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slow_noise_module, "along_field", lambda *_: share)
+    assert turns_the_field(problem(n=400), np.zeros((400, 3))) is turns
+
+
+@pytest.mark.parametrize(("beyond", "wanders"), [(0.08, True), (0.12, False)])
+def test_what_goes_with_a_channel_more_than_with_time_is_no_wander(
+    beyond: float, wanders: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shares = [Share(TIME, "body", 0.3), Share("depth", "body", 0.3 + beyond)]
+    monkeypatch.setattr(slow_noise_module, "localise", lambda *_: shares)
+    monkeypatch.setattr(slow_noise_module, "slow_noise", lambda *_: "a wander")
+    assert (wander(problem(n=400), np.zeros((400, 3))) is not None) is wanders
+
+
+@pytest.mark.parametrize(("lines", "told"), [(25.0, False), (35.0, True)])
+def test_a_nature_is_told_at_thirty_frequencies(lines: float, told: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SlowSpectrum, "lines_above_white", lambda *_: lines)
+    posed = _hidden(SLOW[0])
+    found = slow_noise(posed, _left(posed))
+    assert found is not None
+    assert found.identified is told
+
+
+def _spectrum(odds: float) -> SlowSpectrum:
+    """Ten bands of one line each, in which slow noise is from 1.8 times the white one down."""
+    bands = SimpleNamespace(
+        f=np.arange(10.0), shape=np.ones(10), power=np.ones(10), odds=lambda ratio: np.full(10, odds)
+    )
+    return SlowSpectrum(bands, EFFECTS[0], lambda f: 0.8 + 0.2 * (f < 3) * 2, (), 1.0, 1.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("odds", "agrees"), [(2e-4, True), (5e-5, False)])
+def test_a_spectrum_agrees_unless_a_band_is_as_far_off_once_in_a_thousand(odds: float, agrees: bool) -> None:
+    assert _spectrum(odds).agrees(STANDARD) is agrees
+    assert _spectrum(odds).lines_above_white(STANDARD) == 3  # by a factor of two

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
-from scipy.stats import multivariate_normal
+from scipy.optimize import brentq
+from scipy.stats import chi2, multivariate_normal
 
 from sim.state import Array
 from validation.diagnosis.evidence.steps import Steps, drawn_at_random
@@ -72,3 +73,30 @@ def test_random_innovations_pass_and_jumps_courses_and_swings_do_not() -> None:
     course[50:114] += 1.0
     swing = z + 1.5 * np.sin(2 * np.pi * np.arange(200) / 12)[:, None]
     assert not any(drawn_at_random(one, STANDARD) for one in (jump, course, swing))
+
+
+def _drawn(jump: float = 0.0, follows: float = 0.0) -> Array:
+    """Innovations (n, 1) of which one stands out, or each follows the one before in part."""
+    z = np.random.default_rng(1).normal(size=(401, 1))
+    z = z[1:] + follows * z[:-1]
+    z[np.abs(z) > 3] = 0.0
+    z[200] = jump * np.delete(z, 200).std() if jump else z[200]
+    return z
+
+
+@pytest.mark.parametrize(("jump", "random"), [(4.6, True), (5.6, False)])
+def test_a_lone_jump_of_five_sigma_is_none_that_chance_draws(jump: float, random: bool) -> None:
+    assert drawn_at_random(_drawn(jump), STANDARD) is random
+
+
+@pytest.mark.parametrize(("chance", "random"), [(2e-3, True), (5e-4, False)])
+def test_innovations_correlate_by_chance_once_in_a_thousand(chance: float, random: bool) -> None:
+    """Over eight lags, each a square of unit mean."""
+
+    def odds(follows: float) -> float:
+        z = _drawn(follows=follows)[:, 0]
+        z /= z.std()
+        squares = sum(float(z[lag:] @ z[:-lag]) ** 2 / (len(z) - lag) for lag in range(1, 9))
+        return float(chi2.sf(squares, 8))
+
+    assert drawn_at_random(_drawn(follows=float(brentq(lambda x: odds(x) - chance, 0.05, 0.6))), STANDARD) is random

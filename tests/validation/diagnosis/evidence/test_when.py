@@ -62,6 +62,22 @@ def test_a_burst_is_no_part(posed) -> None:  # type: ignore[no-untyped-def]
     assert min(one.stretch.share for one in parts_of(posed, residual)) >= STANDARD.least_part
 
 
+@pytest.mark.parametrize(("louder", "share"), [(200, 0.05), (80, 0.04)])
+def test_a_part_is_a_twenty_fifth_of_the_run_at_least(posed, louder: int, share: float) -> None:  # type: ignore[no-untyped-def]
+    """What is louder for less has its part in quiet."""
+    residual = _noise(len(posed.state))
+    residual[1000 : 1000 + louder] *= 5.0
+    part = largest(parts_of(posed, residual), STANDARD)
+    assert part is not None
+    assert part.stretch.share == pytest.approx(share, abs=0.009)
+
+
+@pytest.mark.parametrize(("share", "words"), [(0.08, "transit"), (0.12, "transit, spiral")])
+def test_a_phase_of_a_tenth_of_a_stretch_is_one_of_its_phases(share: float, words: str) -> None:
+    phase = np.where(np.arange(1000) < 1000 * (1 - share), "transit", "spiral")
+    assert Stretch.of(problem(replace(recording(1000), phase=phase)), 0.0, 100.0).phase == words
+
+
 @pytest.mark.parametrize("some", [0.0, 0.03, 0.6, 1.0])
 def test_samples_left_out_change_no_size(posed, some: float) -> None:  # type: ignore[no-untyped-def]
     """Of half of the run a share is there."""

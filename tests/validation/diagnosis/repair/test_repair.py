@@ -188,3 +188,22 @@ def test_the_form_of_a_cause_belongs_to_it_and_is_no_second_name() -> None:
     (one,) = _as_causes(posed, [(first, first.name), (form, first.name)], ())
     assert (one.name, one.also) == (first.name, (effects[1],))
     assert len(_as_causes(posed, [(first, first.name), (form, form.name)], ())) == 2
+
+
+@pytest.mark.parametrize(("apart", "open_"), [(5e-6, True), (2e-5, False)])
+def test_two_parameters_are_open_where_their_correlation_leaves_next_to_nothing(apart: float, open_: bool) -> None:
+    """The lesser eigenvalue of ``[[1, r], [r, 1]]`` is 1 - r."""
+    gram = np.array([[1.0, 1 - apart], [1 - apart, 1.0]])
+    assert bool(np.isinf(variances(gram, STANDARD)).all()) is open_
+    kept = without_open_part(np.array([1.0, -1.0]), gram, STANDARD)
+    assert bool(np.abs(kept).max() < 0.5) is open_
+
+
+@pytest.mark.parametrize(("part", "open_"), [(5e-4, False), (2e-3, True)])
+def test_a_parameter_of_which_next_to_nothing_is_open_is_known(part: float, open_: bool) -> None:
+    """A third that takes a part in what two alike leave open."""
+    silent = np.array([1.0, -1.0, np.sqrt(part)])
+    J = np.random.default_rng(0).normal(size=(5000, 3))
+    J -= np.outer(J @ silent, silent) / (silent @ silent)  # the first two are then of half the power
+    found = np.isinf(variances(J.T @ J, STANDARD))
+    assert found.tolist() == [True, True, open_]
