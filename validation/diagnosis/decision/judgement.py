@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim.effects import BY_NAME
-from sim.effects.base import Effect
+from sim.effects.base import PLAIN, Effect
 from sim.state import Array, current_name
 from validation.diagnosis.decision.one_course import channels_of_time
 from validation.diagnosis.evidence.following import iron_follows
@@ -130,7 +130,10 @@ def iron_follows_a_channel(case: Case) -> str | None:
 
 
 def at_its_bounds(case: Case) -> str | None:
-    """A leading name has coefficients at the ends of what it can have: what is sought is no such effect."""
+    """A leading name has coefficients at the ends of what it can have: what is sought is no such effect.
+
+    Those of a fuller form are none: what a core had before the run dies out, and may then be of any size.
+    """
     most = max((one.strength for one in case.found), default=0.0)
     leading = [one for one in case.found if one.strength > case.problem.policy.leading_share * most]
     names = [one.name for one in leading if any(map(_at_an_end, one.effects))]
@@ -138,7 +141,7 @@ def at_its_bounds(case: Case) -> str | None:
 
 
 def _at_an_end(effect: Effect) -> bool:
-    free = (p for p in effect.parameters() if p.role == "linear")
+    free = (p for p in effect.parameters() if p.role == "linear" and p.form == PLAIN)
     values = ((p, np.asarray(getattr(effect, p.name))) for p in free)
     return any(bool(((x <= p.low) | (x >= p.high)).any()) for p, x in values)
 

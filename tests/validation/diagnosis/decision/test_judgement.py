@@ -10,6 +10,7 @@ import pytest
 
 from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, SoftIron
+from sim.effects.nonlinear import Hysteresis
 from tests.validation.diagnosis.decision.answers import (
     FAST,
     FOUND,
@@ -25,7 +26,14 @@ from tests.validation.diagnosis.decision.answers import (
 )
 from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.decision import judgement
-from validation.diagnosis.decision.judgement import Case, channel_is_left, doubts_of, motion_is_left, verdict_of
+from validation.diagnosis.decision.judgement import (
+    Case,
+    at_its_bounds,
+    channel_is_left,
+    doubts_of,
+    motion_is_left,
+    verdict_of,
+)
 from validation.diagnosis.evidence.localise import Share
 from validation.diagnosis.result import GapSize, How, Named
 from validation.diagnosis.verdict import Verdict
@@ -153,6 +161,14 @@ def test_only_names_that_act_where_something_fast_is_left_are_doubted() -> None:
     hidden = replace(FAST, hides=True)
     assert "structure between 2 and 4 Hz" in doubts_of(replace(fast, rise=hidden), Verdict.PARTIAL)[0]
     assert doubts_of(case_of(IRON, rise=hidden), Verdict.PARTIAL) == ()
+
+
+def test_what_would_have_to_be_larger_than_it_can_be_is_doubted_but_for_its_fuller_form() -> None:
+    """What a core had before the run dies out, and says nothing of its loop."""
+    least = {p.name: p.low for p in Hysteresis.parameters()}
+    loop, begun = (Hysteresis(**{name: (least[name], 0.0, 0.0)}) for name in ("gain", "rounded_start_nT"))
+    assert at_its_bounds(case_of(replace(FOUND, effect=loop)))
+    assert at_its_bounds(case_of(replace(FOUND, effect=begun))) is None
 
 
 def test_names_that_make_the_gap_larger_are_doubted() -> None:
