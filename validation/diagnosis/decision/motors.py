@@ -18,21 +18,34 @@ from validation.diagnosis.problem.blocks import fit, inflation
 
 
 def each_by_itself(found: Sequence[Accepted], start: Ground, tests: Tests) -> list[Accepted]:
-    """Effects, the last with a gain of each motor, where that explains what one gain of all leaves.
+    """Effects, those of one gain for all motors with a gain of each, where that explains what one gain leaves.
 
     Nats on held-out data beyond those of what is in, over the inflation, must be as many as a name needs. Motors that
-    explain nothing beside the others are left out. start : the ground without any effect.
+    explain nothing beside the others are left out. Of one that was found first it is asked again beside a second, in
+    whose gap a motor was not seen. start : the ground without any effect.
     """
-    problem, one = start.problem, found[-1].evidence
-    motors, role = problem.state.motors, one.candidate.effect.with_role("motor")
-    if role is None or len(motors) < 2 or tests(start.with_all(each.columns(problem) for each in found)).clean:
-        return list(found)
-    others = start.with_all(before.columns(problem) for before in found[:-1])
-    parts = _parts(others, [one.candidate.at({role: motor}) for motor in motors], one)
+    out: list[Accepted] = []
+    for i, one in enumerate(found):
+        others = [*out, *found[i + 1 :]]
+        alone = [each.name for each in found].count(one.name) == 1
+        out += _by_itself(one, others, start, tests) if alone else [one]
+    return out
+
+
+def _by_itself(one: Accepted, found: Sequence[Accepted], start: Ground, tests: Tests) -> list[Accepted]:
+    """An effect beside others that were found, in as many parts as there are motors that tell."""
+    problem, whole = start.problem, one.evidence
+    motors, role = problem.state.motors, whole.candidate.effect.with_role("motor")
+    if role is None or len(motors) < 2:
+        return [one]
+    others = start.with_all(other.columns(problem) for other in found)
+    if tests(others.beside(one.columns(problem))).clean:
+        return [one]
+    parts = _parts(others, [whole.candidate.at({role: motor}) for motor in motors], whole)
     if not parts:
-        return list(found)
-    first = replace(found[-1], evidence=replace(parts[0], gain=one.gain, V=one.V))
-    return [*found[:-1], first, *(Accepted(part, ()) for part in parts[1:])]
+        return [one]
+    first = replace(one, evidence=replace(parts[0], gain=whole.gain, V=whole.V))
+    return [first, *(Accepted(part, ()) for part in parts[1:])]
 
 
 def _parts(others: Ground, settings: Sequence[Candidate], one: Evidence) -> list[Evidence]:
@@ -54,8 +67,10 @@ def _parts(others: Ground, settings: Sequence[Candidate], one: Evidence) -> list
 
 
 def _do_better(others: Ground, columns: Sequence[Array], one: Evidence) -> bool:
-    """Whether columns (n, q, k) of several motors explain more than one gain by what a name needs."""
-    before, joint = judged_at(others, [one.candidate]), others.joined(np.concatenate(columns, axis=2))
+    """Whether columns (n, q, k) of several motors explain more than one gain by what a name needs.
+
+    Both on held-out data: what one gain explains on all of it is less where the base is extrapolated.
+    """
+    joint, alone = others.joined(np.concatenate(columns, axis=2)), others.joined(one.candidate.columns(others.problem))
     V = inflation(joint, fit(joint, others.everything), others.problem.policy)
-    gained = others.evidence_in(joint) - (0.0 if before is None else before.gain / V)
-    return gained > others.problem.policy.accepted(len(EFFECTS))
+    return (others.held_gain(joint) - others.held_gain(alone)) / V > others.problem.policy.accepted(len(EFFECTS))

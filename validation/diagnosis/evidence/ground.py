@@ -106,11 +106,15 @@ class Ground:
 
     def evidence_in(self, joint: Sums) -> float:
         """The same of what is in the sums beside what is in the ground."""
+        return self.held_gain(joint) / inflation(joint, fit(joint, self.everything), self.problem.policy)
+
+    def held_gain(self, joint: Sums) -> float:
+        """Nats on held-out segments of what is in the sums beside what is in the ground."""
         gains = [
             (squares(self.sums, fit(self.sums, ~held), held) - squares(joint, fit(joint, ~held), held)) / 2
             for held in self.splits
         ]
-        return self.mean_gain(gains) / inflation(joint, fit(joint, self.everything), self.problem.policy)
+        return self.mean_gain(gains)
 
 
 IsClean = Callable[[Ground, str], bool]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ from sim.effects.kernels import first_order_lag
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
 from validation.diagnosis.decision import motors
-from validation.diagnosis.decision.motors import _parts
+from validation.diagnosis.decision.choice import Accepted
+from validation.diagnosis.decision.motors import _parts, each_by_itself
 from validation.diagnosis.evidence.compare import judge
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import proposed
@@ -55,6 +58,15 @@ def test_motors_whose_wires_run_differently_have_a_gain_each_and_one_name(attitu
     assert len(found.model.effects["motor_current"]) == 4
 
 
+@pytest.mark.parametrize(("gains", "first"), [(2 * UNEQUAL, 4), (EQUAL, 1)])
+def test_motors_that_were_found_first_are_asked_again_beside_a_second_effect(gains: np.ndarray, first: int) -> None:
+    start = Ground.of(problem(driven(gains)))
+    found = [judge(start, proposed(start.problem)[name]) for name in ("motor_current", "temperature_offset")]
+    tests: Any = lambda ground: SimpleNamespace(clean=False)  # noqa: E731
+    split = each_by_itself([Accepted(one, ()) for one in found if one is not None], start, tests)
+    assert [one.name for one in split] == [*first * ["motor_current"], "temperature_offset"]
+
+
 def test_motors_of_one_gain_have_one() -> None:
     assert list(gains_of(diagnose(driven(EQUAL), MODEL, field_enu_nT=FIELD_ENU_NT))) == [0]
 
@@ -93,9 +105,9 @@ def test_of_motors_that_run_alike_the_one_that_was_found_stays(
     posed = problem(driven(UNEQUAL))
     found = judge(Ground.of(posed), proposed(posed, frozenset())["motor_current"])
     assert found is not None
-    together = iter([900.0, kept_nats])
+    together = iter([900.0, 500.0, kept_nats, 500.0])
     monkeypatch.setattr(motors, "judged_at", lambda *_: replace(found, gain=500.0, V=1.0))
     monkeypatch.setattr(motors, "inflation", lambda *_: 1.0)
-    monkeypatch.setattr(Ground, "evidence_in", lambda *_: next(together))
+    monkeypatch.setattr(Ground, "held_gain", lambda *_: next(together))
     settings = [found.candidate.at({"motor": motor}) for motor in posed.state.motors]
     assert len(_parts(Ground.of(posed), settings, found)) == kept
