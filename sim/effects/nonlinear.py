@@ -62,8 +62,13 @@ class Nonlinearity(Effect):
 
     def conventions(self, state: State, signal_nT: Array) -> Array:
         """Another slope and another value at zero, from which a bend is counted."""
-        slopes = signal_nT[:, :, None] * np.eye(3)
-        return np.concatenate([slopes, np.tile(self.reference_nT * np.eye(3), (len(state), 1, 1))], axis=2)
+        return _slopes_and_zeros(signal_nT, self.reference_nT)
+
+
+def _slopes_and_zeros(signal_nT: Array, reference_nT: float) -> Array:
+    """Columns (n, 3, 6): another slope on each axis, and another value at zero."""
+    zeros = np.tile(reference_nT * np.eye(3), (len(signal_nT), 1, 1))
+    return np.concatenate([signal_nT[:, :, None] * np.eye(3), zeros], axis=2)
 
 
 def _further_gain(whose: str, form: str) -> Quantity:
@@ -130,6 +135,10 @@ class Hysteresis(Effect):
             memory["left_at"], memory["way"] = signal_nT[0].copy(), np.zeros(3)
         out = _stops(signal_nT, memory["before"], memory["stops"], thresholds, -gains)
         return self._with_rounded_loop(out, signal_nT, memory)
+
+    def conventions(self, state: State, signal_nT: Array) -> Array:
+        """Another slope and another value at zero, from which a loop is counted: a play is the signal less a stop."""
+        return _slopes_and_zeros(signal_nT, float(np.max(self.threshold_nT)))
 
     def _with_rounded_loop(self, out: Array, signal_nT: Array, memory: Memory) -> Array:
         if any(self.rounded_gain):

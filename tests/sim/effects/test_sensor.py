@@ -237,6 +237,22 @@ def test_a_bend_may_be_counted_from_another_slope_and_another_zero(states):
     assert np.abs(left).max() < 1e-6
 
 
+def test_a_loop_may_be_counted_from_another_slope_and_another_zero(states):
+    """A core of plays that follow the signal, not of stops, and with a remanence, is within both."""
+    state, half_width = states(200), 3000.0
+    x = state.field_nT[:, 0]
+    play = np.empty(200)
+    play[0] = x[0]
+    for k in range(1, 200):
+        play[k] = np.clip(play[k - 1], x[k] - half_width, x[k] + half_width)
+    core = 0.01 * play + 25
+    loop = Hysteresis((0.01, 0, 0), half_width)
+    own = Hysteresis.basis(state, state.field_nT, threshold_nT=half_width)[:, 0, :]
+    columns = np.column_stack([own, loop.conventions(state, state.field_nT)[:, 0]])
+    assert np.abs(core - own @ np.linalg.lstsq(own, core, rcond=None)[0]).max() > 10
+    assert np.abs(core - columns @ np.linalg.lstsq(columns, core, rcond=None)[0]).max() < 1e-6
+
+
 def test_a_temperature_curve_is_counted_from_the_middle_of_the_course(states):
     state = replace(states(300), channels={TEMPERATURE: np.linspace(4.0, 5.0, 300)})
     for effect in (TemperatureOffset, TemperatureScale):
