@@ -431,6 +431,11 @@ class Policy:
 
     # doubts
     least_share: float = number(0.2, "share of the gap that found effects must explain, or nothing is named")
+    sure_nats: float = number(
+        50.0, "evidence from which each name stands however little of a gap it explains, where the rest is noise",
+        run="independent recordings: 28 at most in 67 coloured nulls; 55 to 271 of effects of 0.1 and 0.3 sigma beside "
+        "attitudes that walk and waves of up to 0.8",
+    )  # fmt: skip
     larger_gap: float = number(1.1, "factor by which names make the gap larger if they are wrong")
     least_held_excess: float = number(
         0.02, "excess of held-out power over the noise below which a share of it says nothing", run=TUNED

@@ -15,6 +15,7 @@ from validation.diagnosis.evidence.following import iron_follows
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.localise import TIME, Share, channels, localise
 from validation.diagnosis.evidence.rising import Rise
+from validation.diagnosis.evidence.slow_noise import goes_with_time_alone
 from validation.diagnosis.evidence.smoothly import on_in
 from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.linear import LinearProblem
@@ -165,10 +166,17 @@ def _nothing(case: Case) -> bool:
 
 
 def _explains_some(case: Case) -> bool:
-    """Whether names explain enough of the gap: where there is none to speak of, those that rest on it explain none."""
-    if case.gap.explained is None:
-        return not case.found
-    return case.gap.explained >= case.problem.policy.least_share
+    """Whether names explain enough of the gap, or each is sure beside a rest that is noise and no other cause.
+
+    Where there is no gap to speak of, those that rest on it explain none.
+    """
+    policy, explained = case.problem.policy, case.gap.explained
+    if explained is None and not case.found:
+        return True
+    if explained is not None and explained >= policy.least_share:
+        return True
+    sure = bool(case.found) and all((one.nats or 0.0) > policy.sure_nats for one in case.found)
+    return sure and goes_with_time_alone(case.problem, case.left)
 
 
 def _only_iron_with_rivals(case: Case) -> bool:

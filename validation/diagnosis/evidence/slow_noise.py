@@ -34,10 +34,13 @@ class SlowNoise:
 
 def wander(problem: LinearProblem, residual: Array) -> SlowNoise | None:
     """Slow noise in a residual (n, q), unless that goes with a channel more than with time."""
+    return slow_noise(problem, residual) if goes_with_time_alone(problem, residual) else None
+
+
+def goes_with_time_alone(problem: LinearProblem, residual: Array) -> bool:
+    """Whether a residual (n, q) goes with no channel more than with time."""
     shares = {one.channel: one.share for one in localise(problem, residual)}
-    if max(shares.values(), default=0.0) > shares.get(TIME, 0.0) + problem.policy.beside_time:
-        return None
-    return slow_noise(problem, residual)
+    return max(shares.values(), default=0.0) <= shares.get(TIME, 0.0) + problem.policy.beside_time
 
 
 def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:

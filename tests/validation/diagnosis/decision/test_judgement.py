@@ -80,6 +80,21 @@ def _still_driven(share: float) -> Case:
     return case_of(FOUND, clean=False, explained=0.7, where=where, left=left)
 
 
+@pytest.mark.parametrize(("nats", "explained", "verdict"), [
+    (49.0, 0.1, Verdict.UNKNOWN), (51.0, 0.1, Verdict.PARTIAL), (51.0, None, Verdict.PARTIAL),
+])  # fmt: skip
+def test_beside_noise_a_sure_name_stands_however_little_it_explains(
+    nats: float, explained: float | None, verdict: Verdict
+) -> None:
+    """But not beside what goes with a channel, of which it may be a piece; nor does one that is sure lend its name."""
+    sure = replace(FOUND, nats=nats)
+    assert verdict_of(case_of(sure, clean=False, explained=explained)) is verdict
+    driven = replace(_still_driven(1.0), named=(sure,), gap=replace(GAP, explained=explained))
+    assert verdict_of(driven) is Verdict.UNKNOWN
+    other = replace(FOUND, nats=30.0)
+    assert verdict_of(case_of(sure, other, clean=False, explained=explained)) is Verdict.UNKNOWN
+
+
 def test_a_name_after_which_the_channel_is_still_there_only_resembles_the_cause() -> None:
     assert channel_is_left(_still_driven(1.0)) == "what is left still goes with current_1_A"
     assert doubts_of(_still_driven(1.0), Verdict.PARTIAL)
