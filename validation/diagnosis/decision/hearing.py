@@ -12,7 +12,7 @@ from validation.diagnosis.evidence.any_course import a_course_of_time_does_bette
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground, IsClean, added_share
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
-from validation.diagnosis.evidence.lobes import goes_with_heading
+from validation.diagnosis.evidence.lobes import goes_with_heading, swings_with_the_field
 from validation.diagnosis.evidence.smoothly import comes_and_goes
 from validation.diagnosis.evidence.standing import (
     Beside,
@@ -162,6 +162,8 @@ class Hearing:
         """Why it is no tone, or has no window."""
         if goes_with_heading(self.ground, one):
             return "goes with the heading as well"
+        if swings_with_the_field(self.ground, one):
+            return "goes with the field in the earth's frame rather"
         if course := comes_and_goes(self.ground, one.candidate):
             return f"comes and goes with {course} as well"
         return "comes again beside its own window" if comes_again(self.ground, with_it, one.candidate) else ""

@@ -1,9 +1,10 @@
-"""A tone that is a lobe of the heading: a vehicle that turns evenly makes tones of what follows its heading."""
+"""A tone that is no motor's: a lobe of the heading of a vehicle that turns evenly, or a swing of the field itself."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from sim.effects.earth import RegionalField
 from sim.state import Array
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground
@@ -28,6 +29,21 @@ def goes_with_heading(ground: Ground, one: Evidence) -> bool:
     tone = one.candidate.columns(problem)
     turned = _turned(tone, lobes * heading - angle)
     return ground.evidence_of(turned) > ground.evidence_of(tone) - problem.policy.apart
+
+
+def swings_with_the_field(ground: Ground, one: Evidence) -> bool:
+    """Whether a tone along the earth's axes explains more of what a ground leaves than one that a current drives.
+
+    So do a swell's and a pulsation's, and turn the other way as the vehicle turns.
+    """
+    problem, name = ground.problem, one.candidate.effect.with_role("frequency")
+    if name is None or one.candidate.phase is None or problem.mode != "vector":
+        return False
+    angle = 2 * np.pi * float(dict(one.candidate.nonlinear)[name]) * problem.state.time_s
+    axes = problem.state.R_wb.transpose(0, 2, 1)
+    swing = np.concatenate([axes * np.sin(angle)[:, None, None], axes * np.cos(angle)[:, None, None]], axis=2)
+    of_field = ground.evidence_of(problem.whitened(swing, RegionalField))
+    return of_field > ground.evidence_of(one.candidate.columns(problem)) + problem.policy.apart
 
 
 def _heading_rad(problem: LinearProblem) -> Array:

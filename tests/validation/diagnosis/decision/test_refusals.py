@@ -100,6 +100,7 @@ def test_a_course_of_time_is_asked_beside_colour_alone(coloured: bool, monkeypat
     ("rule", "says", "words"),
     [
         ("goes_with_heading", True, "goes with the heading as well"),
+        ("swings_with_the_field", True, "goes with the field in the earth's frame rather"),
         ("comes_and_goes", "depth", "comes and goes with depth as well"),
         ("comes_again", True, "comes again beside its own window"),
     ],
@@ -107,7 +108,7 @@ def test_a_course_of_time_is_asked_beside_colour_alone(coloured: bool, monkeypat
 def test_what_has_another_course_is_no_tone_and_has_no_window(
     rule: str, says: object, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for one in ("goes_with_heading", "comes_and_goes", "comes_again"):
+    for one in ("goes_with_heading", "swings_with_the_field", "comes_and_goes", "comes_again"):
         monkeypatch.setattr(hearing, one, lambda *_, one=one: one == rule and says)
     assert _hearing()._refusal_by_course(_evidence(), _ground()) == words
 

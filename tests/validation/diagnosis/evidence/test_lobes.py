@@ -13,7 +13,7 @@ from tests.validation.diagnosis.synthetic import problem, recording, without_att
 from validation.diagnosis.decision.selection import select
 from validation.diagnosis.evidence.compare import Evidence, judge
 from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.evidence.lobes import goes_with_heading
+from validation.diagnosis.evidence.lobes import goes_with_heading, swings_with_the_field
 from validation.diagnosis.library.candidates import proposed
 from validation.diagnosis.problem.linear import LinearProblem
 
@@ -51,6 +51,16 @@ def test_what_follows_the_heading_is_no_tone() -> None:
 def test_a_tone_that_does_not_keep_step_with_the_heading_is_one(hz: float) -> None:
     posed = _posed(lambda heading, time_s: np.sin(2 * np.pi * hz * time_s))
     assert not goes_with_heading(*_tone(posed))
+
+
+@pytest.mark.parametrize("earth", [True, False])
+def test_a_swell_is_no_motors_tone(earth: bool) -> None:
+    """A swing of 8 s along the earth's axes, beside a current that hardly changes; or one of that current."""
+    given = replace(recording(), current_A=2 + 0.05 * recording().current_A)
+    R, current = problem(given).state.R_wb, given.current_A.sum(axis=1)
+    wave = np.sin(2 * np.pi * given.time_s / 8)[:, None]
+    added = np.einsum("nji,nj->ni", R, 4 * wave * ALONG) if earth else wave * current[:, None] * ALONG
+    assert swings_with_the_field(*_tone(problem(replace(given, mag_nT=given.mag_nT + added)))) is earth
 
 
 def test_only_a_tone_is_asked_and_only_with_attitude() -> None:
