@@ -84,6 +84,10 @@ class DiurnalDrift(Effect):
         course = np.sin((2 * math.pi / self.period_s) * state.time_s + phase) - math.sin(phase)
         return np.asarray(to_body(state.R_wb, course[:, None] * array(self.amplitude_enu_nT)))
 
+    def conventions(self, state: State, signal_nT: Array) -> Array:
+        """Another time of the day at which the field is the given one."""
+        return np.asarray(state.R_wb.transpose(0, 2, 1))
+
 
 @frozen
 class FieldGradient(Effect):

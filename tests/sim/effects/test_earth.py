@@ -33,6 +33,16 @@ def test_diurnal_drift_is_a_sine_in_the_world_that_starts_at_zero(states):
     assert not world[0].any()
 
 
+def test_the_day_may_be_counted_from_another_time(states):
+    """A wave that is not zero at the start differs by a vector of the world, which is a convention."""
+    state, effect = states(3000, 1.0), DiurnalDrift((10, 0, -5), period_s=3000, phase_deg=30)
+    wave = np.sin(2 * np.pi * state.time_s / 3000 + np.pi / 6)[:, None] * [10, 0, -5]
+    differs = np.einsum("nji,nj->ni", state.R_wb, wave - in_world(effect, state)).ravel()
+    columns = effect.conventions(state, state.field_nT).reshape(-1, 3)
+    assert np.abs(differs).max() > 4
+    assert np.abs(differs - columns @ np.linalg.lstsq(columns, differs, rcond=None)[0]).max() < 1e-9
+
+
 def test_gradient_grows_along_the_way_and_vanishes_at_its_origin(states):
     state = states(400)
     G = np.array([[1.0, 2, 3], [2, -4, 5], [3, 5, 3]])
