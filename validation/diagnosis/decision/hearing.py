@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from sim.effects import EFFECTS
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, instead_of, of_one_course, simplest
 from validation.diagnosis.decision.first_look import FirstLook
-from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
+from validation.diagnosis.evidence.any_course import a_course_of_the_field_does_better, a_course_of_time_does_better
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground, IsClean, added_share
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
@@ -174,8 +174,10 @@ class Hearing:
 
     def _refusal_by_any_course(self, one: Standing, coloured: bool) -> str:
         """Why it is a part of a slow disturbance."""
-        better = coloured and a_course_of_time_does_better(one, self.beside, self.ground.problem)
-        return "less than any smooth course of time" if better else ""
+        if coloured and a_course_of_time_does_better(one, self.beside, self.ground.problem):
+            return "less than any smooth course of time"
+        of_field = coloured and a_course_of_the_field_does_better(one, self.beside, self.ground.problem)
+        return "less than any smooth course of the field" if of_field else ""
 
     def _refusal_along_the_field(self, one: Standing, with_it: Ground, coloured: bool) -> str:
         """Why it is an error of the attitude; what leaves nothing need not show along the field, but not deny it."""

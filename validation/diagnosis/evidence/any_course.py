@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from sim.effects.channels import HIGHEST, ChannelEffect, powers
+from sim.effects.earth import RegionalField
 from sim.state import Array
 from validation.diagnosis.evidence.standing import Beside, Standing
 from validation.diagnosis.library.drivers import in_axes
@@ -20,15 +21,34 @@ def a_course_of_time_does_better(one: Standing, beside: Beside, problem: LinearP
     smooth course of the run; what only rises follows it in part, and no rest takes that up. But it has a course of its
     own on each axis: where all have one, that is a cause, of another form. Without attitude: False.
     """
-    policy = problem.policy
     if problem.mode != "vector":
         return False
-    free = replace(one.evidence, candidate=replace(one.evidence.candidate, tried=1))
-    course = beside.standing(free, beside.rows.taken(_courses(problem)))
-    more = course.gain - one.gain
-    if more < max(policy.apart, policy.same_coloured * course.gain):
+    course = _free(one, beside, _courses(problem))
+    return _does_better(course, one, beside) and _of_one_course(course) <= problem.policy.one_cause
+
+
+def a_course_of_the_field_does_better(one: Standing, beside: Beside, problem: LinearProblem) -> bool:
+    """The same of any course along the earth's axes, of an effect that is no field of its own nor an attitude's error.
+
+    A field that changes turns as the vehicle does, which no rest of the sensor's axes takes up.
+    """
+    clues = one.evidence.candidate.effect.clues
+    if problem.mode != "vector" or not problem.sees_across or clues.source or clues.turns:
         return False
-    if _of_one_course(course) > policy.one_cause:
+    course = _free(one, beside, _courses_of_the_field(problem))
+    return _does_better(course, one, beside)
+
+
+def _free(one: Standing, beside: Beside, courses: Array) -> Standing:
+    """Courses (n, q, k) beside a rest of their own, in place of a candidate, without the price of its search."""
+    free = replace(one.evidence, candidate=replace(one.evidence.candidate, tried=1))
+    return beside.standing(free, beside.rows.taken(courses))
+
+
+def _does_better(course: Standing, one: Standing, beside: Beside) -> bool:
+    """Whether a course gains more than look-alikes differ by, and a candidate is of no use beside it."""
+    policy = beside.rows.policy
+    if course.gain - one.gain < max(policy.apart, policy.same_coloured * course.gain):
         return False
     return bool(beside.left_of(one, course) < policy.look_alike_left)
 
@@ -43,7 +63,19 @@ def _of_one_course(course: Standing) -> float:
 
 def _courses(problem: LinearProblem) -> Array:
     """Columns (n, q, k) of the powers of time along each axis of the sensor."""
-    time_s = problem.state.time_s
-    x = np.asarray(2 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1, dtype=np.float64)
+    x = _clock(problem)
     axes = problem.whitened(np.tile(np.eye(3), (len(x), 1, 1)), ChannelEffect)
     return in_axes(axes, powers(x, HIGHEST))
+
+
+def _courses_of_the_field(problem: LinearProblem) -> Array:
+    """The same along east, north and up, with a constant."""
+    x = _clock(problem)
+    axes = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), RegionalField)
+    return in_axes(axes, np.column_stack([np.ones(len(x)), powers(x, HIGHEST)]))
+
+
+def _clock(problem: LinearProblem) -> Array:
+    """Time (n,) from -1 at the start to 1 at the end."""
+    time_s = problem.state.time_s
+    return np.asarray(2 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1, dtype=np.float64)

@@ -92,8 +92,10 @@ def test_beside_colour_an_effect_explains_enough_of_the_gap(share: float, colour
 
 @pytest.mark.parametrize("coloured", [True, False])
 def test_a_course_of_time_is_asked_beside_colour_alone(coloured: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hearing, "a_course_of_time_does_better", lambda *_: True)
-    assert bool(_hearing()._refusal_by_any_course(_standing(), coloured)) is coloured
+    for course in ("a_course_of_time_does_better", "a_course_of_the_field_does_better"):
+        monkeypatch.setattr(hearing, "a_course_of_time_does_better", lambda *_: False)
+        monkeypatch.setattr(hearing, course, lambda *_: True)
+        assert bool(_hearing()._refusal_by_any_course(_standing(), coloured)) is coloured
 
 
 @pytest.mark.parametrize(

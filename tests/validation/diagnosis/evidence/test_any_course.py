@@ -11,7 +11,7 @@ import pytest
 from sim.effects import EFFECTS
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import problem, recording
-from validation.diagnosis.evidence.any_course import a_course_of_time_does_better
+from validation.diagnosis.evidence.any_course import a_course_of_the_field_does_better, a_course_of_time_does_better
 from validation.diagnosis.evidence.compare import judge
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.standing import Beside
@@ -22,16 +22,18 @@ DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effec
 SIZES_NT = np.array([5.0, -4.0, 3.0])
 
 
-def _does_better(name: str, slow: Array, hidden: dict[str, Any] | None = None) -> bool:
-    """Of an effect in a recording with a slow course (n, 3) of the axes, whether any course does better."""
+def _does_better(name: str, slow: Array, hidden: dict[str, Any] | None = None, *, earth: bool = False) -> bool:
+    """Of an effect in a recording with a slow course (n, 3) of the axes, or the field, whether any does better."""
     given = recording(len(slow), hidden=hidden)
-    posed = problem(replace(given, mag_nT=given.mag_nT + slow * SIZES_NT))
+    R_bw = problem(given).state.R_wb.transpose(0, 2, 1) if earth else np.eye(3)
+    posed = problem(replace(given, mag_nT=given.mag_nT + (R_bw @ (slow * SIZES_NT)[:, :, None])[:, :, 0]))
     evidence = judge(Ground.of(posed), proposed(posed)[name])
     assert evidence is not None
     beside = Beside.of(posed, ())
     standing = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
     assert standing.gain > 0
-    return a_course_of_time_does_better(standing, beside, posed)
+    asked = a_course_of_the_field_does_better if earth else a_course_of_time_does_better
+    return asked(standing, beside, posed)
 
 
 X = np.linspace(-1, 1, 1500)[:, None]
@@ -48,3 +50,17 @@ def test_a_drift_of_any_one_form_stands_and_axes_that_go_their_own_ways_are_none
 def test_what_is_fast_beside_a_slow_course_stands() -> None:
     """The course gains more, but does nothing of what the current does."""
     assert not _does_better(DRIVEN.name, 3 * EACH_ITS_OWN, {DRIVEN.name: {DRIVEN.linear[0]: [0.6, -0.3, 0.4]}})
+
+
+STRONG = {DRIVEN.name: {DRIVEN.linear[0]: [1.2, -0.6, 0.8]}}
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "hidden", "better"),
+    [("temperature_scale", 3.0, None, True), ("diurnal_drift", 3.0, None, False), (DRIVEN.name, 0.3, STRONG, False)],
+)
+def test_a_field_that_changes_is_no_effect_that_follows_it_for_a_part(
+    name: str, size: float, hidden: dict[str, Any] | None, better: bool
+) -> None:
+    """A field of its own is, and what is fast beside it stands."""
+    assert _does_better(name, size * EACH_ITS_OWN, hidden, earth=True) is better
