@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from calib.numerics.squares import Squares
 from sim.state import Array
-from validation.diagnosis.repair.squares import Squares
 
 
 def test_a_bent_valley_is_followed_to_its_end() -> None:
