@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, HardIronDrift
 from sim.effects.noise import WhiteNoise
 from sim.scenario import ModelSpec
@@ -156,3 +157,10 @@ def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, reach) -> None:
     found = seen_by_values(several, STANDARD)
     assert [one.reach for one in found] == ([] if reach is None else [reach])
     assert all(one.named.effect == WhiteNoise(std_nT=(1.2,) * 3) for one in found)
+
+
+@pytest.mark.parametrize(("more", "count"), [(-0.5, 0), (0.5, 1)])
+def test_iron_is_told_where_each_foretells_the_other_beyond_a_thousandth(more: float, count: int) -> None:
+    """Over all names: ``x^2`` hundred nats of two, each known to a tenth of a nT."""
+    x_nT = float(np.sqrt((np.log(len(EFFECTS) / 0.001) + more) / 100))
+    assert len(changes_of_iron([[_iron(x_nT)], [_iron(x_nT)]], [RISES, RISES])) == count

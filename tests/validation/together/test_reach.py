@@ -116,8 +116,8 @@ PRESENT, ABSENT, UNKNOWN = There.PRESENT, There.ABSENT, There.OPEN
 @pytest.mark.parametrize(
     ("there", "of_all", "of_some", "possible", "found"),
     [
-        ((PRESENT, PRESENT, ABSENT), (10.0, 0.5), (12.0, 0.5), True, (Reach.TRANSFERRED, 10.0)),
-        ((PRESENT, PRESENT, ABSENT), (10.0, 1e-9), (12.0, 0.5), True, (Reach.SOME, 12.0)),
+        ((PRESENT, PRESENT, ABSENT), (10.0, 0.06), (12.0, 0.5), True, (Reach.TRANSFERRED, 10.0)),
+        ((PRESENT, PRESENT, ABSENT), (10.0, 0.04), (12.0, 0.06), True, (Reach.SOME, 12.0)),
         ((PRESENT, PRESENT, UNKNOWN), (10.0, 1e-9), (12.0, 0.5), True, (Reach.NOT_TRANSFERRED, 12.0)),
         ((PRESENT, PRESENT, ABSENT), (10.0, 1e-9), (5.0, 0.5), True, (Reach.NOT_TRANSFERRED, 10.0)),
         ((PRESENT, PRESENT, ABSENT), (10.0, 1e-9), (12.0, 1e-9), True, (Reach.NOT_TRANSFERRED, 12.0)),
@@ -182,11 +182,11 @@ def test_a_recording_is_asked_by_those_that_show_an_effect_if_any(
 @pytest.mark.parametrize(
     ("some", "p", "found"),
     [
-        ([0, 1, 2], 0.5, Reach.TRANSFERRED),
-        ([0, 1], 0.5, Reach.SOME),
-        ([0, 1], 0.01, Reach.NOT_TRANSFERRED),
-        ([0], 0.5, None),
-        ([], 0.5, Reach.TRANSFERRED),
+        ([0, 1, 2], 0.06, Reach.TRANSFERRED),
+        ([0, 1], 0.06, Reach.SOME),
+        ([0, 1], 0.04, Reach.NOT_TRANSFERRED),
+        ([0], 0.06, None),
+        ([], 0.06, Reach.TRANSFERRED),
     ],
 )
 def test_sensors_are_compared_by_those_that_have_an_effect_known_no_better_than_by_one(
@@ -205,7 +205,7 @@ def test_the_nats_of_common_coefficients_are_less_their_price() -> None:
     assert reach._total(SimpleNamespace(price=4.0), [9.0, 9.0]) == 14.0  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("nats", "p", "holds"), [(9.0, 0.5, True), (3.0, 0.5, False), (9.0, 0.01, False)])
+@pytest.mark.parametrize(("nats", "p", "holds"), [(9.0, 0.06, True), (3.0, 0.5, False), (9.0, 0.04, False)])
 def test_a_second_recording_is_foretold_by_enough_and_agrees(
     nats: float, p: float, holds: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

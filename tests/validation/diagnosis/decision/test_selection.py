@@ -115,7 +115,7 @@ def test_what_says_that_it_is_another_is_named_after_it(effect: type[Effect]) ->
         assert (chosen.name, chosen.alternatives) == (other.name, (effect.name,))
 
 
-@pytest.mark.parametrize(("effect", "share"), [(SECOND, STANDARD.form_share), (FIRST, STANDARD.same_form_share)])
+@pytest.mark.parametrize(("effect", "share"), [(SECOND, 0.15), (FIRST, 0.35)])
 def test_a_much_smaller_effect_is_the_form_of_the_first(effect: type[Effect], share: float) -> None:
     first = _accepted(FIRST, 10.0)
     assert _is_form(_accepted(effect, 9.0 * share), [first], [], STANDARD)

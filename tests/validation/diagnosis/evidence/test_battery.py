@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from sim.state import Array
 from validation.diagnosis.evidence.battery import Battery, _cells, battery
@@ -117,3 +118,17 @@ def test_tails_are_heavy_beyond_a_tenth_and_what_a_long_record_scatters(louder: 
     tests = battery(residual, np.ones(3 * N), STEP_S * np.arange(3 * N), 0, STANDARD)
     assert tests.kurtosis == pytest.approx(3 * louder**2, abs=0.05)
     assert any(line.startswith("heavy tails") for line in tests.why) is heavy
+
+
+@pytest.mark.parametrize(("chance", "alarm"), [(6e-4, False), (2e-4, True)])
+def test_means_are_no_white_noises_where_that_has_them_once_in_three_thousand(chance: float, alarm: bool) -> None:
+    """Thirty means of a second of three axes, one length of three: a thousandth in all."""
+    rng, m = np.random.default_rng(0), 50
+    squared = chi2.isf(chance, 90) / 90 / m
+    noise = rng.normal(size=(30, m, 3))
+    noise -= noise.mean(axis=1, keepdims=True)
+    noise *= np.sqrt((1 - squared) / (noise**2).mean(axis=(0, 1)))
+    residual = (noise + np.sqrt(squared) * rng.choice([-1.0, 1.0], size=(30, 1, 3))).reshape(-1, 3)
+    tests = battery(residual, np.ones(1500), STEP_S * np.arange(1500), 0, STANDARD)
+    assert set(tests.excess) == {1.0}
+    assert any(line.startswith("means") for line in tests.why) is alarm

@@ -194,3 +194,11 @@ def _spectrum(odds: float) -> SlowSpectrum:
 def test_a_spectrum_agrees_unless_a_band_is_as_far_off_once_in_a_thousand(odds: float, agrees: bool) -> None:
     assert _spectrum(odds).agrees(STANDARD) is agrees
     assert _spectrum(odds).lines_above_white(STANDARD) == 3  # by a factor of two
+
+
+def test_a_constant_is_in_no_band_and_a_wave_of_two_periods_is() -> None:
+    """The window carries a mean into the first line."""
+    t = np.arange(4000.0) / 4000
+    slow = 1e3 * np.sin(4 * np.pi * t)
+    constant, wave = (Bands.of(one[:, None], 0.1, STANDARD).power.max() for one in (0 * t + 1e3, slow))
+    assert constant < 1e-6 * wave

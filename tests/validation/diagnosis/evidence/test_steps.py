@@ -100,3 +100,10 @@ def test_innovations_correlate_by_chance_once_in_a_thousand(chance: float, rando
         return float(chi2.sf(squares, 8))
 
     assert drawn_at_random(_drawn(follows=float(brentq(lambda x: odds(x) - chance, 0.05, 0.6))), STANDARD) is random
+
+
+@pytest.mark.parametrize(("n", "block_s"), [(10_000, 5.0), (1_000, 2.5), (100_000, 25.0)])
+def test_steps_are_of_five_seconds_but_neither_few_nor_too_many(n: int, block_s: float) -> None:
+    """From 40 to 400 of them."""
+    noise = np.random.default_rng(0).normal(size=(n, 1))
+    assert Steps.of(noise, STEP_S, STANDARD).block_s == pytest.approx(block_s, rel=0.03)
