@@ -126,3 +126,9 @@ def test_the_strength_of_what_strength_and_dip_do_not_share_is_its_own() -> None
         for signs in (np.ones((2, 1)), np.array([[1.0], [-1.0]]))
     )
     assert same < 1e-3 * other
+
+
+def test_errors_are_known_by_three_degrees_of_freedom_of_each_recording() -> None:
+    """Of four parts, which share one coefficient."""
+    beside = _with(0.0 * TO)
+    assert Joint(MOTOR, (_asked(beside, SLOW), None, _asked(beside, RAMP)), 0.0).known == 6

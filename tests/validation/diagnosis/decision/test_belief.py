@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from sim.effects.drift import SensorOffset
 from sim.effects.iron import HardIron
 from sim.effects.noise import WhiteNoise
 from tests.validation.diagnosis.synthetic import problem, recording
+from validation.diagnosis.decision import belief
 from validation.diagnosis.decision.belief import (
     DOUBTS,
     Belief,
@@ -236,3 +239,13 @@ def test_on_a_still_vehicle_everything_looks_like_iron() -> None:
     still = replace(given, att_q=np.tile(given.att_q[:1], (len(given), 1)), mag_nT=given.mag_nT[:1] + given.mag_nT * 0)
     still = replace(still, mag_nT=still.mag_nT + np.random.default_rng(0).normal(size=given.mag_nT.shape))
     assert len(absorbed_effects(problem(still))) > len(absorbed_effects(problem(given)))
+
+
+@pytest.mark.parametrize(("left", "form"), [(2.4, True), (2.6, False)])
+def test_slow_noise_of_a_quarter_of_the_first_effect_is_its_form(left: float, form: bool) -> None:
+    """Of ten sigma; what is left is beyond the noise of a sample."""
+    residual = np.full((9, 3), np.sqrt(1 + left**2))
+    end = SimpleNamespace(residual=lambda: residual, problem=SimpleNamespace(policy=STANDARD))
+    first = SimpleNamespace(evidence=SimpleNamespace(strength=10.0))
+    one: Any = SimpleNamespace(selection=SimpleNamespace(end=end), found=[first])
+    assert belief._is_form(one) is form
