@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,11 @@ from sim.dataset import Recording
 from sim.effects import EFFECTS
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import STRENGTH_NT, problem, recording
+from validation.diagnosis.decision import iron as iron_module
 from validation.diagnosis.decision.belief import believed
 from validation.diagnosis.decision.choice import accepted, beside_white_noise
-from validation.diagnosis.decision.iron import _looks_like, iron_changes
-from validation.diagnosis.decision.selection import select
+from validation.diagnosis.decision.iron import _looks_like, absorbed_effects, iron_changes
+from validation.diagnosis.decision.selection import _is_undone, select
 from validation.diagnosis.evidence.compare import Evidence, ranked
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.judged import AND_NO_MORE
@@ -175,3 +177,17 @@ def test_of_slow_noise_a_slow_log_makes_no_change_of_the_iron(offset_nT: float, 
     slow = replace(made, time_s=20 * made.time_s, mag_nT=made.mag_nT + offset_nT * np.array([1.0, -1.0, 1.0]))
     names = [one.name for one in iron_changes(select(problem(slow))).found]
     assert names == ["hard_iron"] * bool(offset_nT)
+
+
+@pytest.mark.parametrize(("kept", "gone"), [(0.08, True), (0.12, False)])
+def test_of_what_is_taken_up_whole_a_tenth_is_left_at_most(
+    kept: float, gone: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the base on this motion, or by what is in already."""
+    monkeypatch.setattr(iron_module, "survival", lambda *_: kept)
+    assert bool(absorbed_effects(problem(n=300))) is gone
+    ground: Any = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
+    evidence = SimpleNamespace(strength=10.0, taken_from=lambda ground: 10.0 * kept)
+    chosen: Any = SimpleNamespace(name="one", alternatives=(), evidence=evidence)
+    inside: Any = SimpleNamespace(name="other", alternatives=())
+    assert _is_undone(chosen, [inside], ground) is gone

@@ -48,3 +48,10 @@ def test_nats_of_a_leg_are_those_of_the_hand_over_the_inflation() -> None:
     table = Table.of(NAME, Flown(here, ("always",), False), (pair,), [(LEGS[0], there)], 4.0)  # type: ignore[arg-type]
     assert table.nats.tolist() == [[2.0]]
     assert [(leg.problem is there, leg.always, leg.iron) for leg in seen] == [(True, ("always",), False)]
+
+
+@pytest.mark.parametrize(("nats", "told"), [(0.08, []), (0.12, [0])])
+def test_two_are_told_apart_by_a_tenth_of_a_nat(nats: float, told: list[int]) -> None:
+    """A leg is flown as often as it takes, but not for ever."""
+    here, pair = problem(n=300), SimpleNamespace(apart=lambda leg: nats)
+    assert Table.of(NAME, Flown(here, (), True), (pair,), [(LEGS[0], here)], 1.0).told == told  # type: ignore[arg-type]
