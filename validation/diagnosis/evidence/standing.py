@@ -47,8 +47,14 @@ class Beside:
 
     @classmethod
     def in_rows(cls, rows: Rows, inside: Array) -> Beside:
-        """The same with rows that are there, inside (n, q, k)."""
-        return cls(rows, inside, Hypothesis.of(rows, inside, (white(rows.target.shape[1]),)))
+        """The same with rows that are there, inside (n, q, k).
+
+        The rest is found again from itself: least squares give the base a part of a walk, and what they leave of it is
+        another rest, beside which a drift would stand.
+        """
+        first = Hypothesis.of(rows, inside, (white(rows.target.shape[1]),))
+        again = Hypothesis.of(rows, inside, (first.rest,))
+        return cls(rows, inside, max(first, again, key=lambda one: one.whole))
 
     def joined(self, columns: Array) -> Array:
         """Columns (n, q, k) after those of the effects already in."""
@@ -62,8 +68,7 @@ class Beside:
     def standing(self, evidence: Evidence, columns: Array, within: float = 0.0) -> Standing:
         """A candidate's evidence beside a rest of its own, less the price of its search; `within`: nats within rows.
 
-        Without it the rest is the likeliest of the poorer hypothesis', the candidate's own, and one fitted from there:
-        from its own start alone a poorer hypothesis is held to a rest that is none of its own, and a walk is a drift.
+        Without it the rest is the likelier of the poorer hypothesis' and the candidate's own.
         """
         both, rows = self.joined(columns), self.rows.showing(columns)
         richer = Hypothesis.of(rows, both, (self.poorer.rest, white(both.shape[1])))
@@ -71,9 +76,6 @@ class Beside:
         poorer = self.poorer if rows is self.rows else Hypothesis.given(rows, self.inside, self.poorer.rest)
         same = Hypothesis.given(rows, self.inside, richer.rest)
         gain = richer.held - max(poorer.held, same.held) + within - price
-        if gain > rows.policy.apart:
-            fitted = Hypothesis.of(rows, self.inside, (richer.rest,))
-            gain = min(gain, richer.held - fitted.held + within - price)
         return Standing(evidence, columns, rows, richer, gain)
 
     def surrogates(self, one: Standing, problem: LinearProblem) -> Array:

@@ -15,7 +15,7 @@ from sim.state import Array
 from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
 from validation.diagnosis.evidence import standing
 from validation.diagnosis.evidence.compare import search_price
-from validation.diagnosis.evidence.hypothesis import Hypothesis, gains, white
+from validation.diagnosis.evidence.hypothesis import Hypothesis, gains
 from validation.diagnosis.evidence.rest import Rest
 from validation.diagnosis.evidence.standing import (
     Beside,
@@ -79,16 +79,15 @@ def test_an_effect_gains_beside_a_rest_of_its_own_less_its_price(posed: LinearPr
     assert beside.surrogates(surrogate, posed).max() < 0.2 * stands.gain
 
 
-@pytest.mark.parametrize("seed", [1, 3, 5])
-def test_a_walk_is_no_drift_beside_a_poorer_hypothesis_that_was_held_to_another_rest(seed: int) -> None:
-    """With a rest as it was fitted beside the drift, 36.8 nats of the second."""
-    given = recording(1500)
-    walk_nT = np.cumsum(np.random.default_rng(seed).normal(scale=0.5, size=given.mag_nT.shape), axis=0)
+@pytest.mark.parametrize("seed", [2, 4, 5])
+def test_a_walk_is_no_drift_where_the_base_takes_up_a_part_of_it(seed: int) -> None:
+    """Beside the rest that least squares of the base leave a drift gains 27 to 44 nats."""
+    given = recording(3000)
+    walk_nT = np.cumsum(np.random.default_rng(seed).normal(scale=0.1, size=given.mag_nT.shape), axis=0)
     walking = problem(replace(given, mag_nT=given.mag_nT + walk_nT))
-    first = Beside.of(walking, [])
-    held = replace(first, poorer=Hypothesis.given(first.rows, first.inside, white(3)))
-    drift = held.standing(_evidence(1), held.rows.taken(Candidate(HardIronDrift).columns(walking)))
-    assert drift.gain < STANDARD.coloured_nats
+    beside = Beside.of(walking, [])
+    drift = beside.standing(_evidence(1), beside.rows.taken(Candidate(HardIronDrift).columns(walking)))
+    assert drift.gain < STANDARD.coloured_nats / 2
 
 
 def _own(one: Any) -> dict[str, Any]:
