@@ -19,7 +19,7 @@ from sim.dataset.manifest import DATA, ELSEWHERE, MANIFEST, Manifest, folders, r
 from sim.dataset.metadata import FORMAT, RunFile, digest_of, read_metadata, run_file
 from sim.dataset.split import Split
 
-PACKAGES = ("magbench", "magpylib", "mujoco", "numba", "numpy", "ppigrf", "pyarrow", "scipy")
+PACKAGES = ("magbench", "mujoco", "numba", "numpy", "ppigrf", "pyarrow", "scipy")
 _RUN_FILE = re.compile(r"run-\d{5,}\.parquet")
 
 

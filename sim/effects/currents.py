@@ -11,7 +11,7 @@ import numpy as np
 from scenarios.errors import InputError
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
 from sim.effects.clues import AT_SEVERAL_RATES, LATE, OTHER_THRUST, Clues
-from sim.effects.kernels import first_order_lag, times
+from sim.effects.kernels import first_order_lag, kernel, times
 from sim.effects.values import Mat3, Quantity, Vec3
 from sim.state import Array, State, current_name, missing_channel
 
@@ -90,11 +90,21 @@ class MotorCurrent(Effect):
     ] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        current = _current(state, self.motor, self.name)[:, None]
+        current = _current(state, self.motor, self.name)
         if self.lag_s > 0:
-            current = first_order_lag(current, self.lag_s, state.interval_s, memory)
-        bent = np.abs(current) * array(self.square_nT_A2) + current**2 * array(self.cube_nT_A3)
-        return current * (array(self.gain_nT_A) + bent)
+            current = first_order_lag(current[:, None], self.lag_s, state.interval_s, memory)[:, 0]
+        return _field_of(current, array(self.gain_nT_A), array(self.square_nT_A2), array(self.cube_nT_A3))
+
+
+@kernel
+def _field_of(current: Array, gain: Array, square: Array, cube: Array) -> Array:
+    """I (g + g2 |I| + g3 I^2) as (n, 3)."""
+    field = np.empty((len(current), 3))
+    for i in range(len(current)):
+        now = current[i]
+        for j in range(3):
+            field[i, j] = now * (gain[j] + (abs(now) * square[j] + now * now * cube[j]))
+    return field
 
 
 def _harmonic(which: str, form: str) -> Quantity:

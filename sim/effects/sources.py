@@ -12,7 +12,6 @@ from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import THE_TRACK_AGAIN, Clues
 from sim.effects.kernels import kernel
 from sim.effects.values import Quantity, Vec3
-from sim.portable import extended
 from sim.rotation import to_body
 from sim.state import Array, State
 
@@ -24,7 +23,7 @@ MU0_4PI_nT = 100.0
 class LocalDipole(Effect):
     """Field of a fixed magnetic body: a dipole, or with an extent a thin cylinder of uniform magnetisation.
 
-    ``B = mu_0/(4 pi) R_wb^T (3 (m.r) r / r^5 - m / r^3)``, r from the body to the sensor (magpylib); the cylinder
+    ``B = mu_0/(4 pi) R_wb^T (3 (m.r) r / r^5 - m / r^3)``, r from the body to the sensor; the cylinder
     runs from `position` to `position + extent`, its moment m is spread evenly along it, in any direction, and B is
     the integral of the dipole's along it in closed form.
 
@@ -64,12 +63,21 @@ class LocalDipole(Effect):
 
 def dipole_field_nT(way_m: Array, moment_A_m2: Array) -> Array:
     """Field (n, 3) in nT of a dipole at the origin, at way_m (n, 3)."""
-    # Imported here: magpylib takes a third of a second that scenarios without a source need not wait for.
-    from magpylib.core import dipole_Hfield
+    return _dipole_field(way_m, MU0_4PI_nT * moment_A_m2)
 
-    way = extended(way_m)
-    strength = dipole_Hfield(observers=way, moments=np.broadcast_to(extended(moment_A_m2), way.shape))
-    return np.asarray((4 * math.pi * MU0_4PI_nT) * strength, dtype=np.float64)
+
+@kernel
+def _dipole_field(way: Array, moment: Array) -> Array:
+    """3 (m.u) u / r^3 - m / r^3, u = R / r: so near a body too nothing overflows."""
+    field = np.empty((len(way), 3))
+    for i in range(len(way)):
+        r = math.sqrt(way[i, 0] ** 2 + way[i, 1] ** 2 + way[i, 2] ** 2)
+        ux, uy, uz = way[i, 0] / r, way[i, 1] / r, way[i, 2] / r
+        along = 3.0 * (moment[0] * ux + moment[1] * uy + moment[2] * uz)
+        field[i, 0] = (along * ux - moment[0]) / r / r / r
+        field[i, 1] = (along * uy - moment[1]) / r / r / r
+        field[i, 2] = (along * uz - moment[2]) / r / r / r
+    return field
 
 
 def line_field_nT(way_m: Array, moment_A_m2: Array, extent_m: Array) -> Array:

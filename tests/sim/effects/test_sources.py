@@ -24,7 +24,13 @@ def test_dipole_off_axis_is_the_textbook_formula():
     way = np.random.default_rng(0).normal(size=(200, 3)) * 20
     r = np.linalg.norm(way, axis=1)[:, None]
     textbook = 100 * (3 * (way @ MOMENT)[:, None] * way / r**5 - MOMENT / r**3)
-    np.testing.assert_allclose(dipole_field_nT(way, MOMENT), textbook, rtol=1e-6)
+    np.testing.assert_allclose(dipole_field_nT(way, MOMENT), textbook, rtol=1e-9)
+
+
+def test_dipole_is_magpylibs():
+    way = np.random.default_rng(2).normal(size=(200, 3)) * 20
+    field = magpylib.misc.Dipole(moment=MOMENT).getB(way) * 1e9
+    np.testing.assert_allclose(dipole_field_nT(way, MOMENT), field, rtol=1e-9)
 
 
 def test_effect_gives_the_dipoles_field_in_the_body_frame(states):

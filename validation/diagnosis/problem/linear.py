@@ -8,13 +8,13 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from calib.numerics.noise import SECOND, clipped_mean, white_noise_std
 from sim.dataset import Recording
 from sim.effects.base import Effect
+from sim.effects.kernels import kernel
 from sim.state import Array, State
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.level import Level
@@ -179,10 +179,11 @@ class LinearProblem:
         """Columns E (n, q, k) of contributions (n, 3, k) at an effect's place in the chain, in units of the noise."""
         turn = self.turn_behind(effect)
         if self.sight is None:
-            columns = (turn / self.sigma_nT[:, None]) @ contribution_nT
+            along = np.broadcast_to(turn / self.sigma_nT[:, None], (len(contribution_nT), 3, 3))
+            columns = parts_along(along, contribution_nT)
             columns *= self.usable[:, None, None]
             return columns
-        return np.asarray(parts_along(self._along(turn), np.ascontiguousarray(contribution_nT)))
+        return parts_along(self._along(turn), contribution_nT)
 
     def _along(self, turn: Array) -> Array:
         """The directions (n, q, 3) over the noise along which what passes a matrix is seen, 0 if not measured."""
@@ -219,7 +220,7 @@ def sample_noise(residual: Array, gaps: NDArray[np.intp] | None = None) -> Array
     return np.maximum(white_noise_std(residual, gaps, orders=SECOND, pooled=clipped_mean), LEAST_NOISE)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kernel
 def parts_along(along: Array, vectors: Array) -> Array:
     """``sum_i along[n, q, i] vectors[n, i, k]`` (n, q, k)."""
     n, q, _ = along.shape

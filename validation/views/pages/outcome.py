@@ -34,7 +34,7 @@ from validation.views.words.outcome import (
     what_was_simulated,
 )
 
-PACKAGES = ("magbench", "numpy", "scipy", "mujoco", "numba", "filterpy", "magpylib", "ppigrf", "rerun-sdk")
+PACKAGES = ("magbench", "numpy", "scipy", "mujoco", "numba", "filterpy", "ppigrf", "rerun-sdk")
 
 
 @dataclass(frozen=True)
