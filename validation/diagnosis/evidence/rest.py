@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +10,7 @@ from calib.numerics.innovations import innovations
 from calib.numerics.kernels import fast_kernel
 from sim.state import Array
 from validation.diagnosis.policy import Policy
+from validation.signals.bands import even_bands, hann
 
 ROUNDS = 3000
 """Updates of the variances: after them a random walk's likelihood is within a nat of its limit."""
@@ -149,22 +149,11 @@ def seen_density(sight: Array, tau_s: Array, interval_s: float, policy: Policy) 
     ``sum_l a^|l| C_l cos(2 pi f l dt) / sum h^2`` with C the autocorrelation of ``h u``, h the Hann window: what the
     windowed spectrum is expected to be.
     """
-    n, window = len(sight), _hann(len(sight))
+    n, window = len(sight), hann(len(sight))
     C = np.fft.irfft((np.abs(np.fft.rfft(sight * window, 2 * n, axis=0)) ** 2).sum(axis=1), 2 * n)
     lag = np.minimum(np.arange(2 * n), 2 * n - np.arange(2 * n))
     spectra = np.fft.rfft(np.exp(-lag * interval_s / tau_s[:, None]) * C)[:, ::2].real / (window**2).sum()
-    return np.stack([spectra[:, b].mean(axis=1) for b in _slices(n // 2 + 1, policy)], axis=1)
-
-
-def _hann(n: int) -> Array:
-    """The Hann window (n, 1)."""
-    return np.asarray(np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2)
-
-
-def _slices(lines: int, policy: Policy) -> list[slice]:
-    """The bands of a spectrum, evenly spaced in log frequency."""
-    edges = np.unique(np.geomspace(1, lines, policy.bands).astype(int))
-    return [slice(a, b) for a, b in itertools.pairwise(edges)]
+    return np.stack([spectra[:, b].mean(axis=1) for b in even_bands(1, n // 2 + 1, policy.bands)], axis=1)
 
 
 def _bands(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, Array, Array]:
@@ -173,9 +162,9 @@ def _bands(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, A
     From the first line on: the course of a random walk over the whole run stands there, and would else be a drift.
     """
     n = len(residual)
-    window = _hann(n)
+    window = hann(n)
     power = np.abs(np.fft.rfft((residual - residual.mean(axis=0)) * window, axis=0)) ** 2 / (window**2).sum()
-    band = _slices(len(power), policy)
+    band = even_bands(1, len(power), policy.bands)
     f = np.fft.rfftfreq(n, interval_s)
     lines = np.array([b.stop - b.start for b in band], dtype=np.float64)
     means = np.stack([power[b].mean(axis=0) for b in band], axis=1)

@@ -12,11 +12,11 @@ from scipy.stats import chi2
 
 from sim.state import Array
 from validation.diagnosis.evidence.battery import bridged, mean_lengths_s
-from validation.diagnosis.evidence.spectrum import Bands
 from validation.diagnosis.evidence.stated import as_stated
 from validation.diagnosis.evidence.when import NORMAL_MAD
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.signals.bands import Bands
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,9 @@ class Rise:
         """
         policy, interval_s, time_s = problem.policy, problem.state.interval_s, problem.state.time_s
         limited, unevenness = _limited(bridged(time_s, after, problem.usable), policy)
-        left, taken = (Bands.of(values, interval_s, policy) for values in (limited, before - after))
+        left, taken = (
+            Bands.of(values, interval_s, policy.first_line, policy.bands) for values in (limited, before - after)
+        )
         slow = int(np.searchsorted(left.f, 0.5 / mean_lengths_s(time_s, policy)[0]))
         if not _rises(left.power[slow:], left.shape[slow:] / unevenness, policy) or as_stated(problem, after):
             return None

@@ -13,6 +13,7 @@ from validation.diagnosis.evidence.spectrum import SlowSpectrum
 from validation.diagnosis.evidence.steps import Density, Steps, drawn_at_random
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
+from validation.signals.bands import hann
 from validation.signals.size import rms
 
 
@@ -117,7 +118,7 @@ def along_field(problem: LinearProblem, residual: Array, mean_s: float | None = 
 def _refitted(residual: Array, base: Array, interval_s: float, density: Density) -> Array:
     """A residual (n, q) with the base (n, p) fitted anew, each frequency weighing what the noise's spectrum says."""
     n = len(residual)
-    window = np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2
+    window = hann(n)
     f = np.maximum(np.fft.rfftfreq(n, interval_s), 1 / (n * interval_s))
     B, r = (np.fft.rfft(window * values, axis=0) / np.sqrt(density(f))[:, None] for values in (base, residual))
     change = np.linalg.lstsq((B.conj().T @ B).real, (B.conj().T @ r).real, rcond=1e-12)[0]

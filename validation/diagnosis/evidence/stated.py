@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from sim.state import Array
-from validation.diagnosis.evidence.spectrum import Bands
 from validation.diagnosis.problem.blocks import Cut
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.strength import strength_columns
+from validation.signals.bands import Bands
 
 
 def as_stated(problem: LinearProblem, residual: Array) -> bool:
@@ -55,7 +55,7 @@ def _noise_nT(problem: LinearProblem) -> Array:
 def _as_white_and_wander(problem: LinearProblem, values: Array) -> bool:
     """Whether no band of a spectrum has more power than white noise and the stated wander give it."""
     policy, interval_s = problem.policy, problem.state.interval_s
-    bands = Bands.of(values, interval_s, policy)
+    bands = Bands.of(values, interval_s, policy.first_line, policy.bands)
     expected = max(2 * interval_s, float(bands.power[-1])) + _wander(problem, bands.f)
     margin = policy.stated_margin if states_wander(problem) else 1.0
     return bool((bands.odds(bands.power / expected / margin) > policy.band_alarm / len(bands.f)).all())
