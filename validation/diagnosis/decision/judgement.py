@@ -166,15 +166,15 @@ def _nothing(case: Case) -> bool:
 
 
 def _explains_some(case: Case) -> bool:
-    """Whether names explain enough of the gap, or each is sure beside a rest that is noise and no other cause.
+    """Whether names explain enough of the gap, or a part of which each is sure, beside noise and no other cause.
 
     Where there is no gap to speak of, those that rest on it explain none.
     """
     policy, explained = case.problem.policy, case.gap.explained
     if explained is None and not case.found:
         return True
-    if explained is not None and explained >= policy.least_share:
-        return True
+    if explained is not None and (explained >= policy.least_share or explained <= 0):
+        return explained > 0
     sure = bool(case.found) and all((one.nats or 0.0) > policy.sure_nats for one in case.found)
     return sure and goes_with_time_alone(case.problem, case.left)
 

@@ -82,11 +82,15 @@ def _still_driven(share: float) -> Case:
 
 @pytest.mark.parametrize(("nats", "explained", "verdict"), [
     (49.0, 0.1, Verdict.UNKNOWN), (51.0, 0.1, Verdict.PARTIAL), (51.0, None, Verdict.PARTIAL),
+    (51.0, -0.01, Verdict.UNKNOWN),
 ])  # fmt: skip
 def test_beside_noise_a_sure_name_stands_however_little_it_explains(
     nats: float, explained: float | None, verdict: Verdict
 ) -> None:
-    """But not beside what goes with a channel, of which it may be a piece; nor does one that is sure lend its name."""
+    """But not beside what goes with a channel, of which it may be a piece; nor does one that is sure lend its name.
+
+    Nor where the gap is larger with it than without.
+    """
     sure = replace(FOUND, nats=nats)
     assert verdict_of(case_of(sure, clean=False, explained=explained)) is verdict
     driven = replace(_still_driven(1.0), named=(sure,), gap=replace(GAP, explained=explained))
