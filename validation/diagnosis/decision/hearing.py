@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from sim.effects import EFFECTS
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, instead_of, of_one_course, simplest
@@ -23,6 +24,7 @@ from validation.diagnosis.evidence.standing import (
 )
 from validation.diagnosis.evidence.throughout import differs_along_the_run
 from validation.diagnosis.evidence.turning import TURNS, an_attitude_does_as_well
+from validation.diagnosis.evidence.wandering import a_wander_does_better, beside_a_wander
 from validation.diagnosis.evidence.windowed import comes_again
 from validation.diagnosis.policy import Policy
 
@@ -30,6 +32,7 @@ NOT_ALONG = "nothing along the field: an error of the attitude"
 DENIED_ALONG = "adds along the field what is not there: an error of the attitude"
 OF_MANY_SIZES = "of another size in each part of the run"
 OF_ERRORS = "hardly shown by the motion: what is left of it are the attitude's errors"
+WANDERS = "less than an attitude that wanders"
 BY_ANOTHER = (NOT_ALONG, DENIED_ALONG, OF_MANY_SIZES)
 """Refusals that may be for what another effect leaves."""
 Next = Callable[[Ground, Evidence], Accepted | None]
@@ -103,6 +106,11 @@ class Hearing:
     is_clean: IsClean
     beyond: Next | None = None
 
+    @cached_property
+    def wander(self) -> Beside | None:
+        """The same beside an attitude that wanders."""
+        return beside_a_wander(self.beside, self.ground.problem)
+
     def stands_beside_another(self, one: Standing) -> bool:
         """Whether a candidate stands once the next effect is in, which is found with this one in.
 
@@ -132,7 +140,7 @@ class Hearing:
         elif one.gain <= by_chance.max():
             refusal = "no more than its columns moved in time"
         else:
-            refusal = self._refusal(one, with_it, coloured)
+            refusal = self._refusal(one, with_it, coloured) or self._refusal_by_wander(one, coloured, needed)
         asked = not (refusal or coloured)
         turned = asked and an_attitude_does_as_well(self.ground, with_it, one.evidence.candidate)
         return Trial(one, inflation, coloured, needed, refusal, turned)
@@ -147,6 +155,10 @@ class Hearing:
             or self._refusal_along_the_field(one, with_it, coloured)
             or self._refusal_by_any_course(one, coloured)
         )
+
+    def _refusal_by_wander(self, one: Standing, coloured: bool, needed: float) -> str:
+        """Why it is a part of an error of the attitude."""
+        return WANDERS if coloured and a_wander_does_better(one, self.wander, needed) else ""
 
     def _refusal_by_survival(self, one: Evidence, coloured: bool) -> str:
         """Why what the base leaves of it is no cause: fitted to errors, it makes up for those of the attitude."""

@@ -20,13 +20,17 @@ from validation.diagnosis.problem.strength import strength_columns
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """A candidate beside a rest of its own: its columns (n, q, k) in rows, and nats that it gains on their folds."""
+    """A candidate beside a rest of its own: its columns (n, q, k) in rows, and nats that it gains on their folds.
+
+    within : those of them that it gains between the samples of a row.
+    """
 
     evidence: Evidence
     columns: Array
     rows: Rows
     hypothesis: Hypothesis
     gain: float
+    within: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +80,7 @@ class Beside:
         poorer = self.poorer if rows is self.rows else Hypothesis.given(rows, self.inside, self.poorer.rest)
         same = Hypothesis.given(rows, self.inside, richer.rest)
         gain = richer.held - max(poorer.held, same.held) + within - price
-        return Standing(evidence, columns, rows, richer, gain)
+        return Standing(evidence, columns, rows, richer, gain, within)
 
     def surrogates(self, one: Standing, problem: LinearProblem) -> Array:
         """Nats that a candidate's columns, moved in time, gain in sample from what it leaves."""

@@ -22,6 +22,7 @@ from validation.diagnosis.decision.hearing import (
     NOT_ALONG,
     OF_ERRORS,
     OF_MANY_SIZES,
+    WANDERS,
     Hearing,
     Trial,
     _chosen,
@@ -96,6 +97,14 @@ def test_a_course_of_time_is_asked_beside_colour_alone(coloured: bool, monkeypat
         monkeypatch.setattr(hearing, "a_course_of_time_does_better", lambda *_: False)
         monkeypatch.setattr(hearing, course, lambda *_: True)
         assert bool(_hearing()._refusal_by_any_course(_standing(), coloured)) is coloured
+
+
+@pytest.mark.parametrize("coloured", [True, False])
+def test_a_wander_of_the_attitude_is_asked_beside_colour_alone(coloured: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the evidence that is needed there."""
+    monkeypatch.setattr(hearing, "beside_a_wander", lambda *_: BESIDE)
+    monkeypatch.setattr(hearing, "a_wander_does_better", lambda one, wander, needed: wander is BESIDE and needed == 7.0)
+    assert _hearing()._refusal_by_wander(_standing(), coloured, 7.0) == (WANDERS if coloured else "")
 
 
 @pytest.mark.parametrize(
@@ -190,8 +199,11 @@ def unrefused(monkeypatch: pytest.MonkeyPatch) -> None:
         (80.0, 81.0, True, MOVED),
     ],
 )
-def test_an_effect_gains_more_than_what_is_none(gain: float, by_chance: float, clean: bool, refusal: str) -> None:
+def test_an_effect_gains_more_than_what_is_none(
+    gain: float, by_chance: float, clean: bool, refusal: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Their mean inflates what it gains, and none of them gains as much."""
+    monkeypatch.setattr(hearing, "beside_a_wander", lambda *_: None)
     trial = _hearing(by_chance=by_chance, clean=clean).of(_standing(gain=gain))
     assert (trial.refusal, trial.coloured) == (refusal, not clean)
     assert trial.turned is (
