@@ -33,7 +33,7 @@ DENIED_ALONG = "adds along the field what is not there: an error of the attitude
 OF_MANY_SIZES = "of another size in each part of the run"
 OF_ERRORS = "hardly shown by the motion: what is left of it are the attitude's errors"
 WANDERS = "less than an attitude that wanders"
-BY_ANOTHER = (NOT_ALONG, DENIED_ALONG, OF_MANY_SIZES)
+BY_ANOTHER = (NOT_ALONG, DENIED_ALONG, OF_MANY_SIZES, WANDERS)
 """Refusals that may be for what another effect leaves."""
 Next = Callable[[Ground, Evidence], Accepted | None]
 """(ground with an effect in, that one) -> what is found beside it."""
@@ -207,11 +207,15 @@ class Hearing:
 
 
 def _until_one_stands(hearing: Hearing, tried: Sequence[Standing]) -> list[Trial]:
-    """Trials in their order up to the first that stands; the strongest of all also beside another."""
+    """Trials in their order up to the first that stands.
+
+    The strongest of all is also tried beside another, and so is the strongest that a wander does better than.
+    """
     trials: list[Trial] = []
     for one in tried:
         trial = hearing.of(one)
-        doubted = one is tried[0] and trial.refusal in BY_ANOTHER
+        first = one is tried[0] or (trial.refusal == WANDERS and all(t.refusal != WANDERS for t in trials))
+        doubted = first and trial.refusal in BY_ANOTHER
         if doubted and hearing.stands_beside_another(one):
             trial = replace(trial, refusal="")
         trials.append(trial)

@@ -289,6 +289,18 @@ def test_the_strongest_alone_is_asked_beside_another() -> None:
     assert _chosen(trials, tried, BESIDE, []) is None
 
 
+def test_the_strongest_that_a_wander_does_better_than_is_tried_beside_another() -> None:
+    """What is left of the other may look like a wander; each is refused by itself, the second and the third alike."""
+    asked: list[Standing] = []
+    tried = [_standing(), _standing(MotorCurrent), _standing(SoftIron)]
+    says = dict(zip(map(id, tried), ("less", WANDERS, WANDERS), strict=True))
+    refusing: Any = SimpleNamespace(
+        of=lambda one: Trial(one, 1.0, True, 0.0, says[id(one)]), stands_beside_another=lambda one: asked.append(one)
+    )
+    assert _chosen(_until_one_stands(refusing, tried), tried, BESIDE, []) is None
+    assert asked == tried[1:2]
+
+
 def test_the_same_effect_again_is_no_other_beside_which_one_stands(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Candidate, "columns", lambda *_: None)
     again = replace(_hearing(), beyond=lambda ground, one: Accepted(one, ()))
