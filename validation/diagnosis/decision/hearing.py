@@ -197,8 +197,7 @@ class Hearing:
         source = candidate.effect.clues.source
         if not problem.sees_across or not (coloured or source):
             return ""
-        in_part = candidate.window is not None  # so is an attitude off that wanders
-        turned = source or in_part or problem.level is not None  # all that the dip has may be roll's and pitch's
+        turned = source or problem.level is not None  # all that the dip has may be roll's and pitch's
         if coloured and turned and not gains_along_the_field(self.ground, with_it, candidate.tried):
             return NOT_ALONG
         if gained_along_the_field(self.ground, with_it) < -problem.policy.apart:

@@ -14,7 +14,6 @@ from sim.effects.base import Effect
 from sim.effects.currents import MotorCurrent
 from sim.effects.earth import FieldGradient, RegionalField
 from sim.effects.iron import SoftIron
-from sim.effects.values import SWITCH
 from validation.diagnosis.decision import hearing
 from validation.diagnosis.decision.choice import Accepted
 from validation.diagnosis.decision.hearing import (
@@ -164,19 +163,6 @@ def test_an_error_of_the_attitude_has_nothing_along_the_field(
     monkeypatch.setattr(hearing, "gains_along_the_field", lambda before, after, tried: shown and tried == TRIED)
     monkeypatch.setattr(hearing, "gained_along_the_field", lambda *_: nats)
     assert _hearing(_ground(**problem))._refusal_along_the_field(_standing(effect), _ground(), coloured) == refusal
-
-
-@pytest.mark.parametrize(
-    ("shown", "coloured", "refusal"), [(False, True, NOT_ALONG), (True, True, ""), (False, False, "")]
-)
-def test_what_acts_in_a_part_beside_colour_shows_along_the_field_too(
-    shown: bool, coloured: bool, refusal: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """An attitude that wanders is off in a part of the run, and turns the field there as iron would."""
-    monkeypatch.setattr(hearing, "gains_along_the_field", lambda *_: shown)
-    monkeypatch.setattr(hearing, "gained_along_the_field", lambda *_: 0.0)
-    on = replace(_standing(SoftIron), evidence=_evidence(candidate=Candidate(SoftIron, ((SWITCH.name, (10.0, 20.0)),))))
-    assert _hearing()._refusal_along_the_field(on, _ground(), coloured) == refusal
 
 
 @pytest.fixture
