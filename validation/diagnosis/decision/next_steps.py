@@ -16,6 +16,7 @@ from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.track import ALTITUDE, LATITUDE, LONGITUDE
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
+from validation.text import short
 
 TRIED_CHANNELS = 2
 """Channels that are offered as actuators."""
@@ -65,7 +66,9 @@ def seek_the_mechanism(found: Diagnosis) -> Iterator[str]:
     for one in curves_of(found):
         channel, clues = one.effect.causes[-1], one.effect.clues
         rivals = f" A curve of {' or '.join(one.rivals)} does nearly as well." if one.rivals else ""
-        yield f"The curve of {channel} tells no mechanism: {clues.apart}; {clues.remedy}.{rivals}"
+        seen = found.problem.state.channel(channel)
+        known = f" It is known for {channel} from {short(float(seen.min()))} to {short(float(seen.max()))} alone."
+        yield f"The curve of {channel} tells no mechanism: {clues.apart}; {clues.remedy}.{known}{rivals}"
 
 
 def fly_another_motion(found: Diagnosis) -> Iterator[str]:

@@ -66,7 +66,7 @@ def test_what_rises_and_turns_the_field_is_of_the_clocks_and_no_wheel(
 
 
 def test_a_recorded_channel_is_offered_as_an_actuator() -> None:
-    given = replace(recording(), channels={"pump": np.ones(4000)})
+    given = replace(recording(), channels={"pump": np.linspace(-0.5, 2.0, 4000)})
     found = diagnosis_of(Verdict.UNKNOWN, problem=problem(given), where=(Share("pump", "body", 0.5),))
     assert "--actuator pump" in advice_for(found)[0]
     assert "--actuator" not in " ".join(advice_for(replace(found, verdict=Verdict.CLASS)))
@@ -90,11 +90,12 @@ def test_what_the_values_show_needs_no_second_recording() -> None:
 
 
 def test_no_actuator_is_tried_where_a_curve_of_a_channel_stands() -> None:
-    given = replace(recording(), channels={"pump": np.ones(4000)})
+    given = replace(recording(), channels={"pump": np.linspace(-0.5, 2.0, 4000)})
     curve = replace(FOUND, effect=BY_NAME["channel_effect"](channel="pump"), how=How.CURVE)
     found = diagnosis_of(Verdict.UNKNOWN, curve, problem=problem(given), where=(Share("pump", "body", 0.5),))
     told = " ".join(advice_for(found))
     assert "The curve of pump tells no mechanism" in told
+    assert "It is known for pump from -0.5 to 2 alone." in told
     assert "--actuator" not in told
 
 
