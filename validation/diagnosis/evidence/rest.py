@@ -200,6 +200,12 @@ def _fitted(start: Array, shapes: Array, power: Array, lines: Array) -> Array:
 def _filter(
     time_s: Array, usable: Array, columns: Array, tau_s: Array, slow: Array, white: float
 ) -> tuple[Array, Array]:
+    """Innovations e / sqrt(S) (n, w) of columns y (n, w), and ln S (n,), of one output.
+
+    ``x_j' = a_j x_j``, ``P' = a a^T P + diag((1 - a^2) v)``, ``a_j = exp(-dt / tau_j)``, v the slow variances;
+    ``e = y - sum x``, ``S = white + sum P``, ``K = P 1 / S``, ``x' = x + K e``, ``P' = P - K K^T S``. At equal steps
+    K settles, and P is not followed from there on. One loop: calls for its parts cost a fifth of its time.
+    """
     n, w = columns.shape
     J = len(tau_s)
     P, x = np.diag(slow), np.zeros((J, w))
