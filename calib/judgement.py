@@ -12,7 +12,7 @@ from calib.numerics.colour import inflation
 from calib.numerics.flicker import flicker_covariance, flicker_power
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
-from calib.observability import Extent, covariance_status, planar_status
+from calib.observability import Extent, covariance_status, planar_status, unobservable
 from calib.reference import Reference
 from calib.result import STRENGTH_NAME, Calibration, Status
 from sim.dataset import Recording
@@ -132,8 +132,8 @@ def unsupported(fit: Calibration, residual_nT: Array, reference: Reference) -> S
     """Why the fit cannot be believed; None where covariance, matrix and residual bear it out."""
     return (
         _indefinite(fit)
-        or covariance_status(fit, reference.strength_nT)
         or _singular(fit)
+        or covariance_status(fit, reference.strength_nT)
         or _misfit(residual_nT, reference.strength_nT)
     )
 
@@ -150,19 +150,22 @@ def _indefinite(fit: Calibration) -> Status | None:
 
 
 def _singular(fit: Calibration) -> Status | None:
-    """Unobservable when a matrix turns noise into field."""
+    """Unobservable when a matrix stretches or squeezes one body direction alone: noise is field, or field noise."""
     matrices = [
         fit.matrix,
         *(part.matrix for part in fit.segments),
         *([] if fit.array_matrix is None else fit.array_matrix),
     ]
-    worst = float(np.linalg.cond(np.array(matrices)).max())
-    if worst <= MAX_CONDITION:
+    worst = max(matrices, key=np.linalg.cond)
+    condition = float(np.linalg.cond(worst))
+    if condition <= MAX_CONDITION:
         return None
-    return Status(
-        "unobservable",
-        f"the matrix is nearly singular (condition number {worst:.2g}, limit {MAX_CONDITION:g}): an axis measures "
-        "nothing, or two measure the same; check that the three axes are wired and mapped",
+    _, stretch, axes = np.linalg.svd(worst)
+    alone = 0 if stretch[0] * stretch[2] > stretch[1] ** 2 else 2
+    return unobservable(
+        axes[alone],
+        f"the matrix is nearly singular (condition number {condition:.2g}, limit {MAX_CONDITION:g}), by what it does "
+        "along it: the motion hardly turns it, or an axis is not wired, or two measure the same",
     )
 
 

@@ -101,6 +101,18 @@ def test_an_answer_that_all_bears_out_is_believed():
 def test_a_matrix_that_turns_noise_into_field_is_not_believed(stretch, kind):
     status = unsupported(answer(matrix=np.diag([1.0, 1.0, stretch])), SMALL, Reference(5e4))
     assert (status.kind if status else None) == kind
+    assert status is None or "offset along body z" in status.reason
+
+
+@pytest.mark.parametrize("stretch", [400.0, 1 / 400.0])
+def test_a_matrix_that_turns_noise_into_field_is_told_before_its_own_claim(stretch):
+    """Noise that is taken for motion leaves a sure offset along its axis: the claim is large along another."""
+    claim = np.diag([1.0, 600.0, 1.0]) ** 2
+    fit = answer(matrix=np.diag([2.0, 2.1, 2.0 * stretch]), covariance=claim, covariance_names=OFFSET_NAMES)
+    status = unsupported(fit, SMALL, Reference(5e4))
+    assert status is not None
+    assert "offset along body z" in status.reason
+    assert "roll and pitch" in status.reason
 
 
 @pytest.mark.parametrize(("share", "kind"), [(0.09, None), (0.11, "not_converged")])
