@@ -180,15 +180,19 @@ def _rounded(value: float) -> float:
 
 
 def said(outcome: Outcome) -> dict[str, Any]:
-    """Each calibrator's status, the size of its offset and its scores, all but the time that it took."""
-    return {
-        name: [fit.status.kind, *map(_rounded, (float(np.linalg.norm(fit.offset_nT)), *_values(outcome, name)))]
-        for name, fit in outcome.calibrations.items()
-    }
+    """Each calibrator's status; of one that is ok the size of its offset and its scores too, but for its time.
+
+    What a motion does not tell comes out otherwise on every processor.
+    """
+    return {name: [fit.status.kind, *_values(outcome, name)] for name, fit in outcome.calibrations.items()}
 
 
 def _values(outcome: Outcome, name: str) -> list[float]:
-    return [score.value for score in outcome.scores[name] if score.name != "wall_time" and math.isfinite(score.value)]
+    fit = outcome.calibrations[name]
+    if fit.status.kind != "ok":
+        return []
+    scores = [score.value for score in outcome.scores[name] if score.name != "wall_time"]
+    return [_rounded(value) for value in (float(np.linalg.norm(fit.offset_nT)), *scores) if math.isfinite(value)]
 
 
 def changed(old: Shown, new: Shown) -> list[str]:
