@@ -29,6 +29,9 @@ SCALAR = "scalar_nT"
 REFERENCE = ("reference_x_nT", "reference_y_nT", "reference_z_nT")
 """The channels of a second magnetometer, whose reading is the field that the first is compared with."""
 
+LATITUDE, LONGITUDE, ALTITUDE = "latitude_deg", "longitude_deg", "altitude_m"
+"""The channels of a place: geodetic, altitude above the ellipsoid in metres (0 where it was not logged)."""
+
 
 def current_name(motor: int) -> str:
     """The channel of a motor's current, motors counted from 1."""

@@ -12,6 +12,7 @@ import numpy as np
 from scenarios.errors import InputError
 from sim.dataset.columns import SIGNALS, group_of
 from sim.dataset.recording import Array
+from sim.state import ALTITUDE, LATITUDE, LONGITUDE, REFERENCE, SCALAR
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 _SYNTAX = "write --map mag_x_nT=bx,unit=uT (also scale=-1 to turn an axis or to apply a factor)"
@@ -50,7 +51,10 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
 }
 """Units by column group: factor and offset, value in the column's own unit = factor * value + offset."""
 
-TARGETS = tuple(name for s in SIGNALS for name in s.names(None if s.group == "mag" else 1))
+CHANNELS = {**dict.fromkeys((SCALAR, *REFERENCE), "mag"), ALTITUDE: "position", LATITUDE: "", LONGITUDE: ""}
+"""Channels with a meaning of their own, and the group whose units each takes."""
+
+TARGETS = tuple(name for s in SIGNALS for name in s.names(None if s.group == "mag" else 1)) + tuple(CHANNELS)
 """Examples of the names that a map may give; sensors of an array and further motors are numbered."""
 
 
@@ -65,7 +69,7 @@ class ColumnMap:
 
     def convert(self, values: Array) -> Array:
         """Values (n,) of the source in the unit of the target."""
-        factor, offset = UNITS[group_of(self.target)][self.unit] if self.unit else (1.0, 0.0)
+        factor, offset = UNITS[_group(self.target)][self.unit] if self.unit else (1.0, 0.0)
         if (factor, offset, self.scale) == (1.0, 0.0, 1.0):
             return values
         with np.errstate(over="ignore"):  # what leaves the range of numbers is infinite, and refused as that
@@ -91,13 +95,17 @@ def likely_unit(norm: float) -> str | None:
     return next(found, None)
 
 
+def _group(target: str) -> str:
+    return CHANNELS.get(target, group_of(target))
+
+
 def _parse(text: str) -> ColumnMap:
     where = f"--map {text}"
     head, *options = text.split(",")
     target, equals, source = (part.strip() for part in head.partition("="))
     if not (target and equals and source):
         raise InputError("is not of the form TARGET=SOURCE", where=where, do=_SYNTAX)
-    if group_of(target) in ("channel", "truth", "effect"):
+    if _group(target) in ("channel", "truth", "effect"):
         spelt = {name.lower(): name for name in TARGETS}
         near = [spelt[word] for word in difflib.get_close_matches(target.lower(), spelt)] or TARGETS
         raise InputError(f"a recording has no column {target!r}", where=where, do=f"use {', '.join(near)}")
@@ -118,7 +126,7 @@ def _with_options(plain: ColumnMap, options: Sequence[str], where: str) -> Colum
 
 
 def _check_unit(target: str, unit: str, where: str) -> None:
-    allowed = UNITS.get(group_of(target), {})
+    allowed = UNITS.get(_group(target), {})
     if unit in allowed:
         return
     do = f"{target} takes {', '.join(allowed)}" if allowed else f"{target} takes no unit"

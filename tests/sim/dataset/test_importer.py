@@ -111,6 +111,21 @@ def test_channels_are_the_other_numbers(tmp_path: Path) -> None:
         assert recording.channels["armed"].tolist() == [0.0] * 4 + [1.0] * (N - 4)
 
 
+@pytest.mark.parametrize(
+    ("told", "name", "factor"),
+    [
+        ("scalar_nT=x,unit=uT", "scalar_nT", 1e3),
+        ("reference_y_nT=x,unit=G", "reference_y_nT", 1e5),
+        ("altitude_m=x,unit=ft", "altitude_m", 0.3048),
+        ("latitude_deg=x", "latitude_deg", 1.0),
+    ],
+)
+def test_channels_with_a_meaning_may_be_mapped(tmp_path: Path, told: str, name: str, factor: float) -> None:
+    recording = read_recording(write(tmp_path / "log.csv", log(x=np.linspace(1.0, 2.0, N))), maps=[told])
+    np.testing.assert_allclose(recording.channels[name], factor * np.linspace(1.0, 2.0, N))
+    assert "x" not in recording.channels
+
+
 def test_depth_alone_is_a_channel_and_motors_are_sorted(tmp_path: Path) -> None:
     currents = {f"current_{i}_A": np.full(N, float(i)) for i in (10, 2, 1)}
     recording = read_recording(write(tmp_path / "log.parquet", log(pos_up_m=-np.arange(N) * 1.0, **currents)))

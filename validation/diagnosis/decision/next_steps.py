@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.effects import BY_NAME
+from sim.state import ALTITUDE, LATITUDE, LONGITUDE
 from validation.diagnosis.decision.remarks import long_climb, long_track
 from validation.diagnosis.decision.wording import curves_of
 from validation.diagnosis.evidence.slow_noise import turns_the_field
 from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.problem.track import ALTITUDE, LATITUDE, LONGITUDE
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
 from validation.text import short

@@ -13,10 +13,8 @@ from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
 from sim.dataset import Recording
 from sim.field import earth_field_along
-from sim.state import Array
+from sim.state import ALTITUDE, LATITUDE, LONGITUDE, Array
 
-LATITUDE, LONGITUDE, ALTITUDE = "latitude_deg", "longitude_deg", "altitude_m"
-"""The channels of a place: geodetic, altitude above the ellipsoid in metres (0 where it was not logged)."""
 NODES = 2000
 """Known places at most at which the field model is asked; between them the field is interpolated."""
 HIGHEST_M = 4e7

@@ -14,10 +14,11 @@ from scenarios.spec import FieldSpec
 from sim.dataset import Recording
 from sim.field import earth_field_along, earth_field_enu_nT
 from sim.scenario import ModelSpec
+from sim.state import ALTITUDE, LATITUDE, LONGITUDE
 from tests.validation.diagnosis.synthetic import NOISE_NT, recording, without_attitude
 from validation.diagnosis.decision.remarks import long_climb
 from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.problem.track import ALTITUDE, LATITUDE, LONGITUDE, Track
+from validation.diagnosis.problem.track import Track
 from validation.diagnosis.workflow import diagnose
 
 DATE = datetime.date(2024, 5, 27)
