@@ -52,7 +52,6 @@ GUARDS = {
     "wording.py": {"LISTED_CHANNELS"},
     "next_steps.py": {"TRIED_CHANNELS"},
     "iron.py": {"STEPS"},
-    "numbers.py": {"FIRST_STEP", "LEAST_STEP"},
     "refine.py": {"ROUNDS", "CHAINS", "IMPOSSIBLE"},
     "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "FLOOR", "ROWS"},
     "throughout.py": {"OPEN"},

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from calib.numerics.squares import SAME, Squares
 from scenarios.errors import InputError
 from sim.effects.base import Effect
+from sim.effects.numbers import FreeNumbers
 from sim.state import Array
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted
-from validation.diagnosis.repair.numbers import FreeNumbers
 
 ROUNDS, CHAINS = 60, 1200
 """Steps at most: the start is close already, but a gradient and its origin are found along a bent valley; and runs of
