@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sim.effects.base import Effect
-from sim.state import current_name
+from sim.effects.straight import straightened
+from sim.state import State, current_name
 from validation.diagnosis.decision.remarks import remarks
 from validation.diagnosis.evidence.judged import TOO_LITTLE
 from validation.diagnosis.evidence.when import largest
@@ -24,7 +25,8 @@ def sentence_for(found: Diagnosis) -> str:
     channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
     said = found.verdict.sentence(
         causes="; ".join(
-            words_of(one, _acts(found, one), _logged_as(found)) + _again(found, one) for one in found.named
+            words_of(one, _acts(found, one), _logged_as(found), found.problem.state) + _again(found, one)
+            for one in found.named
         ),
         share=_share(found),
         left="; ".join(found.left or found.doubts),
@@ -102,20 +104,31 @@ def _acts(found: Diagnosis, one: Named) -> str:
     return " in the whole run" if sum(other.name == one.name for other in found.named) > 1 else ""
 
 
-def words_of(one: Named, when: str = "", logged: Mapping[str, str] | None = None) -> str:
+def words_of(one: Named, when: str = "", logged: Mapping[str, str] | None = None, along: State | None = None) -> str:
     """A name with its look-alikes, what drives it, when it acts, its main parameter and its size.
 
-    when : in words; logged : channels by the name of the motor current that they stand for.
+    when : in words; logged : channels by the name of the motor current that they stand for. along : the motion, of
+    whose course a bent line is told by its mean slope.
     """
     either = f" (or {', '.join(one.others)})" if one.others else ""
-    if (moment := one.effect.with_role("moment")) is not None:
-        moments = [getattr(each, moment) for each in one.effects if each.name == one.name]
-        when = " at " + " and ".join(f"{digits(time_s, 4)} s" for time_s in moments)
-    size = "" if one.strength == 0 else f", {one.strength:.2g} sigma"
+    when = _at_moments(one) or when
     parameter = next(p for p in one.effect.parameters() if p.name == main_parameter(one.effect))
-    value = short(np.asarray(getattr(one.effect, parameter.name), dtype=float).tolist())
+    straight = one.effect if along is None else straightened(one.effect, along)
+    value = short(np.asarray(getattr(straight, parameter.name), dtype=float).tolist())
     driver, whose = _driven_by(one, logged or {})
-    return f"{one.name}{either}{driver}{when}: {parameter.name}{whose} {value} {parameter.unit}".rstrip() + size
+    unit = parameter.unit.replace("/A", " a unit") if driver else parameter.unit
+    size = (" in the mean" if straight is not one.effect else "") + (
+        f", {one.strength:.2g} sigma" if one.strength else ""
+    )
+    return f"{one.name}{either}{driver}{when}: {parameter.name}{whose} {value} {unit}".rstrip() + size
+
+
+def _at_moments(one: Named) -> str:
+    """When an event was, in words; nothing of what is none."""
+    if (moment := one.effect.with_role("moment")) is None:
+        return ""
+    moments = [getattr(each, moment) for each in one.effects if each.name == one.name]
+    return " at " + " and ".join(f"{digits(time_s, 4)} s" for time_s in moments)
 
 
 def _driven_by(one: Named, logged: Mapping[str, str]) -> tuple[str, str]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from sim.effects import EFFECTS
@@ -15,6 +17,7 @@ from tests.validation.diagnosis.decision.answers import (
     diagnosis_of,
     either,
 )
+from tests.validation.diagnosis.synthetic import problem, recording
 from validation.diagnosis.decision.next_steps import advice_for
 from validation.diagnosis.decision.wording import sentence_for, words_of
 from validation.diagnosis.evidence.localise import Share
@@ -62,3 +65,15 @@ def test_of_several_motors_the_sentence_says_whose_gain_it_tells() -> None:
     assert words_of(both, "", rods).startswith(f"{DRIVEN.name} of rod_x, rod_y: {DRIVEN.linear[0]} of rod_y (5, 0, 0)")
     alone = replace(FOUND, effect=two)
     assert words_of(alone, "", rods).startswith(f"{DRIVEN.name} of rod_y: {DRIVEN.linear[0]} (5, 0, 0)")
+
+
+def test_of_a_bent_line_the_sentence_tells_the_slope_over_what_was_seen() -> None:
+    """A current of 0 to 2 A, ``2 I - 3 I^2 + I^3``: over a uniform course the line's slope is -0.4, by hand."""
+    given = replace(recording(), current_A=np.linspace(0.0, 2.0, 4000)[:, None])
+    bent = DRIVEN(gain_nT_A=(2.0, 0.0, 0.0), square_nT_A2=(-3.0, 0.0, 0.0), cube_nT_A3=(1.0, 0.0, 0.0), motor=1)
+    found = diagnosis_of(Verdict.NAMED, replace(FOUND, effect=bent), problem=problem(given))
+    told = re.search(rf"{DRIVEN.linear[0]} \((.*), 0, 0\) nT/A in the mean, 1 sigma", sentence_for(found))
+    assert told is not None
+    assert float(told[1]) == pytest.approx(-0.4, abs=1e-3)
+    plain = replace(FOUND, effect=DRIVEN(gain_nT_A=(2.0, 0.0, 0.0), motor=1))
+    assert f"{DRIVEN.linear[0]} (2, 0, 0) nT/A, 1 sigma" in sentence_for(replace(found, named=(plain,)))
