@@ -16,7 +16,7 @@ from validation.diagnosis.problem.actuators import as_currents
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.result import Diagnosis, How, Named, Reach
 from validation.diagnosis.verdict import Verdict
-from validation.text import short
+from validation.text import digits, short
 
 TRIED_CHANNELS = 2
 """Channels that are offered as actuators."""
@@ -62,7 +62,13 @@ def try_an_actuator(found: Diagnosis) -> Iterator[str]:
 
 
 def seek_the_mechanism(found: Diagnosis) -> Iterator[str]:
-    """A curve names a channel; what it drives is for people to find."""
+    """A curve names a channel; what it drives is for people to find, or to say where it commands a current."""
+    recording = found.problem.recording
+    followed = [channel for one in curves_of(found) if (channel := one.effect.causes[-1]) in recording.channels]
+    commands = [channel for channel in followed if channel not in as_currents(recording)]
+    if commands:
+        options = " ".join(f"--actuator {channel}" for channel in commands)
+        yield f"Where {' or '.join(commands)} commands a current or a coil, say so, and it is named: {options}."
     for one in curves_of(found):
         channel, clues = one.effect.causes[-1], one.effect.clues
         rivals = f" A curve of {' or '.join(one.rivals)} does nearly as well." if one.rivals else ""
@@ -94,14 +100,23 @@ def ways_to_tell(named: Sequence[Named]) -> Iterator[str]:
 
 
 def turn_where_it_stood(found: Diagnosis) -> Iterator[str]:
-    """Iron in a part of the run, in which or beside which the vehicle stands: so is the field of that place."""
+    """Iron or a jump in a part of the run, in which or beside which the vehicle stands: so is the field of that place.
+
+    Of a vehicle that stands the strength alone tells nothing of an offset but its part along the field.
+    """
+    time_s = found.problem.state.time_s
     for one in found.named:
-        if (stretch := found.stretch(one)) is None or not (one.effect.clues.absorbed and found.problem.turns):
+        moment, stretch = one.effect.with_role("moment"), found.stretch(one)
+        if moment is not None:
+            begin_s = getattr(one.effect, moment)
+            acts, when = time_s >= begin_s, f"from {digits(begin_s, 4)} s on"
+        elif stretch is not None and one.effect.clues.absorbed:
+            acts, when = one.effect.acts(time_s), stretch.words
+        else:
             continue
-        acts = one.effect.acts(found.problem.state.time_s)
-        if _stands(found.problem, acts) or _stands(found.problem, ~acts):
+        if found.problem.turns and (_stands(found.problem, acts) or _stands(found.problem, ~acts)):
             yield (
-                f"{one.name} acts {stretch.words}, and in that part or beside it the vehicle stands: the field of the "
+                f"{one.name} acts {when}, and in that part or beside it the vehicle stands: the field of the "
                 "place where it stood, of steel or a magnet near by, looks the same. To tell: turn it there too."
             )
 
@@ -118,7 +133,7 @@ def _stands(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
 def suspect_navigation(found: Diagnosis) -> Iterator[str]:
     """An error of the attitude turns the field, and leaves nothing along it."""
     unexplained = found.verdict in (Verdict.UNKNOWN, Verdict.PARTIAL)
-    slow = turns_the_field(found.problem, found.before_nT / found.problem.sigma_nT)
+    slow = turns_the_field(found.problem, found.after_nT / found.problem.sigma_nT)
     if unexplained and (slow or _rise_turns_the_field(found)):
         yield "What is left has no part along the field: suspect navigation's attitude or time stamps."
 
@@ -131,7 +146,7 @@ def log_what_turns(found: Diagnosis) -> Iterator[str]:
     if found.rise is not None and not _rise_turns_the_field(found):
         yield (
             f"There is {found.rise.words}, and a sensor's noise does not rise with frequency: a wheel, a propeller or "
-            "a pump gives a tone that sweeps with its speed. Switch it off for a run, or log the speed."
+            "a pump gives a tone that sweeps with its speed. Switch it off for a run, or log its speed if it is not."
         )
 
 
