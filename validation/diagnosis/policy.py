@@ -56,6 +56,10 @@ class Policy:
         0.2, "intervals of a sample by which the attitude is late at least; less is an eddy current of the usual size",
         run="eddy currents of 1.5 ms at 10 Hz, uneven by a sixth, passed for an attitude 1.51 ms late; logs had 40 ms",
     )  # fmt: skip
+    same_lateness: float = number(
+        0.5, "relative difference up to which a gyro gives the attitude the same lateness as the field does",
+        run="a measured quadrotor's attitude of 10 Hz: 25 ms by its gyro, 20 ms by the field, in rows of 8 ms",
+    )  # fmt: skip
     start_share: float = number(0.02, "share of the samples that are left out for that at most")
     pause: float = number(5.0, "intervals, in medians, beyond which nothing is carried on from one sample to the next")
     base_outlier: float = number(8.0, "medians of the rest beyond which a sample is left out of the first fit of iron")

@@ -21,6 +21,7 @@ from validation.diagnosis.problem.blocks import fit
 from validation.diagnosis.problem.linear import Instead, LinearProblem
 from validation.diagnosis.problem.motion import attitude_at, attitude_course
 from validation.diagnosis.problem.pose import posed_anew
+from validation.signals.conventions import match_rates
 from validation.signals.size import rms
 
 FARTHEST, SETTLED_S = 3.0, 1e-6
@@ -33,7 +34,8 @@ def with_attitude_in_time(selection: Selection, say: Progress = lambda what: Non
     A measurement that is late is one of the effects; one that is ahead of the attitude is none: coefficients of the
     field's rate that any effect of that kin is free to choose. Where one lead for all axes explains nearly as much as
     they do, and none of them is found beside it, the attitude is late. Lateness that varies leaves too much for any of
-    them to be found: there a lead must lower the gap as another reading of the reference does.
+    them to be found: there a lead must lower the gap as another reading of the reference does, or be the gyro's too,
+    which knows nothing of the field.
     """
     if not selection.start.problem.turns:
         return selection
@@ -73,12 +75,22 @@ def _ahead(selection: Selection, named: Accepted | None) -> LinearProblem | None
     lead_s = _best_lead_s(start.problem, q_at, first_s)
     if named is None:
         before_nT, after_nT = (_gap_nT(start.problem, q_at, one_s) for one_s in (0.0, lead_s))
-        return _moved(start.problem, q_at, lead_s) if after_nT * policy.misread_gap < before_nT else None
+        shown = after_nT * policy.misread_gap < before_nT or (after_nT < before_nT and _by_gyro(start.problem, lead_s))
+        return _moved(start.problem, q_at, lead_s) if shown else None
     moved = _moved(start.problem, q_at, lead_s)
     grounds = (start, start.beside(named.columns(start.problem)), Ground.of(moved))
     before, by_name, by_lead = map(_power_nT2, grounds)
     by_form = policy.same_kin if selection.after.clean else policy.same_coloured
     return moved if before - by_lead > (1 - by_form) * (before - by_name) else None
+
+
+def _by_gyro(problem: LinearProblem, lead_s: float) -> bool:
+    """Whether the gyro's rate is ahead of the attitude's by about as much as the field is."""
+    recording = problem.recording
+    if recording.gyro_rad_s is None:
+        return False
+    match = match_rates(recording.time_s, np.asarray(recording.att_q), recording.gyro_rad_s)
+    return match is not None and abs(match.lag_s - lead_s) < problem.policy.same_lateness * lead_s
 
 
 def _first_lead_s(start: Ground) -> float:

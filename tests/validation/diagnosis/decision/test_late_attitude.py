@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from sim.dataset import Recording
 from sim.effects.currents import EddyCurrent, MotorCurrent
@@ -17,7 +18,15 @@ from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vecto
 from sim.scenario import ModelSpec
 from sim.state import Array
 from validation.diagnosis.decision import late_attitude
-from validation.diagnosis.decision.late_attitude import _ahead, _best_lead_s, _course, _free_of_kin, _gap_nT, _known
+from validation.diagnosis.decision.late_attitude import (
+    _ahead,
+    _best_lead_s,
+    _by_gyro,
+    _course,
+    _free_of_kin,
+    _gap_nT,
+    _known,
+)
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
@@ -192,17 +201,30 @@ def test_what_is_free_to_be_ahead_of_the_field_may_be_a_late_attitude(named: Can
     assert (_free_of_kin(selection) is one) is asked
 
 
-@pytest.mark.parametrize(("left", "moved"), [(0.3, True), (0.4, False)])
-def test_where_no_name_is_found_a_lead_must_lower_the_gap_as_a_misread_reference_does(
-    left: float, moved: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("left", "by_gyro", "moved"), [(0.3, False, True), (0.4, False, False), (0.9, True, True), (1.1, True, False)]
+)
+def test_where_no_name_is_found_a_lead_must_lower_the_gap_as_a_misread_reference_does_or_be_the_gyros_too(
+    left: float, by_gyro: bool, moved: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    script = {"_first_lead_s": 1.0, "_course": None, "_best_lead_s": 1.0, "_moved": "moved"}
+    script = {"_first_lead_s": 1.0, "_course": None, "_best_lead_s": 1.0, "_moved": "moved", "_by_gyro": by_gyro}
     for name, value in script.items():
         monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
     monkeypatch.setattr(late_attitude, "_gap_nT", lambda problem, q_at, lead_s: left if lead_s else 1.0)
     problem = SimpleNamespace(policy=STANDARD, state=SimpleNamespace(interval_s=0.1))
     selection: Any = SimpleNamespace(start=SimpleNamespace(problem=problem))
     assert (_ahead(selection, None) == "moved") is moved
+
+
+@pytest.mark.parametrize(("late_s", "agrees"), [(0.12, True), (0.16, True), (0.3, False), (0.0, False)])
+def test_a_gyro_says_by_how_much_an_attitude_is_late(late_s: float, agrees: bool) -> None:
+    """The field is asked for a lead of 0.12 s; the gyro's rate is that of the true turn, the attitude's is late."""
+    turn = Rotation.from_quat(hand_q(TIME_S), scalar_first=True)
+    gyro_rad_s = np.zeros((len(TIME_S), 3))
+    gyro_rad_s[1:-1] = (turn[:-2].inv() * turn[2:]).as_rotvec() / (TIME_S[2] - TIME_S[0])
+    log = Recording(TIME_S, field_at(TIME_S), gyro_rad_s=gyro_rad_s, att_q=hand_q(TIME_S - late_s))
+    assert _by_gyro(pose(log, FIELD_ENU_NT, 5e4, ()), 0.12) is agrees
+    assert not _by_gyro(posed(field_at(TIME_S), hand_q(TIME_S - 0.12)), 0.12)
 
 
 @pytest.mark.parametrize("turns", [True, False])
