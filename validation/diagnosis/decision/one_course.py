@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -23,7 +24,8 @@ from validation.signals.size import column_rms
 def with_rivals(problem: LinearProblem, one: Named) -> Named:
     """A name with the channels that drive it as well: where what it adds only rises or falls, or has a window.
 
-    Those that it or its look-alikes need are no rivals. An effect that needs no channel is itself a course of time.
+    Those that it or its look-alikes need are no rivals. An effect that needs no channel is itself a course of time. Of
+    one motor's current they are also those of motors that run alike.
     """
     if one.how is not How.HELD_OUT:
         return one
@@ -31,7 +33,26 @@ def with_rivals(problem: LinearProblem, one: Named) -> Named:
     known = {need for each in needs for need in each or (TIME,)}
     currents = {current_name(motor) for motor in problem.state.motors}
     known |= {channel for channel in as_currents(problem.recording) if known & currents}
-    return replace(one, rivals=tuple(name for name in channels_alike(problem, one) if name not in known))
+    rivals = tuple(name for name in channels_alike(problem, one) if name not in known)
+    return replace(one, rivals=(*rivals, *motors_alike(problem, one)))
+
+
+def motors_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:
+    """Channels of motors whose currents explain all of another's but an error of form, of which one is told apart.
+
+    None where the sum of all is meant, or where each has a gain of its own.
+    """
+    role = one.effect.with_role("motor")
+    told = {getattr(effect, role) for effect in one.effects if effect.name == one.name} if role else {0}
+    if len(told) > 1 or told == {0}:
+        return ()
+    (motor,), least = told, math.sqrt(1 - problem.policy.same_kin)
+    current_A = problem.state.channel(current_name(motor))
+    logged = {current: channel for channel, current in as_currents(problem.recording).items()}
+    others = (current_name(other) for other in problem.state.motors if other != motor)
+    return tuple(
+        logged.get(name, name) for name in others if correlation(current_A, problem.state.channel(name)) > least
+    )
 
 
 def channels_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect
 WARM_SCALE = next(effect for effect in EFFECTS if any(p.unit == "1/K" for p in effect.parameters()))
 DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
 JUMP = next(effect for effect in EFFECTS if effect.sought() == "moment")
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 SOFT_IRON, PART_S = BY_NAME["soft_iron"], (150.0, 250.0)
 MATRIX = [[5e-4, 0.0, 0.0], [0.0, -3e-4, 1e-4], [0.0, 1e-4, 2e-4]]
 N = 4000
@@ -115,3 +116,17 @@ def test_what_acts_in_a_part_goes_with_a_channel_that_is_on_there_alone(off_s: f
     assert one.effect.active_s == pytest.approx(PART_S, abs=1.0)
     assert ("what goes with payload" in told.sentence) is bool(rivals)
     assert told.verdict is (Verdict.CLASS if rivals else Verdict.NAMED)
+
+
+@pytest.mark.parametrize(("spread", "rivals"), [(0.1, ("throttle", "current_3_A")), (0.3, ("current_3_A",))])
+def test_of_motors_that_run_alike_none_is_named_alone(spread: float, rivals: tuple[str, ...]) -> None:
+    """The second motor has some of the fourth's course beside the first's; the third is the first with another gain."""
+    given, first, fourth = recording(), np.sin(20 * UP), np.sin(33 * UP)
+    second = first + spread * fourth
+    currents = np.stack([first, second, 1 - 2 * first, fourth], axis=1)
+    posed = problem(replace(given, current_A=currents, channels={"throttle": second}))
+    alone = Named(DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0), "motor": 1}), (), How.HELD_OUT, 100.0, 1.0)
+    assert with_rivals(posed, alone).rivals == rivals
+    each = replace(alone, also=(DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0), "motor": 2}),))
+    assert with_rivals(posed, each).rivals == ()
+    assert with_rivals(posed, replace(alone, effect=DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0)}))).rivals == ()
