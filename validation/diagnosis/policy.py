@@ -113,6 +113,7 @@ class Policy:
         1.1,
         "ratio of what the model's iron leaves of the strength to what fitted iron leaves from which on they differ",
     )
+    unfit_iron: float = number(2.0, "the same of all that is compared, from which on it is said where no name says so")
     scale_share: float = number(0.9, "share of that difference that a factor alone explains if the strength is wrong")
 
     # blocks and splits
@@ -448,6 +449,10 @@ class Policy:
     form_noise: float = number(
         0.25, "part of the first effect's size below which slow noise beside it is its form", run=TUNED
     )
+    wander_moves: float = number(
+        10.0, "times its rms that a wander changes the mean by at most: fitted iron takes most of it up",
+        run="an independent hand-held log: a walk of 40 nT beside an iron that was 1790 nT off",
+    )  # fmt: skip
     channel_left: float = number(
         0.25, "part of its share of the gap that a channel keeps beyond time's, if a name is wrong",
         run="tuning seed 1: beside a core that saturates a motor's current keeps 0.3 to 0.5",

@@ -68,9 +68,13 @@ def slow_noise_is_left(belief: Belief) -> Belief:
 
 
 def _is_form(belief: Belief) -> bool:
-    left, policy = belief.selection.end.residual(), belief.selection.end.problem.policy
-    excess = float(np.sqrt(max((left**2).mean() - 1, 0.0)))
-    return excess < policy.form_noise * belief.found[0].evidence.strength
+    policy = belief.selection.end.problem.policy
+    return _excess(belief) < policy.form_noise * belief.found[0].evidence.strength
+
+
+def _excess(belief: Belief) -> float:
+    """Rms of what the effects leave beyond the noise of a sample, in its units."""
+    return float(np.sqrt(max((belief.selection.end.residual() ** 2).mean() - 1, 0.0)))
 
 
 def iron_differs(belief: Belief) -> Belief:
@@ -84,11 +88,14 @@ def iron_differs(belief: Belief) -> Belief:
 def wander_moves_the_mean(belief: Belief) -> Belief:
     """A slow wander changes the mean: beside one that was found, or that the model states, no constant has changed.
 
-    Nor has what the data do not tell from a constant.
+    Nor has what the data do not tell from a constant; but for one that is far larger than the wander.
     """
-    if belief.noise is None and not states_wander(belief.selection.end.problem):
+    problem = belief.selection.end.problem
+    if belief.noise is None and not states_wander(problem):
         return belief
-    return replace(belief, iron=tuple(one for one in belief.iron if not _may_be_constant(one)))
+    most = problem.policy.wander_moves * _excess(belief)
+    kept = (one for one in belief.iron if one.evidence.strength > most or not _may_be_constant(one))
+    return replace(belief, iron=tuple(kept))
 
 
 def _may_be_constant(one: Accepted) -> bool:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sim.effects import EFFECTS
-from sim.state import Array
+from sim.state import MOTION, Array
 from validation.diagnosis.decision.choice import Accepted, accepted
 from validation.diagnosis.decision.selection import Selection
 from validation.diagnosis.evidence.compare import Evidence, ranked
@@ -60,24 +61,46 @@ def _changes(selection: Selection, ground: Ground) -> tuple[Accepted, ...]:
         if chosen is None or _is_of_no_account(chosen, found, selection):
             break
         rivals = ranked(ground, others)
-        alike = tuple(e.name for e in rivals if _looks_like(e, ranking[0], problem.policy))
-        found.append(replace(chosen, alternatives=(*chosen.alternatives, *alike)))
+        alike = [e for e in rivals if _looks_like(e, ranking[0], problem.policy)]
+        others_alike = tuple(e.name for e in alike if not _by_convention(e, problem))
+        found.append(replace(chosen, alternatives=(*chosen.alternatives, *others_alike)))
         ground = ground.beside(chosen.columns(ground.problem))
-    return tuple(found) if selection.after.clean or _stand(bare, found) else ()
+    return tuple(found) if selection.after.clean else tuple(_standing(bare, found))
 
 
-def _stand(ground: Ground, found: list[Accepted]) -> bool:
-    """Whether changes of the iron together beat a rest with its own colour: of slow noise a slow motion makes iron."""
-    if not found:
-        return True
-    problem, beside = ground.problem, Beside.of(ground.problem, ground.inside)
-    columns = beside.rows.all_taken([one.columns(problem) for one in found])
-    return beside.standing(found[0].evidence, columns).gain > problem.policy.coloured_nats
+def _standing(bare: Ground, found: Sequence[Accepted]) -> Iterator[Accepted]:
+    """Those changes of the iron that beat a rest with its own colour, each beside the others.
+
+    Of slow noise a slow motion makes iron; and beside one change alone what another leaves is such a rest.
+    """
+    problem = bare.problem
+    for one in found:
+        ground = bare.with_all(other.columns(problem) for other in found if other is not one)
+        beside = Beside.of(problem, ground.inside)
+        standing = beside.standing(one.evidence, beside.rows.taken(one.columns(problem)))
+        if standing.gain > problem.policy.coloured_nats:
+            yield one
 
 
 def _looks_like(rival: Evidence, best: Evidence, policy: Policy) -> bool:
     """Whether data do not tell an effect from a change of the iron, but by what is of second order in both."""
     return not rival.behind(best, policy) or rival.gain > (1 - policy.same_iron) * best.gain
+
+
+def _by_convention(rival: Evidence, problem: LinearProblem) -> bool:
+    """Whether all but little of what an effect adds is what it is counted from: it then is the iron by another name.
+
+    So a drift that settles at once, or a loop that is wider than the field. A recorded channel that hardly changes may
+    still be why the iron is another.
+    """
+    if not MOTION.issuperset(rival.candidate.effect.needs):
+        return False
+    effect, state = rival.candidate.made(rival.coefficients), problem.state
+    counted = problem.whitened(effect.conventions(state, problem.clean_nT), type(effect))
+    added = (rival.candidate.columns(problem) @ rival.coefficients).ravel()
+    A = counted.reshape(len(added), -1)
+    left = added - A @ np.linalg.lstsq(A, added, rcond=None)[0]
+    return bool(np.linalg.norm(left) < problem.policy.absorbed_survival * np.linalg.norm(added))
 
 
 def absorbed_effects(problem: LinearProblem) -> tuple[str, ...]:
@@ -125,12 +148,14 @@ def _listed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> di
 def _is_of_no_account(chosen: Accepted, found: list[Accepted], selection: Selection) -> bool:
     """Whether a change is but the form of what was found, or no larger than the stated attitude error makes it.
 
-    Or one that adds next to nothing: where an event falls out of the training, what it leaves held out is chance.
+    Of the iron only turns have an error of form, for all else is linear. Or one that adds next to nothing: where an
+    event falls out of the training, what it leaves held out is chance.
     """
     problem = selection.end.problem
     if chosen.evidence.raw_gain < problem.policy.accepted(len(EFFECTS)):
         return True
-    larger = [_size(one, problem) for one in selection.found] + [one.evidence.gain for one in found[:1]]
+    larger = [_size(one, problem) for one in selection.found]
+    larger += [one.evidence.gain for one in found[:1] if one.evidence.candidate.effect.tangents]
     share = problem.policy.form_share if selection.after.clean else problem.policy.same_form_share
     form = share**2 * max(larger, default=0.0)
     return chosen.evidence.gain < form or chosen.evidence.strength < _turned_by(problem)

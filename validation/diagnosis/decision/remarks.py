@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from sim.chain import apply_deterministic
 from sim.state import ALTITUDE, Array
+from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.place import turn_of
 from validation.diagnosis.problem.strength import turn_rate_rad_s, turns_too_fast
@@ -86,6 +87,30 @@ def another_scale(found: Diagnosis) -> Iterator[str]:
             f"{digits(other.given_nT)} nT, as iron fitted anew does not: the strength is wrong, or the sensor's scale. "
             "Beside iron fitted anew:"
         )
+
+
+def other_iron(found: Diagnosis) -> Iterator[str]:
+    """Iron of the model that does not fit, or that it does not have, where no name says so."""
+    told = any(one.how is How.IRON for one in found.named) or other_strength(found.problem) is not None
+    if told or not found.problem.iron_known:
+        return
+    given_nT, anew_nT = left_by_iron_nT(found.problem)
+    if given_nT > found.problem.policy.unfit_iron * anew_nT:
+        yield (
+            f"The model as it stands leaves {digits(given_nT)} nT, and with hard and soft iron fitted anew "
+            f"{digits(anew_nT)} nT: its iron is another. Calibrate again. Beside iron fitted anew:"
+        )
+
+
+def left_by_iron_nT(problem: LinearProblem) -> tuple[float, float]:
+    """Rms (nT) that the model's iron leaves of what was compared, and that fitted iron leaves."""
+    used = problem.usable > 0
+    if problem.mode == "vector":
+        given = (problem.recording.mag_nT - problem.predicted_nT)[used]
+        anew = Ground.of(problem).residual()[used] * problem.sigma_nT
+        return rms(given), rms(anew)
+    F = np.linalg.norm(problem.state.field_nT, axis=1)[used]
+    return rms(_by_model_nT(problem)[used] - F), rms(_anew_nT(problem)[used] - F)
 
 
 def turned_axes(found: Diagnosis) -> Iterator[str]:
@@ -230,4 +255,5 @@ REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (
     turned_mount,
     too_fast,
     another_scale,
+    other_iron,
 )

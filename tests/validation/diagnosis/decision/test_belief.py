@@ -214,7 +214,8 @@ def test_the_iron_of_the_model_itself_has_not_changed(nothing: Selection) -> Non
     assert iron_changes(nothing).found == ()
 
 
-def test_a_wander_takes_constants_with_it() -> None:
+def test_a_wander_takes_constants_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("validation.diagnosis.decision.belief._excess", lambda _: 2.0)
     given = recording()
     selection = select(problem(replace(given, mag_nT=given.mag_nT + np.array([30.0, -20.0, 10.0]))))
     belief = iron_differs(_believed(selection))
@@ -226,6 +227,20 @@ def test_a_wander_takes_constants_with_it() -> None:
     assert wander_moves_the_mean(replace(belief, iron=(alike,), noise=NOISE)).iron == ()
     apart = replace(alike, alternatives=())
     assert wander_moves_the_mean(replace(belief, iron=(apart,), noise=NOISE)).iron == (apart,)
+
+
+@pytest.mark.parametrize(("excess", "kept"), [(0.9, True), (1.1, False)])
+def test_a_constant_far_larger_than_a_wander_is_none_of_its(
+    excess: float, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tenth of it, more or less."""
+    given = recording()
+    selection = select(problem(replace(given, mag_nT=given.mag_nT + np.array([300.0, -200.0, 100.0]))))
+    told = replace(iron_differs(_believed(selection)), noise=NOISE)
+    monkeypatch.setattr(
+        "validation.diagnosis.decision.belief._excess", lambda _: excess * told.iron[0].evidence.strength / 10
+    )
+    assert bool(wander_moves_the_mean(told).iron) is kept
 
 
 def test_doubts_are_asked_in_their_order(driven: Selection) -> None:

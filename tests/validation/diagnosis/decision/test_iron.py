@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from sim.dataset import Recording
-from sim.effects import EFFECTS
+from sim.effects import BY_NAME, EFFECTS
 from sim.scenario import ModelSpec
 from tests.validation.diagnosis.synthetic import STRENGTH_NT, problem, recording
 from validation.diagnosis.decision import iron as iron_module
 from validation.diagnosis.decision.belief import believed
 from validation.diagnosis.decision.choice import accepted, beside_white_noise
-from validation.diagnosis.decision.iron import _looks_like, absorbed_effects, iron_changes
+from validation.diagnosis.decision.iron import _by_convention, _looks_like, absorbed_effects, iron_changes
 from validation.diagnosis.decision.selection import _is_undone, select
 from validation.diagnosis.evidence.compare import Evidence, ranked
 from validation.diagnosis.evidence.ground import Ground
@@ -104,6 +104,53 @@ def test_a_scale_that_differs_is_a_change_of_the_iron() -> None:
     found = select(problem(hidden={"scale": {"error": [1e-3, -1e-3, 5e-4]}}))
     assert found.found == ()
     assert [one.name for one in iron_changes(found).found] == ["scale"]
+
+
+IRON_NOW = {
+    "soft_iron": {"matrix": [[0.012, -0.004, 0.006], [0.003, -0.009, 0.002], [-0.005, 0.007, 0.004]]},
+    "hard_iron": {"offset_nT": [51.0, -32.0, 18.0]},
+}
+
+
+@pytest.mark.parametrize("colour", [{}, {"flicker_noise": {"density_nT_sqrt_hz": [1.0] * 3}}])
+def test_of_an_iron_that_changed_whole_both_parts_are_found(colour: dict[str, Any]) -> None:
+    """The offset is a hundredth of the matrix's nats and less; neither is the other's form, for both are linear."""
+    found = {one.name: one for one in iron_changes(select(problem(hidden=IRON_NOW | colour))).found}
+    assert set(found) == {"soft_iron", "hard_iron"}
+    assert found["hard_iron"].evidence.gain < 0.02 * found["soft_iron"].evidence.gain
+
+
+def test_an_iron_that_changed_whole_is_told_as_it_is() -> None:
+    posed = problem(hidden=IRON_NOW)
+    told: dict[str, Any] = {one.name: one.effect for one in names_of(posed, believed(select(posed)), ())}
+    assert told["hard_iron"].offset_nT == pytest.approx(IRON_NOW["hard_iron"]["offset_nT"], abs=1.0)
+    np.testing.assert_allclose(told["soft_iron"].matrix, IRON_NOW["soft_iron"]["matrix"], atol=2e-5)
+
+
+def test_an_iron_that_changed_is_no_drift_that_settles_at_once_and_no_loop_wider_than_the_field() -> None:
+    found = iron_changes(select(problem(hidden=IRON_NOW))).found
+    listed = {name for one in found for name in one.alternatives}
+    assert all(BY_NAME[name].clues.absorbed for name in listed)
+
+
+@pytest.mark.parametrize(
+    ("effect", "nonlinear", "counted"),
+    [
+        ("hard_iron_drift", {"time_constant_s": 0.3}, True),
+        ("hard_iron_drift", {"time_constant_s": 100.0}, False),
+        ("hysteresis", {"threshold_nT": 100_000.0}, True),
+        ("hysteresis", {"threshold_nT": 1000.0}, False),
+        ("temperature_offset", {"lag_s": 0.0}, False),
+    ],
+)
+def test_what_an_effect_is_counted_from_is_no_likeness(effect: str, nonlinear: dict[str, float], counted: bool) -> None:
+    """Of a temperature that hardly changes it is not said: it may be why the iron is another."""
+    given = recording()
+    posed = problem(replace(given, temperature_degC=10 + 0.01 * np.sin(0.01 * given.time_s)))
+    (rival,) = ranked(Ground.of(posed), {effect: [Candidate(BY_NAME[effect], tuple(nonlinear.items()))]}) or [None]
+    assert rival is not None
+    rival = replace(rival, candidate=Candidate(BY_NAME[effect], tuple(nonlinear.items())))
+    assert _by_convention(rival, posed) is counted
 
 
 def test_beside_a_colour_a_change_of_the_iron_needs_what_any_effect_needs_there() -> None:

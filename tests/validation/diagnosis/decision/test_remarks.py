@@ -20,6 +20,7 @@ from validation.diagnosis.decision.remarks import (
     long_climb,
     long_track,
     other_axes,
+    other_iron,
     other_strength,
     turned_axes,
     turned_mount,
@@ -27,7 +28,7 @@ from validation.diagnosis.decision.remarks import (
 from validation.diagnosis.policy import STANDARD
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.pose import pose
-from validation.diagnosis.result import Diagnosis
+from validation.diagnosis.result import Diagnosis, How
 from validation.diagnosis.verdict import Verdict
 from validation.diagnosis.workflow import diagnose
 
@@ -46,6 +47,18 @@ def _flown(far_m: float, up_m: float, structure_nT: float, **changes: Any) -> An
     posed = {"policy": STANDARD, "track": None, "relative": False, "still": False, "has": {"position"}, "state": state}
     problem = SimpleNamespace(**posed | {"recording": SimpleNamespace(channels={})} | changes)
     return SimpleNamespace(problem=problem, gap=gap, verdict=Verdict.UNKNOWN)
+
+
+@pytest.mark.parametrize("attitude", [True, False])
+@pytest.mark.parametrize(("off_nT", "told"), [(1.0, False), (20.0, True)])
+def test_a_model_whose_iron_does_not_fit_is_told_so(off_nT: float, told: bool, attitude: bool) -> None:
+    """In 2 nT of noise; where a name says so it is not said again."""
+    given = recording(hidden={"hard_iron": {"offset_nT": [off_nT, -off_nT, off_nT]}})
+    posed = pose(given if attitude else without_attitude(given), FIELD_ENU_NT, STRENGTH_NT, ())
+    found: Any = SimpleNamespace(problem=posed, named=())
+    assert any("its iron is another" in line for line in other_iron(found)) is told
+    found.named = (SimpleNamespace(how=How.IRON),)
+    assert not list(other_iron(found))
 
 
 @pytest.mark.parametrize(
