@@ -140,7 +140,7 @@ class Hearing:
         elif one.gain <= by_chance.max():
             refusal = "no more than its columns moved in time"
         else:
-            refusal = self._refusal(one, with_it, coloured) or self._refusal_by_wander(one, coloured, needed)
+            refusal = self._refusal(one, with_it, coloured) or self._refusal_by_wander(one, with_it, coloured, needed)
         asked = not (refusal or coloured)
         turned = asked and an_attitude_does_as_well(self.ground, with_it, one.evidence.candidate)
         return Trial(one, inflation, coloured, needed, refusal, turned)
@@ -156,9 +156,14 @@ class Hearing:
             or self._refusal_by_any_course(one, coloured)
         )
 
-    def _refusal_by_wander(self, one: Standing, coloured: bool, needed: float) -> str:
-        """Why it is a part of an error of the attitude."""
-        return WANDERS if coloured and a_wander_does_better(one, self.wander, needed) else ""
+    def _refusal_by_wander(self, one: Standing, with_it: Ground, coloured: bool, needed: float) -> str:
+        """Why it is a part of an error of the attitude; a field of its own is none that stands by what is along it."""
+        if not coloured:
+            return ""
+        source = with_it.problem.sees_across and one.evidence.candidate.effect.clues.source
+        if source and gained_along_the_field(self.ground, with_it) > needed:
+            return ""
+        return WANDERS if a_wander_does_better(one, self.wander, needed) else ""
 
     def _refusal_by_survival(self, one: Evidence, coloured: bool) -> str:
         """Why what the base leaves of it is no cause: fitted to errors, it makes up for those of the attitude."""
