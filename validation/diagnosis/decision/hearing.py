@@ -9,7 +9,11 @@ from functools import cached_property
 from sim.effects import EFFECTS
 from validation.diagnosis.decision.choice import Accepted, Round, are_kin, instead_of, of_one_course, simplest
 from validation.diagnosis.decision.first_look import FirstLook
-from validation.diagnosis.evidence.any_course import a_course_of_the_field_does_better, a_course_of_time_does_better
+from validation.diagnosis.evidence.any_course import (
+    a_course_of_the_field_does_better,
+    a_course_of_the_place_does_better,
+    a_course_of_time_does_better,
+)
 from validation.diagnosis.evidence.compare import Evidence
 from validation.diagnosis.evidence.ground import Ground, IsClean, added_share
 from validation.diagnosis.evidence.judged import TOO_LITTLE, Judged
@@ -33,7 +37,8 @@ DENIED_ALONG = "adds along the field what is not there: an error of the attitude
 OF_MANY_SIZES = "of another size in each part of the run"
 OF_ERRORS = "hardly shown by the motion: what is left of it are the attitude's errors"
 WANDERS = "less than an attitude that wanders"
-BY_ANOTHER = (NOT_ALONG, DENIED_ALONG, OF_MANY_SIZES, WANDERS)
+OF_ATTITUDE = (NOT_ALONG, WANDERS)
+BY_ANOTHER = (*OF_ATTITUDE, DENIED_ALONG, OF_MANY_SIZES)
 """Refusals that may be for what another effect leaves."""
 Next = Callable[[Ground, Evidence], Accepted | None]
 """(ground with an effect in, that one) -> what is found beside it."""
@@ -111,17 +116,19 @@ class Hearing:
         """The same beside an attitude that wanders."""
         return beside_a_wander(self.beside, self.ground.problem)
 
-    def stands_beside_another(self, one: Standing) -> bool:
+    def stands_beside_another(self, one: Standing, refusal: str) -> bool:
         """Whether a candidate stands once the next effect is in, which is found with this one in.
 
         Of two effects the larger may be refused for what the other leaves: neither stands by itself, each beside the
-        other.
+        other. Two of the field are pieces of the course that an attitude's error has, and no witness of each other.
         """
         problem = self.ground.problem
         if self.beyond is None:
             return False
         other = self.beyond(self.ground.beside(one.evidence.candidate.columns(problem)), one.evidence)
         if other is None or other.name == one.evidence.name:
+            return False
+        if refusal in OF_ATTITUDE and _of_the_field(other.evidence) and _of_the_field(one.evidence):
             return False
         ground = self.ground.beside(other.columns(problem))
         hearing = Hearing(ground, Beside.of(problem, ground.inside), self.start, self.is_clean)
@@ -193,8 +200,10 @@ class Hearing:
         """Why it is a part of a slow disturbance."""
         if coloured and a_course_of_time_does_better(one, self.beside, self.ground.problem):
             return "less than any smooth course of time"
-        of_field = coloured and a_course_of_the_field_does_better(one, self.beside, self.ground.problem)
-        return "less than any smooth course of the field" if of_field else ""
+        if coloured and a_course_of_the_field_does_better(one, self.beside, self.ground.problem):
+            return "less than any smooth course of the field"
+        of_place = coloured and a_course_of_the_place_does_better(one, self.beside, self.ground.problem)
+        return "less than a field that changes with the place" if of_place else ""
 
     def _refusal_along_the_field(self, one: Standing, with_it: Ground, coloured: bool) -> str:
         """Why it is an error of the attitude; what leaves nothing need not show along the field, but not deny it."""
@@ -210,6 +219,10 @@ class Hearing:
         return ""
 
 
+def _of_the_field(one: Evidence) -> bool:
+    return one.candidate.effect.stage == "field"
+
+
 def _until_one_stands(hearing: Hearing, tried: Sequence[Standing]) -> list[Trial]:
     """Trials in their order up to the first that stands.
 
@@ -220,7 +233,7 @@ def _until_one_stands(hearing: Hearing, tried: Sequence[Standing]) -> list[Trial
         trial = hearing.of(one)
         first = one is tried[0] or (trial.refusal == WANDERS and all(t.refusal != WANDERS for t in trials))
         doubted = first and trial.refusal in BY_ANOTHER
-        if doubted and hearing.stands_beside_another(one):
+        if doubted and hearing.stands_beside_another(one, trial.refusal):
             trial = replace(trial, refusal="")
         trials.append(trial)
         if not trial.refusal:

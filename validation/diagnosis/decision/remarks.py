@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sim.chain import apply_deterministic
+from sim.effects.place import turn_of
 from sim.state import ALTITUDE, Array
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.problem.place import turn_of
 from validation.diagnosis.problem.strength import turn_rate_rad_s, turns_too_fast
 from validation.diagnosis.result import Diagnosis, How
 from validation.diagnosis.verdict import Verdict

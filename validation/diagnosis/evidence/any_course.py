@@ -39,6 +39,18 @@ def a_course_of_the_field_does_better(one: Standing, beside: Beside, problem: Li
     return _does_better(course, one, beside)
 
 
+def a_course_of_the_place_does_better(one: Standing, beside: Beside, problem: LinearProblem) -> bool:
+    """The same of any field that is linear in the place, of an effect that is a field which changes in time.
+
+    A vehicle that moves on meets the field of places one after the other.
+    """
+    effect = one.evidence.candidate.effect
+    in_time = effect.clues.source and "position" not in effect.needs
+    if problem.mode != "vector" or "position" not in problem.has or not in_time:
+        return False
+    return _does_better(_free(one, beside, _courses_of_the_place(problem)), one, beside)
+
+
 def _free(one: Standing, beside: Beside, courses: Array) -> Standing:
     """Courses (n, q, k) beside a rest of their own, in place of a candidate, without the price of its search."""
     free = replace(one.evidence, candidate=replace(one.evidence.candidate, tried=1))
@@ -73,6 +85,13 @@ def _courses_of_the_field(problem: LinearProblem) -> Array:
     x = _clock(problem)
     axes = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), RegionalField)
     return in_axes(axes, np.column_stack([np.ones(len(x)), powers(x, HIGHEST)]))
+
+
+def _courses_of_the_place(problem: LinearProblem) -> Array:
+    """A constant and the place, from the middle of the way, along east, north and up."""
+    way = problem.state.pos_enu_m - problem.state.pos_enu_m.mean(axis=0)
+    axes = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), RegionalField)
+    return in_axes(axes, np.column_stack([np.ones(len(way)), way / max(float(np.abs(way).max()), 1.0)]))
 
 
 def _clock(problem: LinearProblem) -> Array:

@@ -10,13 +10,13 @@ import numpy as np
 
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
+from sim.effects.place import joined
 from sim.state import Array
 from validation.diagnosis.library.candidates import Candidate, changes_of_iron, proposed
 from validation.diagnosis.library.places import ThinnedPath
 from validation.diagnosis.library.search import between_neighbours
 from validation.diagnosis.problem.blocks import Cut, Sums, fit, squares, sums
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.problem.place import joined
 
 
 @dataclass(frozen=True, eq=False)

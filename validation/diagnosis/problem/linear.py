@@ -15,11 +15,11 @@ from calib.numerics.noise import SECOND, clipped_mean, white_noise_std
 from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.effects.kernels import kernel
+from sim.effects.place import place_in, turn_of
 from sim.state import Array, State
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.neighbours import by_neighbours
-from validation.diagnosis.problem.place import place_in, turn_of
 from validation.diagnosis.problem.track import Track
 
 Mode = Literal["vector", "strength"]

@@ -11,6 +11,7 @@ from scenarios.spec import FieldSpec
 from sim.dataset import Recording
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
+from sim.effects.place import without_iron
 from sim.field import earth_field_enu_nT
 from sim.scenario import Model, Scenario
 from sim.state import Array
@@ -18,7 +19,6 @@ from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.channels import without_their_noise
 from validation.diagnosis.problem.level import Level
 from validation.diagnosis.problem.linear import Instead, LinearProblem
-from validation.diagnosis.problem.place import without_iron
 from validation.diagnosis.problem.relative import recorded_reference, relative_problem
 from validation.diagnosis.problem.repeats import Steady, between_repeats
 from validation.diagnosis.problem.still import at_rest, still_problem

@@ -11,13 +11,13 @@ from scenarios.errors import InputError
 from sim.chain import apply_deterministic
 from sim.dataset import Recording
 from sim.effects.base import Effect
+from sim.effects.place import without_iron
 from sim.rotation import cross
 from sim.scenario import Model
 from sim.state import REFERENCE, Array, State
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.linear import LinearProblem, sample_noise
 from validation.diagnosis.problem.motion import course, measured
-from validation.diagnosis.problem.place import without_iron
 from validation.diagnosis.problem.strength import measured_strength
 
 UNSEEN = frozenset({"attitude", "position"})

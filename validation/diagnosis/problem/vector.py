@@ -9,13 +9,13 @@ import numpy as np
 from sim.chain import apply_deterministic
 from sim.dataset import Recording
 from sim.effects.base import Effect
+from sim.effects.place import turn_of
 from sim.rotation import cross, matrix_from_q, to_body
 from sim.state import Array, State
 from validation.diagnosis.policy import Policy
 from validation.diagnosis.problem.held import held, noise_of_neighbours
 from validation.diagnosis.problem.linear import LinearProblem
 from validation.diagnosis.problem.motion import course, measured, quieter_rate
-from validation.diagnosis.problem.place import turn_of
 from validation.diagnosis.problem.track import Track
 
 FIELD_ERROR, DELAY_S = 0.02, 0.1

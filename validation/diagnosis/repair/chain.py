@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
 from sim.effects.iron import HardIron, SoftIron
+from sim.effects.place import joined
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.problem.place import joined
 
 
 def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:

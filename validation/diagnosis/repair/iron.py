@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from scenarios.errors import InputError
 from sim.effects.base import Effect
+from sim.effects.place import joined
 from sim.state import Array
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.problem.place import joined
 from validation.diagnosis.problem.strength import strength_problem
 from validation.diagnosis.problem.vector import carried, robust_fit
 from validation.diagnosis.repair.chain import fitted_iron, predict

@@ -11,13 +11,13 @@ from scenarios.spec import FieldSpec
 from sim.effects import Effects, as_tables
 from sim.effects.base import Effect
 from sim.effects.noise import WhiteNoise
+from sim.effects.place import joined
 from sim.scenario import Model, ModelSpec, Scenario
 from sim.simulate import channels_of
 from sim.state import HEIGHT, MOTION, State
 from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.problem.place import joined
 from validation.diagnosis.repair.chain import fitted_iron
 from validation.diagnosis.repair.iron import beside
 from validation.diagnosis.result import Named

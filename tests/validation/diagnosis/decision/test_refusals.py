@@ -56,7 +56,7 @@ def _standing(effect: type[Effect] = RegionalField, gain: float = 100.0) -> Stan
 
 def _ground(squares: float = GAP, **problem: Any) -> Any:
     posed = {"policy": STANDARD, "turns": True, "sees_across": True, "level": None, "target": np.zeros((0, 3))}
-    ground = SimpleNamespace(problem=SimpleNamespace(**posed | problem), squares=squares)
+    ground = SimpleNamespace(problem=SimpleNamespace(**posed | problem), squares=squares, inside=())
     ground.beside = lambda columns: ground
     return ground
 
@@ -92,9 +92,10 @@ def test_beside_colour_an_effect_explains_enough_of_the_gap(share: float, colour
 
 @pytest.mark.parametrize("coloured", [True, False])
 def test_a_course_of_time_is_asked_beside_colour_alone(coloured: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    for course in ("a_course_of_time_does_better", "a_course_of_the_field_does_better"):
-        monkeypatch.setattr(hearing, "a_course_of_time_does_better", lambda *_: False)
-        monkeypatch.setattr(hearing, course, lambda *_: True)
+    courses = [f"a_course_of_{of}_does_better" for of in ("time", "the_field", "the_place")]
+    for course in courses:
+        for one in courses:
+            monkeypatch.setattr(hearing, one, lambda *_, says=one == course: says)
         assert bool(_hearing()._refusal_by_any_course(_standing(), coloured)) is coloured
 
 
@@ -288,7 +289,8 @@ def test_where_an_error_of_the_attitude_does_as_well_it_is_a_look_alike(monkeypa
 def test_the_strongest_alone_is_asked_beside_another() -> None:
     asked: list[Standing] = []
     refusing: Any = SimpleNamespace(
-        of=lambda one: Trial(one, 1.0, True, 0.0, NOT_ALONG), stands_beside_another=lambda one: asked.append(one)
+        of=lambda one: Trial(one, 1.0, True, 0.0, NOT_ALONG),
+        stands_beside_another=lambda one, refusal: asked.append(one),
     )
     tried = [_standing(), _standing(MotorCurrent)]
     trials = _until_one_stands(refusing, tried)
@@ -302,7 +304,8 @@ def test_the_strongest_that_a_wander_does_better_than_is_tried_beside_another() 
     tried = [_standing(), _standing(MotorCurrent), _standing(SoftIron)]
     says = dict(zip(map(id, tried), ("less", WANDERS, WANDERS), strict=True))
     refusing: Any = SimpleNamespace(
-        of=lambda one: Trial(one, 1.0, True, 0.0, says[id(one)]), stands_beside_another=lambda one: asked.append(one)
+        of=lambda one: Trial(one, 1.0, True, 0.0, says[id(one)]),
+        stands_beside_another=lambda one, refusal: asked.append(one),
     )
     assert _chosen(_until_one_stands(refusing, tried), tried, BESIDE, []) is None
     assert asked == tried[1:2]
@@ -311,4 +314,25 @@ def test_the_strongest_that_a_wander_does_better_than_is_tried_beside_another() 
 def test_the_same_effect_again_is_no_other_beside_which_one_stands(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Candidate, "columns", lambda *_: None)
     again = replace(_hearing(), beyond=lambda ground, one: Accepted(one, ()))
-    assert not again.stands_beside_another(_standing())
+    assert not again.stands_beside_another(_standing(), OF_MANY_SIZES)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "refusal", "asked"),
+    [
+        (RegionalField, FieldGradient, WANDERS, False),
+        (FieldGradient, RegionalField, NOT_ALONG, False),
+        (RegionalField, FieldGradient, OF_MANY_SIZES, True),
+        (RegionalField, MotorCurrent, WANDERS, True),
+        (MotorCurrent, RegionalField, WANDERS, True),
+    ],
+)
+def test_two_of_the_field_are_no_witness_of_each_other_against_an_error_of_the_attitude(
+    one: type[Effect], other: type[Effect], refusal: str, asked: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are pieces of its course; where one may be asked beside the other it is found to stand here."""
+    monkeypatch.setattr(Candidate, "columns", lambda *_: None)
+    monkeypatch.setattr(hearing.Beside, "of", lambda *_: SimpleNamespace(standing=lambda *_: None))
+    monkeypatch.setattr(Hearing, "of", lambda *_: SimpleNamespace(refusal=""))
+    heard = replace(_hearing(), beyond=lambda ground, _: Accepted(_evidence(other), ()))
+    assert heard.stands_beside_another(_standing(one), refusal) is asked

@@ -11,7 +11,11 @@ import pytest
 from sim.effects import EFFECTS
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import problem, recording
-from validation.diagnosis.evidence.any_course import a_course_of_the_field_does_better, a_course_of_time_does_better
+from validation.diagnosis.evidence.any_course import (
+    a_course_of_the_field_does_better,
+    a_course_of_the_place_does_better,
+    a_course_of_time_does_better,
+)
 from validation.diagnosis.evidence.compare import judge
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.evidence.standing import Beside
@@ -64,3 +68,29 @@ def test_a_field_that_changes_is_no_effect_that_follows_it_for_a_part(
 ) -> None:
     """A field of its own is, and what is fast beside it stands."""
     assert _does_better(name, size * EACH_ITS_OWN, hidden, earth=True) is better
+
+
+@pytest.mark.parametrize(
+    ("name", "hidden", "better"),
+    [
+        (
+            "diurnal_drift",
+            {"field_gradient": {"gradient_nT_m": [[0.3, 0.1, 0.2], [0.1, -0.5, 0.1], [0.2, 0.1, 0.2]]}},
+            True,
+        ),
+        ("diurnal_drift", {"diurnal_drift": {"amplitude_enu_nT": [8.0, -5.0, 6.0], "period_s": 400.0}}, False),
+        ("field_gradient", {"diurnal_drift": {"amplitude_enu_nT": [8.0, -5.0, 6.0], "period_s": 400.0}}, False),
+    ],
+)
+def test_a_field_of_places_met_one_after_the_other_is_no_change_in_time(
+    name: str, hidden: dict[str, Any], better: bool
+) -> None:
+    given = recording(hidden=hidden)
+    for posed, asked in ((problem(given), better), (problem(replace(given, pos_enu_m=None)), False)):
+        if name not in proposed(posed):
+            continue
+        evidence = judge(Ground.of(posed), proposed(posed)[name])
+        assert evidence is not None
+        beside = Beside.of(posed, ())
+        standing = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
+        assert a_course_of_the_place_does_better(standing, beside, posed) is asked

@@ -11,8 +11,8 @@ from sim.effects.base import Effect
 from sim.effects.drift import SensorOffset
 from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
 from sim.effects.iron import HardIron, SoftIron
+from sim.effects.place import joined
 from tests.validation.diagnosis.synthetic import problem, recording
-from validation.diagnosis.problem.place import joined
 
 GIVEN = tuple(one(**one.example) for one in (SoftIron, HardIron, Misalignment, NonOrthogonality, Scale, SensorOffset))
 ADDS = [one for one in EFFECTS if one.stage == "vehicle" and one is not HardIron]

@@ -19,12 +19,12 @@ from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.effects.nonlinear import Hysteresis
 from sim.effects.numbers import FreeNumbers
+from sim.effects.place import joined
 from sim.state import Array
 from tests.validation.diagnosis.synthetic import problem, recording, without_attitude
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
-from validation.diagnosis.problem.place import joined
 from validation.diagnosis.repair.chain import fitted_iron, left_as_it_stands, left_with_iron_refitted, predict
 from validation.diagnosis.repair.naming import _as_causes
 from validation.diagnosis.repair.refine import refined, variances, without_open_part
