@@ -390,6 +390,10 @@ class Policy:
     first_line: int = number(2, "first line of the spectrum that counts: below it the mean leaks in", run=TUNED)
     band_alarm: float = number(1e-3, "probability that any band of a noise is as far from its spectrum as it is")
     slow_mean_s: float = number(5.0, "means in which slow errors show beside the noise of a sample")
+    along_share: float = number(
+        0.65, "share that a field of its own explains of what is along the field, from which on no wander makes it",
+        run="independent storms 0.74 to 0.88; a day's change in flicker noise beside an attitude that wanders 0.36",
+    )  # fmt: skip
     least_along_field: float = number(
         0.12, "share of slow power along the field below which it is a turn of the attitude; three equal axes have 1/3"
     )

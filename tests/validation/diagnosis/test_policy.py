@@ -33,7 +33,6 @@ GUARDS = {
     "iron_task.py": {"MOST_STEPS", "SETTLED", "FIRST_DAMPING", "DAMPING_FACTOR", "ROUNDS"},
     "level.py": {"LEAST_LEVEL"},
     "linear.py": {"LEAST_NOISE"},
-    "neighbours.py": {"PLACES", "MOST_WEIGHT", "MOST_SAMPLES"},
     "coefficients.py": {"OPEN"},
     "values.py": {"STEP"},
     "candidates.py": {"HEADROOM"},

@@ -25,6 +25,7 @@ from validation.diagnosis.evidence.standing import (
     gained_along_the_field,
     gains_along_the_field,
     look_alikes,
+    share_along_the_field,
 )
 from validation.diagnosis.evidence.throughout import differs_along_the_run
 from validation.diagnosis.evidence.turning import TURNS, an_attitude_does_as_well
@@ -164,13 +165,16 @@ class Hearing:
         )
 
     def _refusal_by_wander(self, one: Standing, with_it: Ground, coloured: bool, needed: float) -> str:
-        """Why it is a part of an error of the attitude; a field of its own is none that stands by what is along it."""
-        if not coloured:
-            return ""
-        source = with_it.problem.sees_across and one.evidence.candidate.effect.clues.source
-        if source and gained_along_the_field(self.ground, with_it) > needed:
+        """Why it is a part of an error of the attitude; a field of its own is none that explains what is along it."""
+        source = one.evidence.candidate.effect.clues.source and with_it.problem.sees_across
+        if not coloured or (source and self._is_along_the_field(with_it, needed)):
             return ""
         return WANDERS if a_wander_does_better(one, self.wander, needed) else ""
+
+    def _is_along_the_field(self, with_it: Ground, needed: float) -> bool:
+        """Whether what is along the field is explained, by the evidence that is needed: a wander has nothing there."""
+        enough = share_along_the_field(self.ground, with_it) > with_it.problem.policy.along_share
+        return enough and gained_along_the_field(self.ground, with_it) > needed
 
     def _refusal_by_survival(self, one: Evidence, coloured: bool) -> str:
         """Why what the base leaves of it is no cause: fitted to errors, it makes up for those of the attitude."""

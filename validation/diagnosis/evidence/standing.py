@@ -147,6 +147,13 @@ def gained_along_the_field(before: Ground, after: Ground, least: int | None = No
     return float((poorer**2).sum() - (richer**2).sum()) / 2 / max(1.0, loudest)
 
 
+def share_along_the_field(before: Ground, after: Ground) -> float:
+    """Share of what means along the field have beyond white noise that is gone; 0 where they have none."""
+    poorer, richer = (along_the_field(ground) for ground in (before, after))
+    excess = float((poorer**2).sum()) - len(poorer)
+    return 1 - (float((richer**2).sum()) - len(richer)) / excess if excess > 0 else 0.0
+
+
 def _variances_of_means(course: Array, least: int) -> Iterator[float]:
     """Variance of means over 1, 2, 4, ... values of a course, each times their number: white noise's stays the same."""
     length = 1

@@ -17,7 +17,7 @@ from sim.effects.values import SWITCH, Parameter, Window
 from sim.state import Array, State
 from validation.diagnosis.problem.known import seen_by
 from validation.diagnosis.problem.linear import LinearProblem
-from validation.diagnosis.problem.neighbours import as_iron_sees
+from validation.signals.neighbours import as_iron_sees
 
 BY_SAMPLE = frozenset({"time_s", "pos_enu_m", "R_wb", "rate_rad_s", "field_nT", "field_rate_nT_s"})
 """What a state holds of every sample, beside its channels."""

@@ -19,8 +19,8 @@ from sim.effects.place import place_in, turn_of
 from sim.state import Array, State
 from validation.diagnosis.policy import STANDARD, Policy
 from validation.diagnosis.problem.level import Level
-from validation.diagnosis.problem.neighbours import by_neighbours
 from validation.diagnosis.problem.track import Track
+from validation.signals.neighbours import by_neighbours
 
 Mode = Literal["vector", "strength"]
 LEAST_NOISE = 1e-6

@@ -109,21 +109,23 @@ def test_a_wander_of_the_attitude_is_asked_beside_colour_alone(coloured: bool, m
 
 
 @pytest.mark.parametrize(
-    ("effect", "along", "sees", "refused"),
+    ("effect", "along", "share", "sees", "refused"),
     [
-        (FieldGradient, 7.5, True, False),
-        (FieldGradient, 6.5, True, True),
-        (FieldGradient, 7.5, False, True),
-        (MotorCurrent, 7.5, True, True),
+        (FieldGradient, 7.5, 0.7, True, False),
+        (FieldGradient, 6.5, 0.7, True, True),
+        (FieldGradient, 7.5, 0.6, True, True),
+        (FieldGradient, 7.5, 0.7, False, True),
+        (MotorCurrent, 7.5, 0.7, True, True),
     ],
 )
 def test_a_field_of_its_own_that_stands_along_the_field_is_no_wander_of_the_attitude(
-    effect: type[Effect], along: float, sees: bool, refused: bool, monkeypatch: pytest.MonkeyPatch
+    effect: type[Effect], along: float, share: float, sees: bool, refused: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By the evidence that is needed, for there an error of the attitude has nothing."""
+    """By the evidence that is needed and most of what is there, for an error of the attitude has nothing there."""
     monkeypatch.setattr(hearing, "beside_a_wander", lambda *_: BESIDE)
     monkeypatch.setattr(hearing, "a_wander_does_better", lambda *_: True)
     monkeypatch.setattr(hearing, "gained_along_the_field", lambda *_: along)
+    monkeypatch.setattr(hearing, "share_along_the_field", lambda *_: share)
     ground = _ground(sees_across=sees)
     assert bool(_hearing(ground)._refusal_by_wander(_standing(effect), ground, True, 7.0)) is refused
 

@@ -25,6 +25,7 @@ from validation.diagnosis.evidence.standing import (
     gains_along_the_field,
     look_alikes,
     moved_in_time,
+    share_along_the_field,
 )
 from validation.diagnosis.library.candidates import Candidate
 from validation.diagnosis.policy import STANDARD
@@ -241,3 +242,13 @@ def test_look_alikes_are_near_and_of_no_use_beside_the_best(gain: float, share: 
     best, other = SimpleNamespace(gain=100.0), SimpleNamespace(gain=gain)
     beside: Any = SimpleNamespace(left_of=lambda *_: left, rows=SimpleNamespace(policy=STANDARD))
     assert bool(look_alikes(best, [other], beside, 5.0, share)) is near  # type: ignore[arg-type,list-item]
+
+
+@pytest.mark.parametrize(("before", "after", "share"), [(5.0, 2.0, 0.75), (5.0, 1.0, 1.0), (0.9, 0.8, 0.0)])
+def test_the_share_along_the_field_is_of_what_exceeds_white_noise(
+    before: float, after: float, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of mean squares before and after, in the noise's units."""
+    monkeypatch.setattr(standing, "along_the_field", lambda square: np.full(9, np.sqrt(square)))
+    either: Any = (before, after)
+    assert share_along_the_field(*either) == pytest.approx(share)

@@ -14,7 +14,7 @@ from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, problem, recordin
 from validation.diagnosis.evidence.compare import judged_at
 from validation.diagnosis.evidence.ground import Ground
 from validation.diagnosis.library.candidates import proposed
-from validation.diagnosis.problem.neighbours import as_iron_sees, by_neighbours
+from validation.signals.neighbours import as_iron_sees, by_neighbours
 
 LOOP = next(one for one in EFFECTS if one.continuous and not one.clues.memory)
 FAR = np.full(3, np.inf)
