@@ -20,5 +20,5 @@ def straightened(effect: Effect, along: State) -> Effect:
     bent = effect.contribution(along, along.field_nT, np.random.default_rng(0), {})
     columns = type(effect).basis(along, along.field_nT, (PLAIN,), **others)
     A = (columns - columns.mean(axis=0)).reshape(bent.size, -1)
-    slope = np.linalg.lstsq(A, (bent - bent.mean(axis=0)).ravel(), rcond=None)[0]
+    slope = np.linalg.lstsq(A, bent.ravel(), rcond=None)[0]
     return type(effect).combine(slope, (PLAIN,), **others)

@@ -52,23 +52,25 @@ def follow_the_height(found: Diagnosis) -> Iterator[str]:
 
 
 def try_an_actuator(found: Diagnosis) -> Iterator[str]:
-    """A recorded channel that the gap goes with may be what drives it; a place drives nothing."""
-    recording = found.problem.recording
-    untried = set(recording.channels) - set(as_currents(recording)) - {LATITUDE, LONGITUDE, ALTITUDE}
-    goes_with = [one.channel for one in found.where[:TRIED_CHANNELS] if one.channel in untried]
+    """A recorded channel that the gap goes with may be what drives it."""
+    goes_with = [one.channel for one in found.where[:TRIED_CHANNELS] if one.channel in _untried(found)]
     if goes_with and not found.verdict.explained and not curves_of(found):
         options = " ".join(f"--actuator {name}" for name in goes_with)
         yield f"The gap goes with {' and '.join(goes_with)}: try {options}."
 
 
+def _untried(found: Diagnosis) -> set[str]:
+    """Recorded channels that are not treated like motor currents; a place drives nothing."""
+    recording = found.problem.recording
+    return set(recording.channels) - set(as_currents(recording)) - {LATITUDE, LONGITUDE, ALTITUDE}
+
+
 def seek_the_mechanism(found: Diagnosis) -> Iterator[str]:
     """A curve names a channel; what it drives is for people to find, or to say where it commands a current."""
-    recording = found.problem.recording
-    followed = [channel for one in curves_of(found) if (channel := one.effect.causes[-1]) in recording.channels]
-    commands = [channel for channel in followed if channel not in as_currents(recording)]
-    if commands:
-        options = " ".join(f"--actuator {channel}" for channel in commands)
-        yield f"Where {' or '.join(commands)} commands a current or a coil, say so, and it is named: {options}."
+    untried = [channel for one in curves_of(found) if (channel := one.effect.causes[-1]) in _untried(found)]
+    if untried:
+        options = " ".join(f"--actuator {channel}" for channel in untried)
+        yield f"Where {' or '.join(untried)} commands a current or a coil, say so: {options}. It can then be named."
     for one in curves_of(found):
         channel, clues = one.effect.causes[-1], one.effect.clues
         rivals = f" A curve of {' or '.join(one.rivals)} does nearly as well." if one.rivals else ""
@@ -146,7 +148,7 @@ def log_what_turns(found: Diagnosis) -> Iterator[str]:
     if found.rise is not None and not _rise_turns_the_field(found):
         yield (
             f"There is {found.rise.words}, and a sensor's noise does not rise with frequency: a wheel, a propeller or "
-            "a pump gives a tone that sweeps with its speed. Switch it off for a run, or log its speed if it is not."
+            "a pump gives a tone that sweeps with its speed. Switch it off for a run, or add its speed to the log."
         )
 
 

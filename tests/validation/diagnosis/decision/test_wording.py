@@ -64,7 +64,7 @@ def test_of_several_motors_the_sentence_says_whose_gain_it_tells() -> None:
     rods = {"current_1_A": "rod_x", "current_2_A": "rod_y"}
     assert words_of(both, "", rods).startswith(f"{DRIVEN.name} of rod_x, rod_y: {DRIVEN.linear[0]} of rod_y (5, 0, 0)")
     alone = replace(FOUND, effect=two)
-    assert words_of(alone, "", rods).startswith(f"{DRIVEN.name} of rod_y: {DRIVEN.linear[0]} (5, 0, 0)")
+    assert words_of(alone, "", rods).startswith(f"{DRIVEN.name} of rod_y: {DRIVEN.linear[0]} (5, 0, 0) nT a unit, ")
 
 
 def test_of_a_bent_line_the_sentence_tells_the_slope_over_what_was_seen() -> None:

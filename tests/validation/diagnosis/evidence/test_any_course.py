@@ -79,6 +79,11 @@ def test_a_field_that_changes_is_no_effect_that_follows_it_for_a_part(
             True,
         ),
         ("diurnal_drift", {"diurnal_drift": {"amplitude_enu_nT": [8.0, -5.0, 6.0], "period_s": 400.0}}, False),
+        (
+            "regional_field",
+            {"field_gradient": {"gradient_nT_m": [[0.3, 0.1, 0.2], [0.1, -0.5, 0.1], [0.2, 0.1, 0.2]]}},
+            False,
+        ),
         ("field_gradient", {"diurnal_drift": {"amplitude_enu_nT": [8.0, -5.0, 6.0], "period_s": 400.0}}, False),
     ],
 )
