@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 WHOLE = "magbench"
-PARTS = ("scenarios", "sim", "calib", "validation")
+PARTS = ("scenarios", "recordings", "sim", "calib", "validation", "diagnosis", "reports", "papers")
 EDITABLE = "build/editable"
 """Where an editable installation keeps the nested package, below the repository's root."""
 

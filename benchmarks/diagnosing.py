@@ -16,7 +16,7 @@ from pathlib import Path
 from benchmarks.diagnosis.wide.courses import circling
 from benchmarks.diagnosis.wide.making import hidden_along
 from benchmarks.measure import Row, cpu_s
-from validation.diagnosis.workflow import diagnose
+from diagnosis.workflow import diagnose
 
 HIDDEN, STRENGTH = "motor_current", 0.5
 MINUTES, HOURS = (1200.0, 1), (36_000.0, 5)

@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 import calib
 from benchmarks.measure import Row
 from calib import Calibration, Reference
-from sim.dataset import Recording
+from recordings import Recording
 from sim.scenario import load
 from validation.calibrating.candidates import Candidate, candidates
-from validation.calibrating.fitted import Fitted, timed
+from validation.calibrating.fit import Fitted, timed
 from validation.comparison.design import Design
 from validation.comparison.engine import Engine, Processes, run_trials
 from validation.comparison.table import Table
-from validation.gates.planning import Plan, planned
+from validation.gates.budget import Plan, planned
 from validation.gates.power import verdict_probabilities
 from validation.gates.sequential import Decision, decide
 from validation.gates.spec import FALSE_FAIL_RATE, Gate
-from validation.signals.size import rms
+from validation.signals.amplitude import rms
 
 Array = NDArray[np.float64]
 SCENARIO, CUT, SOUND = "tumble", "phases.0.duration_s=40", "vector_least_squares"

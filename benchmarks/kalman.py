@@ -8,7 +8,7 @@ from filterpy.kalman import KalmanFilter
 from benchmarks.measure import Call, Row, paired_ratio
 from calib import CALIBRATORS, Reference
 from calib.models.vector import VectorData
-from sim.dataset import Recording
+from recordings import Recording
 
 MOST_RATIO = 1.0
 FIELD_ENU_NT = (-1940.0, 31916.0, -41285.0)

@@ -19,7 +19,7 @@ from calib.methods.ga import Ga
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
 from calib.search.population import Population
-from sim.dataset import Recording
+from recordings import Recording
 
 MOST_COST = 1.5
 MOST_OF_PEER = 1.0

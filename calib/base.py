@@ -11,13 +11,13 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.judgement import Extents, extents, flat_status, own_reference, planar, residual_of, unsupported, widened
+from calib.acceptance import Extents, extents, flat_status, own_reference, planar, residual_of, unsupported, widened
 from calib.numerics.rates import world_to_body
 from calib.observability import motion_status
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import NotNegative, check
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 CONSTANT_FRACTION = 1e-9
@@ -57,7 +57,7 @@ class Calibrator(ABC):
     estimates decides what no method can do better.
 
     The base sees to the rest: what the recording must have, that the motion shows what the method fits, that the
-    computation did not break down, and that the answer bears out an "ok" (`calib.judgement`). A parameter
+    computation did not break down, and that the answer bears out an "ok" (`calib.acceptance`). A parameter
     `noise_std_nT`, the noise of a measured component, lets it tell motion from noise. `attitude_std_rad`: the
     attitude's own error; where the attitude is used, motion smaller than five times it is no excitation.
     """

@@ -14,8 +14,8 @@ from calib.base import NEEDS, Calibrator, read_only, unusable
 from calib.reference import Reference
 from calib.result import Calibration
 from calib.serial import from_json, to_dict
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
 
 Function = Callable[[Recording, Reference], object]
 Outside = Calibrator | Function

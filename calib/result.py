@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from calib.numerics.points import cross_matrices, mapped
 from calib.numerics.rates import body_rate, smoothed_derivative
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
 
 Array = NDArray[np.float64]
 Kind = Literal["ok", "not_converged", "unobservable", "not_applicable"]

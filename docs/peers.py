@@ -12,7 +12,7 @@ import shlex
 import tempfile
 from pathlib import Path
 
-from validation.scoring.meaning import MEANINGS
+from validation.scoring.definitions import MEANINGS
 from validation.text import figure
 
 PAGE = Path(__file__).parent / "peers.md"

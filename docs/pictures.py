@@ -28,10 +28,10 @@ from matplotlib.figure import Figure as MplFigure
 from PIL import Image
 from rerun.experimental import ViewerClient
 
-from sim.dataset import read_run
+from recordings import read_run
+from reports.outputs.run import run_scenario
+from reports.plots.style import STYLE
 from sim.scenario import load
-from validation.outputs.run import run_scenario
-from validation.views.plots.style import STYLE
 
 PICTURES = Path(__file__).parent / "pictures"
 WIDTH_PX, COLOURS, MOST_BYTES = 1400, 256, 200_000

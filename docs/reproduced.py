@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from validation.reproduce.zhang2018.trials import DRIFT_NT_H, DRIFTS, FITS, drift_trial
+from papers.zhang2018.trials import DRIFT_NT_H, DRIFTS, FITS, drift_trial
 
 SEEDS = 50
 """As many as `magbench reproduce` takes, of whose medians the page speaks."""

@@ -27,19 +27,19 @@ from matplotlib.figure import Figure as MplFigure
 from matplotlib.patches import Rectangle
 
 from calib import CALIBRATORS
-from sim.dataset import read_run
+from recordings import read_run
+from reports.outputs.run import judge
+from reports.plots.effects import draw_effect_sizes, draw_effects
+from reports.plots.field import draw_norm, draw_residuals, draw_sphere
+from reports.plots.inspection import draw_coverage
+from reports.plots.motion import draw_path, draw_vehicle
+from reports.plots.style import STYLE
 from sim.effects import EFFECTS
 from sim.generate import generate
 from sim.scenario import Scenario, load
 from sim.vehicles import VEHICLES
 from validation.inspection.inspection import inspect_file
-from validation.outputs.run import judge
 from validation.scoring.outcome import Outcome
-from validation.views.plots.effects import draw_effect_sizes, draw_effects
-from validation.views.plots.field import draw_norm, draw_residuals, draw_sphere
-from validation.views.plots.inspection import draw_coverage
-from validation.views.plots.motion import draw_path, draw_vehicle
-from validation.views.plots.style import STYLE
 
 FILE = Path(__file__).parent / "generated.json"
 TOLERANCE = 0.01

@@ -17,18 +17,18 @@ import tracked
 from pydantic import BaseModel
 
 from calib import CALIBRATORS, Calibrator
+from diagnosis.verdict import Verdict
+from recordings.units import UNITS
 from scenarios.load import catalogue
 from scenarios.paths import PHASES
 from scenarios.spec import FieldSpec, NavigationSpec, SamplingSpec, ThermalSpec
 from scenarios.varied import Vary
-from sim.dataset.units import UNITS
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.values import Parameter
 from sim.scenario import SensorSpec, load
 from sim.vehicles import VEHICLES, able
-from validation.diagnosis.verdict import Verdict
-from validation.scoring.meaning import MEANINGS
+from validation.scoring.definitions import MEANINGS
 from validation.text import symbol
 
 DOCS = Path(__file__).parent

@@ -9,11 +9,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from scenarios.paths import Ability
+from scenarios.seeds import stream
 from sim.motion import Motion, drive
 from sim.scenario import Scenario, load
-from sim.streams import stream
 from sim.vehicles import VEHICLES
-from validation.signals.conventions import euler_deg
+from validation.signals.quaternion_conventions import euler_deg
 
 SCENARIOS = (
     *("auv-spiral", "auv-spiral-excited", "auv-comb"),

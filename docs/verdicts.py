@@ -19,12 +19,12 @@ from typing import Any
 import shown
 from matplotlib.figure import Figure
 
+from diagnosis.repair.model_diff import model_diff
+from diagnosis.result import Diagnosis
+from diagnosis.single import diagnose_file
 from magbench.cli import main
-from validation.diagnosis.repair.changes import model_diff
-from validation.diagnosis.result import Diagnosis
-from validation.together.single import diagnose_file
-from validation.views.plots.diagnosis import draw_channel, draw_gap, draw_ranking, draw_spectrum
-from validation.views.words.diagnosis import headline
+from reports.plots.diagnosis import draw_channel, draw_gap, draw_ranking, draw_spectrum
+from reports.words.diagnosis import headline
 
 PAGE = Path(__file__).parent / "verdicts.md"
 WIDTH, MOST_DIFF_LINES = 100, 20

@@ -18,21 +18,21 @@ if not os.path.isdir(os.path.join(os.path.dirname(__file__), "sim")):  # not ins
 
     join()
 
-from magbench.face import apply, calibrate, diagnose, inspect, register, run, simulate
-from magbench.possible import bound, plan, worth
+from magbench.api import apply, calibrate, diagnose, inspect, register, run, simulate
+from magbench.api_bounds import bound, plan, worth
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:
     from calib.base import Calibrator
     from calib.reference import Reference
     from calib.result import Calibration, Status
+    from diagnosis.result import Diagnosis
+    from recordings import Recording, Truth, read_recording, read_run
+    from reports.outputs.run import run_scenario
     from scenarios.load import catalogue
-    from sim.dataset import Recording, Truth, read_recording, read_run
     from sim.generate import generate
     from sim.scenario import Scenario, load
-    from validation.diagnosis.result import Diagnosis
     from validation.inspection.inspection import Inspection
-    from validation.outputs.run import run_scenario
     from validation.scoring.outcome import Outcome
 
 __version__ = "0.1.0"
@@ -70,20 +70,20 @@ if not TYPE_CHECKING:  # type checkers read the imports above
     _LATER = {
         "Calibration": "magbench.calib.result",
         "Calibrator": "magbench.calib.base",
-        "Diagnosis": "magbench.validation.diagnosis.result",
+        "Diagnosis": "magbench.diagnosis.result",
         "Inspection": "magbench.validation.inspection.inspection",
         "Outcome": "magbench.validation.scoring.outcome",
-        "Recording": "magbench.sim.dataset",
+        "Recording": "magbench.recordings",
         "Reference": "magbench.calib.reference",
         "Scenario": "magbench.sim.scenario",
         "Status": "magbench.calib.result",
-        "Truth": "magbench.sim.dataset",
+        "Truth": "magbench.recordings",
         "catalogue": "magbench.scenarios.load",
         "generate": "magbench.sim.generate",
         "load": "magbench.sim.scenario",
-        "read_recording": "magbench.sim.dataset",
-        "read_run": "magbench.sim.dataset",
-        "run_scenario": "magbench.validation.outputs.run",
+        "read_recording": "magbench.recordings",
+        "read_run": "magbench.recordings",
+        "run_scenario": "magbench.reports.outputs.run",
     }
 
     def __getattr__(name):

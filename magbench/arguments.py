@@ -24,8 +24,8 @@ def calibrator_names() -> list[str]:
 
 
 def paper_keys() -> list[str]:
-    """Every paper that is reproduced: a folder of its key in validation/reproduce."""
-    return sorted(path.parent.name for path in (ROOT / "validation" / "reproduce").glob("*/paper.py"))
+    """Every paper that is reproduced: a folder of its key in papers."""
+    return sorted(path.parent.name for path in (ROOT / "papers").glob("*/paper.py"))
 
 
 def known_scenario(name: str | None) -> str | None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from calib.reference import Reference
-    from sim.dataset import Recording
+    from recordings import Recording
     from sim.scenario import Scenario
 
 OPTION = re.compile(r"--([a-zA-Z][\w-]*)")
@@ -42,8 +42,8 @@ def recording_from(
     data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = (), run: int = 0
 ) -> Recording:
     """A Recording as it is, a file read, an array or data frame taken in; InputError for anything else."""
-    from sim.dataset import Recording, read_recording
-    from sim.dataset.memory import recording_in_memory
+    from recordings import Recording, read_recording
+    from recordings.memory import recording_in_memory
 
     if isinstance(data, Recording):
         _check_shape(data)
@@ -64,7 +64,7 @@ def reference_from(
     data: object, run: int, field_strength_nT: float | None, field_enu_nT: Sequence[float] | None
 ) -> Reference:
     """The stated reference, else the field that a simulated run's file names; InputError for none."""
-    from sim.dataset.manifest import file_of
+    from recordings.manifest import file_of
     from validation.calibrating.fitting import reference_of, stated_reference
 
     strength = None if field_strength_nT is None else _number("field_strength_nT", field_strength_nT)

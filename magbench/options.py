@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from magbench.arguments import complete_calibrators, complete_scenario, known_calibrators, known_scenario, present
-from validation.calibrating.children import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S
+from validation.calibrating.processes import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S
 
 ScenarioName = Annotated[
     str,

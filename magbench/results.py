@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from calib.reference import Reference
 from calib.result import Calibration
-from sim.dataset import Recording
-from validation.diagnosis.result import Diagnosis
+from diagnosis.result import Diagnosis
+from recordings import Recording
+from reports.plots.diagnosis import draw_gap
+from reports.plots.field import draw_clouds, draw_sphere
+from reports.plots.inspection import draw_coverage
+from reports.plots.style import Figure, encoded
+from reports.words.diagnosis import parameter_rows
+from reports.words.inspection import rows
 from validation.inspection.inspection import Inspection
 from validation.scoring.outcome import Outcome
-from validation.views.plots.diagnosis import draw_gap
-from validation.views.plots.field import draw_clouds, draw_sphere
-from validation.views.plots.inspection import draw_coverage
-from validation.views.plots.style import Figure, encoded
-from validation.views.words.diagnosis import parameter_rows
-from validation.views.words.inspection import rows
 
 
 class Shown(ABC):

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from calib.result import Calibration
+from diagnosis.repair.model_diff import lines_of_diff, model_diff
+from diagnosis.result import Diagnosis
+from diagnosis.several.result import Together
 from magbench.console import show_table, show_text
-from validation.comparison.answer import without_correction
-from validation.diagnosis.repair.changes import lines_of_diff, model_diff
-from validation.diagnosis.result import Diagnosis
-from validation.scoring.meaning import MEANINGS
+from reports.pages.comparison import Comparison, title_of
+from reports.words.diagnosis import PART_HEADS, gap_rows, parameter_rows, part_rows
+from reports.words.diagnosis import headline as diagnosis_headline
+from reports.words.outcome import headline
+from reports.words.together import agreement_line, gap_rows_together, value_rows
+from reports.words.together import headline as together_headline
+from validation.comparison.ranking import without_correction
+from validation.scoring.definitions import MEANINGS
 from validation.scoring.outcome import Outcome
 from validation.text import short, symbol
-from validation.together.result import Together
-from validation.views.pages.comparison import Comparison, title_of
-from validation.views.words.diagnosis import PART_HEADS, gap_rows, parameter_rows, part_rows
-from validation.views.words.diagnosis import headline as diagnosis_headline
-from validation.views.words.outcome import headline
-from validation.views.words.together import agreement_line, gap_rows_together, value_rows
-from validation.views.words.together import headline as together_headline
 
 COLUMNS = (
     "holdout_level_component_rms",

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from calib.base import Calibrator
     from calib.outside import Function
     from sim.scenario import Scenario
-    from validation.gates.course import Outcome
+    from validation.gates.progress import Outcome
 
     Calibrating: TypeAlias = str | Calibrator | type[Calibrator] | Function
     """A name, module:object, a command with {recording} and {result}, a Calibrator or its class, or a function."""
@@ -77,7 +77,7 @@ def assert_accuracy(
     Raises AssertionError; unittest.SkipTest, which pytest knows too; InputError for wrong use.
     """
     __tracebackhide__ = True
-    from validation.gates.alone import decide_alone
+    from validation.gates.single import decide_alone
 
     skip = _skips(inconclusive)
     limits = {"limit": limit, "ratio": ratio, "baseline": baseline and str(baseline), "margin": margin}
@@ -112,7 +112,7 @@ def _raise(outcome: Outcome, skip: bool) -> None:
     __tracebackhide__ = True
     from unittest import SkipTest
 
-    from validation.views.words.gates import advice, seen, sentence
+    from reports.words.gates import advice, seen, sentence
 
     told = (f"{outcome.plan.gate.name}: {outcome.verdict}: {sentence(outcome)}", seen(outcome), advice(outcome))
     message = "\n".join(told)

@@ -7,8 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from reports.viewer import viewer_program
 from scenarios.errors import InputError
-from validation.views.recording import viewer_program
 
 
 def view(file: Path, *, web: bool = False) -> None:

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
+from recordings.columns import RUN, Column, schema
+from recordings.files import locked_directory, remove_leftovers
+from recordings.manifest import Manifest, folders, run_path
+from recordings.metadata import RunFile, run_file
+from recordings.resume import finish_dataset, open_dataset_for_writing
+from recordings.split import Split, split_from
+from recordings.writer import RunWriter
 from scenarios.toml import as_dict
-from sim.dataset.columns import RUN, Column, schema
-from sim.dataset.files import locked_directory, remove_leftovers
-from sim.dataset.manifest import Manifest, folders, run_path
-from sim.dataset.metadata import RunFile, run_file
-from sim.dataset.resume import finish_dataset, open_dataset_for_writing
-from sim.dataset.split import Split, split_from
-from sim.dataset.writer import RunWriter
 from sim.motion import Motion
 from sim.pool import in_process, map_unordered
 from sim.scenario import Scenario
@@ -53,7 +53,7 @@ def generate(
     """Write OUT/dataset.json and OUT/run-00000.parquet ...; runs that are whole and as listed already are kept.
 
     split : such as "80/10/10", shares of training, validation and test; the runs are then in OUT/data/train/ ..., each
-        row with the number of its run, and OUT holds what `sim.dataset.description` writes.
+        row with the number of its run, and OUT holds what `recordings.description` writes.
 
     The bytes depend on the scenario, the seed and the run alone, never on `jobs`. Returns the manifest. Raises
     InputError for a bad scenario or split, for an OUT that holds another dataset or that another process writes to, and

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from recordings.files import canonical_json
 from scenarios.toml import as_dict
-from sim.dataset.files import canonical_json
 from sim.motion import Motion
 from sim.simulate import Plan, flown
 from sim.vehicles import vehicle_for

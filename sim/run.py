@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.dataset.assemble import recording_of, truth_of
-from sim.dataset.checks import sound, whole_truth
-from sim.dataset.files import canonical_json
-from sim.dataset.importer import RawColumns
-from sim.dataset.metadata import Parameters
-from sim.dataset.recording import Recording, Truth
+from recordings.assemble import recording_of, truth_of
+from recordings.checks import sound, whole_truth
+from recordings.files import canonical_json
+from recordings.importer import RawColumns
+from recordings.metadata import Parameters
+from recordings.recording import Recording, Truth
 from sim.motion import Motion
 from sim.simulate import Plan, blocks
 
@@ -21,7 +21,7 @@ CALLED = Path("simulated run")
 
 
 def run_in_memory(plan: Plan, motions: Iterable[Motion] | None = None) -> tuple[Recording, Truth]:
-    """The run as `sim.dataset.read_run` gives it from the file that `sim.generate` writes, equal to the bit.
+    """The run as `recordings.read_run` gives it from the file that `sim.generate` writes, equal to the bit.
 
     motions : the run's true motion where it is known already. Raises InputError where the vehicle cannot do the motion.
     """

@@ -10,12 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.errors import InputError
-from scenarios.toml import as_dict
-from scenarios.vary import apply_vary, values_at
-from sim import effects as effect_table
-from sim.chain import Chain, continuous_part
-from sim.dataset.columns import (
+from recordings.columns import (
     ACCEL,
     ATTITUDE,
     GYRO,
@@ -28,7 +23,13 @@ from sim.dataset.columns import (
     effect_names,
     mag_names,
 )
-from sim.dataset.metadata import run_metadata
+from recordings.metadata import run_metadata
+from scenarios.errors import InputError
+from scenarios.seeds import stream
+from scenarios.toml import as_dict
+from scenarios.vary import apply_vary, values_at
+from sim import effects as effect_table
+from sim.chain import Chain, continuous_part
 from sim.effects.base import Effect
 from sim.effects.earth import AttitudeMisalignment
 from sim.field import earth_field_enu_nT
@@ -38,7 +39,6 @@ from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body, to_world
 from sim.scalar import ScalarMagnetometer
 from sim.scenario import Scenario, SensorSpec, equipped
 from sim.state import HEIGHT, MOTION, SCALAR, TEMPERATURE, Array, State, current_name, currents_of, missing_channel
-from sim.streams import stream
 from sim.thermal import Thermometer
 from sim.vehicles import VEHICLES
 from sim.vehicles.base import STEP_S

@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 
 from tests.conftest import ROOT
 
-ORDER = ("scenarios", "sim", "calib", "validation", "magbench")
+ORDER = ("scenarios", "recordings", "sim", "calib", "validation", "diagnosis", "reports", "papers", "magbench")
 FILES = [path for package in ORDER for path in sorted((ROOT / package).rglob("*.py"))]
 Graph = Mapping[str, set[str]]
 

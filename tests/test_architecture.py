@@ -28,10 +28,10 @@ SHARED = {"__init__.py", "text.py"}
 MOST_TOKENS, MOST_COMPLEXITY = 300, 10
 
 WORDS = {
-    "validation/reproduce/ding2021/rows.py": {"scale", "misalignment"},
+    "papers/ding2021/rows.py": {"scale", "misalignment"},
     "validation/inspection/frames.py": {"scale"},
     "validation/inspection/values.py": {"spikes"},
-    "sim/dataset/units.py": {"scale"},
+    "recordings/units.py": {"scale"},
     "sim/effects/channels.py": {"scale"},
     "scenarios/paths/turntable.py": {"turntable"},
 }
@@ -108,7 +108,7 @@ def _at_home(path: Path, name: str, home: Path | None) -> bool:
 
 def test_a_calibrator_cannot_name_the_truth() -> None:
     seen = {name for path in (ROOT / "calib").rglob("*.py") for name in imported(path) if name.split(".")[0] == "sim"}
-    assert seen <= {"sim.dataset.Recording"}
+    assert seen <= {"recordings.Recording"}
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_a_library_is_used_in_its_one_place(library: str, home) -> None:  # type
 
 
 def test_reading_a_dataset_does_not_load_the_engine(run_python) -> None:  # type: ignore[no-untyped-def]
-    code = "import sys, sim.dataset, calib; sys.exit('mujoco' in sys.modules)"
+    code = "import sys, recordings, calib; sys.exit('mujoco' in sys.modules)"
     assert run_python(code).returncode == 0
 
 

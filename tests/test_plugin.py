@@ -13,7 +13,8 @@ import pytest
 from magbench import testing
 from tests.conftest import ROOT
 from tests.magbench.test_testing import OWN_MODULE, SCENARIO
-from validation.gates import alone, summary
+from validation.gates import single as alone
+from validation.gates import summary
 
 pytest_plugins = "pytester"
 LOADED = (alone, summary, testing)

@@ -22,16 +22,16 @@ import tables
 
 import magbench.viewer
 import sim.scenario
-import validation.planning.refine
+import validation.planning.refinement
 from magbench.cli import main
+from papers import PAPERS
+from recordings import read_manifest
 from scenarios.load import catalogue
-from sim.dataset import read_manifest
 from sim.scenario import Scenario
 from sim.state import State
 from tests.conftest import ROOT
 from tests.short import cuts
 from validation.calibrating.export import FORMATS
-from validation.reproduce import PAPERS
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 OTHERS = [ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "REFERENCES.md")]
@@ -67,8 +67,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         return load(name, [*overrides, *(cuts(str(name)) if str(name) in catalogue() else ())])
 
     monkeypatch.setattr(sim.scenario, "load", short)
-    monkeypatch.setattr(validation.planning.refine, "STEPS_DEG", validation.planning.refine.STEPS_DEG[:1])
-    monkeypatch.setattr(validation.planning.refine, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(validation.planning.refinement, "STEPS_DEG", validation.planning.refinement.STEPS_DEG[:1])
+    monkeypatch.setattr(validation.planning.refinement, "MOST_ROUNDS", 1)
     rng = np.random.default_rng(0)
     field = rng.standard_normal((300, 3))
     field *= 48.152 / np.linalg.norm(field, axis=1, keepdims=True)
@@ -268,7 +268,7 @@ def test_what_changes_is_told_from_what_is_added() -> None:
 
 def test_every_source_that_the_code_cites_is_in_the_references() -> None:
     known = set(re.findall(r"^\| (\w+) \|", (ROOT / "REFERENCES.md").read_text(encoding="utf-8"), re.MULTILINE))
-    folders = ("scenarios", "sim", "calib", "validation", "magbench", "tests")
+    folders = (*ORDER, "tests")
     code = [path.read_text(encoding="utf-8") for folder in folders for path in (ROOT / folder).rglob("*.py")]
     cited = {key for text in code for found in KEY.findall(text) for key in found if key}
     assert {"Ding2021", "Markley1988"} <= cited

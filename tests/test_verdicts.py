@@ -6,7 +6,7 @@ import pytest
 import shown
 import verdicts
 
-from validation.diagnosis.verdict import Verdict
+from diagnosis.verdict import Verdict
 
 
 def test_every_verdict_has_a_section_with_what_the_command_says_and_a_picture() -> None:

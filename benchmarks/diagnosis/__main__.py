@@ -23,8 +23,8 @@ from typing import Any  # noqa: E402
 from benchmarks.diagnosis.report import write_report  # noqa: E402
 from benchmarks.diagnosis.resumed import resumed  # noqa: E402
 from benchmarks.diagnosis.trials import run, trials  # noqa: E402
+from diagnosis.policy import STANDARD, changed  # noqa: E402
 from scenarios.errors import InputError  # noqa: E402
-from validation.diagnosis.policy import STANDARD, changed  # noqa: E402
 
 SCORED, TUNED = 2000, 0
 """First seed of the scoring set, which is run once a release, and of the tuning set."""

@@ -25,17 +25,17 @@ from scipy.signal import lfilter
 from benchmarks.diagnosis.resumed import resumed
 from benchmarks.diagnosis.three import FLIGHTS, flown_as
 from benchmarks.diagnosis.truth import BASE, beyond_base
+from diagnosis.problem.formulation import posed
+from diagnosis.repair.chain import left_with_iron_refitted
+from diagnosis.result import How
+from diagnosis.workflow import diagnose
+from recordings import Recording
 from sim import effects as effect_table
 from sim.chain import Chain
-from sim.dataset import Recording
 from sim.effects.base import Effect
 from sim.scenario import ModelSpec
 from sim.state import Array, State
-from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.repair.chain import left_with_iron_refitted
-from validation.diagnosis.result import How
-from validation.diagnosis.workflow import diagnose
-from validation.signals.size import rms
+from validation.signals.amplitude import rms
 
 FORMS: dict[str, Callable[[Array], Array]] = {
     "saturating": lambda u: np.tanh(2.5 * u),

@@ -33,12 +33,12 @@ from benchmarks.diagnosis.three import (
     rightly_named,
 )
 from benchmarks.diagnosis.truth import BASE, EQUIVALENT
+from diagnosis.problem.formulation import posed
+from diagnosis.result import How, Reach
+from diagnosis.several.selection import Member, select_together
+from diagnosis.several.verdict_rules import Judged, Lot
+from diagnosis.workflow import examined
 from sim.scenario import ModelSpec
-from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.result import How, Reach
-from validation.diagnosis.workflow import examined
-from validation.together.judgement import Judged, Lot
-from validation.together.selection import Member, select_together
 
 POOLS_SEED = 1_000_000
 """Noise and cuts of the pools begin here: none of them is that of another bench's recording."""

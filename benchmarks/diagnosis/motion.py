@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from calib.numerics.rates import body_rate
-from sim.dataset import Recording
-from sim.dataset.assemble import recording_of, scalars_of
+from recordings import Recording
+from recordings.assemble import recording_of, scalars_of
 from sim.processes import GaussMarkov
 from sim.rotation import matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import Scenario, load

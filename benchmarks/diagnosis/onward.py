@@ -28,18 +28,18 @@ import numpy as np  # noqa: E402
 from benchmarks.diagnosis.motion import QUIET  # noqa: E402
 from benchmarks.diagnosis.resumed import resumed  # noqa: E402
 from benchmarks.diagnosis.truth import BASE, times  # noqa: E402
+from diagnosis.next_leg.advice import advised  # noqa: E402
+from diagnosis.next_leg.legs import measured_along  # noqa: E402
+from diagnosis.next_leg.pairs import are_twins  # noqa: E402
+from diagnosis.problem.formulation import pose  # noqa: E402
+from diagnosis.result import Diagnosis  # noqa: E402
+from diagnosis.workflow import diagnose  # noqa: E402
+from recordings import Recording  # noqa: E402
 from sim import effects as effect_table  # noqa: E402
 from sim.chain import Chain  # noqa: E402
-from sim.dataset import Recording  # noqa: E402
 from sim.effects import Effects  # noqa: E402
 from sim.scenario import Scenario, load  # noqa: E402
 from sim.simulate import plan  # noqa: E402
-from validation.diagnosis.onward.advice import advised  # noqa: E402
-from validation.diagnosis.onward.legs import measured_along  # noqa: E402
-from validation.diagnosis.onward.pairs import are_twins  # noqa: E402
-from validation.diagnosis.problem.pose import pose  # noqa: E402
-from validation.diagnosis.result import Diagnosis  # noqa: E402
-from validation.diagnosis.workflow import diagnose  # noqa: E402
 
 SCORED, TUNED = 2000, 0
 """First seed of the scoring set, and of the tuning set."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.diagnosis.truth import beyond_base
-from sim.dataset import Recording
+from recordings import Recording
 from sim.state import Array, State
 
 Course = Callable[[np.random.Generator, Recording, State], tuple[Array, Array]]

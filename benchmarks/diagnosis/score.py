@@ -11,9 +11,9 @@ import numpy as np
 from benchmarks.diagnosis.outside import OUTSIDE
 from benchmarks.diagnosis.truth import EQUIVALENT, EXACT
 from benchmarks.diagnosis.wide.noises import SLOW
+from diagnosis.result import How
+from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
-from validation.diagnosis.result import How
-from validation.diagnosis.verdict import Verdict
 
 Row = dict[str, Any]
 SLOW_NOISES = {effect.name for effect in EFFECTS if effect.clues.spectrum is not None}

@@ -25,19 +25,19 @@ from benchmarks.diagnosis.motion import QUIET, SCENARIOS, along, jittered, turne
 from benchmarks.diagnosis.outside import OUTSIDE, disturbed
 from benchmarks.diagnosis.resumed import resumed
 from benchmarks.diagnosis.truth import BASE, EQUIVALENT, FLICKER, HIDDEN, Tables, felt_by, hidden, times
+from diagnosis.evidence.localise import TIME
+from diagnosis.library.candidates import part
+from diagnosis.policy import STANDARD, Policy
+from diagnosis.problem.formulation import posed
+from diagnosis.result import Reach
+from diagnosis.several.result import Together
+from diagnosis.several.workflow import diagnose_together
+from recordings import Recording
 from sim import effects as effect_table
 from sim.chain import Chain
-from sim.dataset import Recording
 from sim.effects import BY_NAME
 from sim.scenario import ModelSpec, load
 from sim.state import Array, State
-from validation.diagnosis.evidence.localise import TIME
-from validation.diagnosis.library.candidates import part
-from validation.diagnosis.policy import STANDARD, Policy
-from validation.diagnosis.problem.pose import posed
-from validation.diagnosis.result import Reach
-from validation.together.result import Together
-from validation.together.workflow import diagnose_together
 
 Flown = tuple[Recording, State, Array]
 """A motion without errors as it is recorded, the true state along it, and the field (east, north, up)."""

@@ -18,14 +18,14 @@ from benchmarks.diagnosis.wide.making import Made, hidden_in, null, vehicle_for
 from benchmarks.diagnosis.wide.noises import COLOURS as WIDE_COLOURS
 from benchmarks.diagnosis.wide.table import FAMILIES, FAULTS
 from benchmarks.diagnosis.wide.table import PAIRS as WIDE_PAIRS
+from diagnosis.policy import STANDARD, Policy
+from diagnosis.result import Diagnosis, parameters
+from diagnosis.workflow import diagnose
+from recordings import Recording
 from sim import effects as effect_table
 from sim.chain import Chain
-from sim.dataset import Recording
 from sim.scenario import ModelSpec
 from sim.state import Array, State
-from validation.diagnosis.policy import STANDARD, Policy
-from validation.diagnosis.result import Diagnosis, parameters
-from validation.diagnosis.workflow import diagnose
 
 STRENGTHS = (0.1, 0.3, 1.0)
 NULLS, COLOURED = 15, 10

@@ -24,8 +24,8 @@ from benchmarks.mutants.running import FOLDERS, Chosen, Run
 from benchmarks.mutants.tree import Tree
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("sim", "calib", "validation")
-DRAWINGS = ("validation/views/", "figures.py")
+PACKAGES = ("recordings", "sim", "calib", "validation", "diagnosis", "reports", "papers")
+DRAWINGS = ("reports/", "figures.py")
 """Where a number is a matter of taste."""
 COMPILING_S = 240
 """Most CPU for compiling the loops that a mistake is in."""

@@ -19,7 +19,7 @@ import pytest
 from benchmarks.mutants.running import FOLDERS, Run
 
 Row = dict[str, Any]
-SOURCES = ("sim/*", "calib/*", "validation/*")
+SOURCES = tuple(f"{room}/*" for room in ("recordings", "sim", "calib", "validation", "diagnosis", "reports", "papers"))
 
 
 class Observer:

@@ -16,7 +16,9 @@ from typing import Any
 
 import pytest
 
-FOLDERS = ("scenarios", "sim", "calib", "validation", "magbench", "tests")
+FOLDERS = (
+    *("scenarios", "recordings", "sim", "calib", "validation", "diagnosis", "reports", "papers", "magbench", "tests"),
+)
 HEAVY = (
     *("coverage", "hypothesis", "matplotlib.pyplot", "mujoco", "numba", "numpy", "pandas", "pyarrow.parquet"),
     *("pydantic", "pytest", "scipy.optimize", "scipy.spatial.transform", "scipy.stats"),

@@ -16,7 +16,7 @@ from calib.reference import Reference
 from calib.result import Status
 from calib.search.population import Move, search
 from calib.settings import Count, NotNegative, Positive
-from sim.dataset import Recording
+from recordings import Recording
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ from calib.observability import MAX_STD_FRACTION
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import NotNegative
-from sim.dataset import Recording
+from recordings import Recording
 
 MAX_NOISE_FRACTION = 0.005
 """A residual noise above this fraction of the field is not noise: the search ended in a wrong place."""

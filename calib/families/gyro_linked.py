@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.acceptance import residual_of, widened
 from calib.base import Calibrator
-from calib.judgement import residual_of, widened
 from calib.models.chained import Chained, Linear
 from calib.models.ellipsoid import SLOTS, SYMMETRIC_NAMES, UPPER
 from calib.models.linked import LEAST_NOISE, Estimate, Link, mean_rates, steps
@@ -23,7 +23,7 @@ from calib.numerics.noise import white_noise_std
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from calib.settings import Count, Positive
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 LEAST_GYRO_RAD_S = 1e-6

@@ -30,7 +30,7 @@ from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.search.population import Move, Search, search
 from calib.settings import Count
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 ROUNDING_VARIANCE = 1e-18

@@ -15,7 +15,7 @@ from calib.numerics.kalman import STEADY, Engine, NoiseRule, filtered
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from calib.settings import NotNegative, Positive, check
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 MAX_PRIOR_SHARE = 0.01

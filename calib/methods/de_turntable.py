@@ -18,7 +18,7 @@ from calib.result import Calibration, Status
 from calib.search.differential import RandOne
 from calib.search.population import Search, search
 from calib.settings import Count, Positive, Probability
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 MAX_STD = 0.01

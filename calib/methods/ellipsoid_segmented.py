@@ -16,7 +16,7 @@ from calib.models.ellipsoid import SYMMETRIC_NAMES, symmetric
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Segment, Status
 from calib.settings import Count, NotNegative, Positive
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 NAMES = (*OFFSET_NAMES, *SYMMETRIC_NAMES)

@@ -17,7 +17,7 @@ from calib.numerics.noise import white_noise_std
 from calib.reference import Reference
 from calib.result import Status
 from calib.settings import Positive
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 LEAST_LEVEL_M_S2 = 1e-6

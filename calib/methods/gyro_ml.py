@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from calib.families.gyro_linked import Fit, GyroLinked
 from calib.reference import Reference
-from sim.dataset import Recording
+from recordings import Recording
 
 
 @dataclass(frozen=True)

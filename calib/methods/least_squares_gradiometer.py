@@ -11,7 +11,7 @@ from calib.families.gradiometer import ArrayEstimate, GradiometerCalibrator
 from calib.methods.two_step_gradiometer import two_steps
 from calib.models.sensor_array import ArrayObjective
 from calib.reference import Reference
-from sim.dataset import Recording
+from recordings import Recording
 
 
 @dataclass(frozen=True)

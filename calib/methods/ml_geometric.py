@@ -25,7 +25,7 @@ from calib.numerics.noise import NORMAL_MEDIAN
 from calib.reference import Reference
 from calib.result import STRENGTH_NAME, Calibration, Status
 from calib.settings import Count, Positive
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 PARAMETERS = 9

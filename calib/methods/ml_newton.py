@@ -17,8 +17,8 @@ from calib.numerics.rates import world_to_body
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
 
 Array = NDArray[np.float64]
 Vec3 = tuple[float, float, float]

@@ -14,7 +14,7 @@ from calib.models.sphere import SphereFit
 from calib.observability import MAX_STD_FRACTION
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 NAMES = (*OFFSET_NAMES, "scale")

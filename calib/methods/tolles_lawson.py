@@ -15,7 +15,7 @@ from calib.numerics.rates import smoothed_derivative
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Band, NotNegative
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 CHANNEL = "scalar_nT"

@@ -12,7 +12,7 @@ from calib.methods.ellipsoid import EllipsoidCalibrator
 from calib.models.sensor_array import Array, ArrayObjective, parameters_of
 from calib.reference import Reference
 from calib.result import Calibration, Status
-from sim.dataset import Recording
+from recordings import Recording
 
 
 @dataclass(frozen=True)

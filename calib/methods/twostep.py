@@ -22,7 +22,7 @@ from calib.observability import Extent, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 HALVINGS = 30

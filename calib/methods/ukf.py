@@ -15,7 +15,7 @@ from calib.numerics.unscented import filtered
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 TEMPERING = (30.0, 3.0, 1.0, 1.0)

@@ -13,7 +13,7 @@ from calib.models.vector import EDDY_NAMES, SOFT_IRON_NAMES
 from calib.numerics.rates import body_rate, world_to_body
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 MAX_CONDITION = 1e9

@@ -14,7 +14,7 @@ from calib.models.vector import VectorData, calibration
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 MAX_CONDITION = 1e7

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from calib.numerics.rates import body_rate, world_to_body
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 SOFT_IRON_NAMES = tuple(f"S_{i}{j}" for i in "xyz" for j in "xyz")

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
-from sim.dataset import Recording
+from recordings import Recording
 
 Array = NDArray[np.float64]
 SMOOTHING_SAMPLES = 9

@@ -11,7 +11,7 @@ import torch
 from calib import CALIBRATORS, Calibration, Reference, Status
 from examples.learn.data import read_part
 from examples.learn.network import Refiner
-from sim.dataset import read_run
+from recordings import read_run
 from sim.effects import build
 from validation.scoring.holdout import Surroundings, hold_out
 from validation.scoring.scores import score

@@ -14,7 +14,7 @@ from scenarios.names import find
 if TYPE_CHECKING:
     from sim.scenario import Scenario
     from validation.bound.experiment import Experiment
-    from validation.bound.question import Answer, Question
+    from validation.bound.query import Answer, Question
 
 WHAT_IF = "--what-if"
 Source = Annotated[
@@ -96,7 +96,7 @@ def bound(
     if not what_if:
         none_of({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
     from validation.bound.limit import Tilts
-    from validation.bound.question import Question
+    from validation.bound.query import Question
 
     tilts = Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
     question = Question(
@@ -140,10 +140,10 @@ def _log(
 
 def _sweep(question: Question, scenario: Scenario, text: str, out: Path, json: bool) -> None:
     from magbench.console import emit, say, show_table
+    from reports.outputs.bound import write_what_if
     from scenarios.sweep import parse_sweep
-    from validation.bound.answer import what_if_headline, what_if_heads, what_if_rows, what_if_summary
-    from validation.bound.question import WhatIf
-    from validation.outputs.bound import write_what_if
+    from validation.bound.query import WhatIf
+    from validation.bound.summary import what_if_headline, what_if_heads, what_if_rows, what_if_summary
 
     found = WhatIf.of(question, scenario, parse_sweep(text, scenario, WHAT_IF))
     write_what_if(found, scenario.name, out)
@@ -157,7 +157,7 @@ def _sweep(question: Question, scenario: Scenario, text: str, out: Path, json: b
 
 def _tell(found: Answer, json: bool) -> None:
     from magbench.console import emit, say, show_table
-    from validation.bound.answer import headline, rows, summary, use_rows
+    from validation.bound.summary import headline, rows, summary, use_rows
 
     if json:
         emit(summary(found))

@@ -11,12 +11,12 @@ import typer
 
 from magbench.arguments import chosen, field_vector
 from magbench.options import Data, Exec, FieldStrength, FieldVector, Json, Maps, Run, TimeLimit, With
-from validation.calibrating.children import TIME_LIMIT_S
+from validation.calibrating.processes import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from calib.result import Calibration
-    from validation.worth.claims import Claim
-    from validation.worth.worth import Worth
+    from validation.cross_validation.claimed_std import Claim
+    from validation.cross_validation.workflow import Worth
 
 USUAL = ("sphere", "ellipsoid")
 """Who calibrates where nobody is named."""
@@ -52,11 +52,11 @@ def calibrate(
     Example: magbench calibrate log.csv --map mag_x_nT=bx,unit=uT --with ellipsoid --field-strength-nT 48152
     """
     from magbench.console import end_with
-    from sim.dataset.files import locked_directory
+    from recordings.files import locked_directory
     from validation.calibrating.files import write_calibrations
     from validation.calibrating.fitting import fit_all, not_applicable, recording_and_reference
-    from validation.worth.claims import claims_of
-    from validation.worth.worth import worth as worth_of
+    from validation.cross_validation.claimed_std import claims_of
+    from validation.cross_validation.workflow import worth as worth_of
 
     forms = _forms(export, out)
     calibrators = chosen(with_, exec_, time_limit_s, USUAL)
@@ -78,7 +78,7 @@ def _tell(
     from calib import to_dict
     from magbench.console import emit, show_text
     from magbench.tables import show_calibrations
-    from validation.worth.words import claim_lines, claim_summary, headline, summary
+    from validation.cross_validation.summary import claim_lines, claim_summary, headline, summary
 
     if json:
         told = {} if found is None else {"worth": [summary(one) for one in found]}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from magbench.options import CORES, Exec, Jobs, Json, Out, Overrides, ScenarioName, Scheduler, Seed, TimeLimit, With
-from validation.calibrating.children import TIME_LIMIT_S
+from validation.calibrating.processes import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from scenarios.sweep import Sweep
@@ -61,10 +61,10 @@ def compare(
     from magbench.arguments import chosen, engine
     from magbench.console import emit, progress, say
     from magbench.tables import show_comparison
+    from reports.outputs.comparison import compare as run
+    from reports.outputs.comparison import question, summary
     from sim.scenario import load
     from validation.comparison.design import Design
-    from validation.outputs.comparison import compare as run
-    from validation.outputs.comparison import question, summary
 
     asked = question(rank_by, reference, until)
     spec = load(scenario, set_ or ())

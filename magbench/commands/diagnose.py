@@ -11,8 +11,8 @@ from magbench.arguments import all_present, complete_scenario, field_vector, kno
 from magbench.options import FieldStrength, FieldVector, Json, Maps
 
 if TYPE_CHECKING:
-    from validation.diagnosis.verdict import Verdict
-    from validation.together.files import Source
+    from diagnosis.several.files import Source
+    from diagnosis.verdict import Verdict
 
 Model = Annotated[
     str | None,
@@ -73,10 +73,10 @@ def diagnose(
 
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
     """
+    from diagnosis.several.files import check_one, sources
     from magbench.console import say
-    from sim.dataset.files import locked_directory, remove_leftovers
-    from validation.outputs.diagnosis import FILES
-    from validation.together.files import check_one, sources
+    from recordings.files import locked_directory, remove_leftovers
+    from reports.outputs.diagnosis import FILES
 
     place, recordings = out or Path("out") / "diagnosis", sources(measured, run, sensor, map_ or (), reference_sensor)
     if confirm:
@@ -109,10 +109,10 @@ def _one(
     *,
     json: bool,
 ) -> Verdict:
+    from diagnosis.single import diagnose_file
     from magbench.console import emit
     from magbench.tables import show_diagnosis
-    from validation.outputs.diagnosis import write_diagnosis
-    from validation.together.single import diagnose_file
+    from reports.outputs.diagnosis import write_diagnosis
 
     which: dict[str, Any] = {"run": one.run, "sensor": one.sensor, "reference_sensor": one.reference}
     found = diagnose_file(measured, model, confirm=confirm, **which, **given)
@@ -128,10 +128,10 @@ def _one(
 def _several(
     recordings: tuple[Source, ...], model: str | None, place: Path, given: dict[str, Any], *, json: bool
 ) -> Verdict:
+    from diagnosis.several.files import diagnose_files
     from magbench.console import emit
     from magbench.tables import show_together
-    from validation.outputs.diagnosis import write_together
-    from validation.together.files import diagnose_files
+    from reports.outputs.diagnosis import write_together
 
     found = diagnose_files(recordings, model, **given)
     given["say"]("reports and recordings")

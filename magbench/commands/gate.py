@@ -12,12 +12,12 @@ import typer
 
 from magbench.arguments import present
 from magbench.options import CORES, Jobs, Json, Scheduler, Seed
-from validation.calibrating.children import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
+from validation.calibrating.processes import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from validation.comparison.engine import Engine
-    from validation.gates.arranging import Group
-    from validation.gates.course import Outcome
+    from validation.gates.progress import Outcome
+    from validation.gates.schedule import Group
 
 Gates = Annotated[
     Path | None, typer.Argument(metavar="GATES.toml", help="A file of gates.", callback=present, show_default=False)
@@ -68,10 +68,10 @@ def gate(
     """
     from magbench.arguments import engine
     from magbench.console import progress
+    from reports.outputs.gates import run_gates
     from scenarios.errors import InputError
-    from validation.gates.arranging import arranged
+    from validation.gates.schedule import arranged
     from validation.gates.spec import load_gates
-    from validation.outputs.gates import run_gates
 
     if init is not None:
         return _begin(init, out or Path("gates.toml"), json)
@@ -94,9 +94,9 @@ def gate(
 def _show(outcomes: list[Outcome], place: Path, gates: Path, json: bool) -> None:
     """The verdicts on standard output, why and what to do on standard error."""
     from magbench.console import emit, say, show_table, warn
+    from reports.outputs.gates import FILES, github_lines
+    from reports.words.gates import HEADS, advice, gate_rows, headline, sentence
     from validation.gates.summary import summary
-    from validation.outputs.gates import FILES, github_lines
-    from validation.views.words.gates import HEADS, advice, gate_rows, headline, sentence
 
     if json:
         emit(summary(outcomes) | {"out": str(place)})
@@ -114,7 +114,7 @@ def _show(outcomes: list[Outcome], place: Path, gates: Path, json: bool) -> None
 def _record(groups: Sequence[Group], engine: Engine, file: Path, json: bool) -> None:
     """Write the baseline."""
     from magbench.console import emit, progress, say
-    from validation.outputs.gates import record_baseline
+    from reports.outputs.gates import record_baseline
 
     with progress("scores for a baseline") as report:
         scores = record_baseline(groups, engine, file, report)
@@ -126,7 +126,7 @@ def _record(groups: Sequence[Group], engine: Engine, file: Path, json: bool) -> 
 def _begin(comparison: Path, file: Path, json: bool) -> None:
     """Write a file of gates to begin with."""
     from magbench.console import emit, say
-    from validation.outputs.gates import begin_gates
+    from reports.outputs.gates import begin_gates
 
     written = begin_gates(comparison, file)
     say(f"{file}: {len(written)} gates; read what each costs, then: magbench gate {file}")

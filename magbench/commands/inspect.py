@@ -23,14 +23,14 @@ def inspect(
     Example: magbench inspect log.csv --map time_s=t,unit=ms --map mag_x_nT=bx,unit=uT -o out/look
     """
     from magbench.console import emit, say, show_table
-    from sim.dataset.files import locked_directory
+    from recordings.files import locked_directory
+    from reports.words.inspection import rows
     from validation.inspection.inspection import headline, inspect_file, summary
-    from validation.views.words.inspection import rows
 
     with nullcontext() if out is None else locked_directory(out):
         inspection = inspect_file(data, maps=map_ or (), run=run)
         if out is not None:
-            from validation.views.pages.inspection import write_inspection
+            from reports.pages.inspection import write_inspection
 
             write_inspection(inspection, out)
     if json:

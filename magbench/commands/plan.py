@@ -14,7 +14,7 @@ from magbench.options import CORES, FieldVector, Jobs, Json, Maps, Overrides
 if TYPE_CHECKING:
     from validation.bound.goal import Goal
     from validation.bound.limit import Tilts
-    from validation.planning.onward import Onward
+    from validation.planning.next_leg import Onward
     from validation.planning.plan import Plan
     from validation.planning.task import Task
 
@@ -91,7 +91,7 @@ def plan(
     from magbench.console import progress
     from sim.scenario import load
     from validation.comparison.engine import Processes
-    from validation.planning.onward import onward
+    from validation.planning.next_leg import onward
     from validation.planning.plan import planned
     from validation.planning.task import Task
 
@@ -124,8 +124,9 @@ def _after(
 
 def _tell(found: Plan | Onward, place: Path | None, json: bool) -> None:
     from magbench.console import emit, say, show_table
-    from validation.outputs.plan import write_plan
-    from validation.planning import onward_words, words
+    from reports.outputs.plan import write_plan
+    from validation.planning import next_leg_summary as onward_words
+    from validation.planning import summary as words
     from validation.planning.plan import Plan
 
     out = place or Path("out") / f"plan-{found.task.name}"

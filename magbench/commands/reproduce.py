@@ -31,9 +31,9 @@ def reproduce(
     Example: magbench reproduce li2017 -o out/li
     """
     from magbench.console import emit, progress, say, show_table
-    from sim.dataset.files import locked_directory
-    from validation.reproduce import chosen
-    from validation.reproduce.report import as_dict, write
+    from papers import chosen
+    from papers.report import as_dict, write
+    from recordings.files import locked_directory
 
     papers = chosen(key, seeds)
     results = {}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from magbench.options import Exec, Json, Out, Overrides, ScenarioName, Seed, TimeLimit, With
-from validation.calibrating.children import TIME_LIMIT_S
+from validation.calibrating.processes import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from validation.scoring.conditions import Condition
@@ -46,10 +46,10 @@ def run(
     from magbench.arguments import chosen
     from magbench.console import emit, end_with, progress, say, warn
     from magbench.tables import show_scores
+    from reports.outputs.run import run_scenario, summary
     from sim.scenario import load
     from sim.tracking import warning
     from validation.calibrating.fitting import not_applicable
-    from validation.outputs.run import run_scenario, summary
 
     spec = load(scenario, set_ or ())
     calibrators = chosen(with_, exec_, time_limit_s, spec.calibrators)

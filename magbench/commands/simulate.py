@@ -10,7 +10,7 @@ import typer
 from magbench.options import CORES, Jobs, Json, Out, Overrides, ScenarioName, Seed
 
 if TYPE_CHECKING:
-    from sim.dataset import Manifest
+    from recordings import Manifest
 
 
 def simulate(

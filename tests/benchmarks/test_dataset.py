@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.dataset import every_effect
-from sim.dataset import read_run
+from recordings import read_run
 from sim.effects.earth import AttitudeMisalignment
 from sim.generate import generate
 

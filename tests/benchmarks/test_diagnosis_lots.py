@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.diagnosis.lots import EACH, Pool, figures, wrong
 from benchmarks.diagnosis.truth import EQUIVALENT
-from validation.diagnosis.result import How
+from diagnosis.result import How
 
 POOLS = tuple(map(Pool, range(40)))
 

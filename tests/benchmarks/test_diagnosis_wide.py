@@ -16,10 +16,10 @@ from benchmarks.diagnosis.wide.noises import powers
 from benchmarks.diagnosis.wide.rests import _random_phases
 from benchmarks.diagnosis.wide.sensor import filtered, late, plays
 from benchmarks.diagnosis.wide.table import FAMILIES, FAULTS
+from diagnosis.evidence.direct import direct_evidence
+from diagnosis.problem.formulation import posed
 from sim.effects import BY_NAME
 from sim.rotation import matrix_from_q, q_from_rotation_vector
-from validation.diagnosis.evidence.direct import direct_evidence
-from validation.diagnosis.problem.pose import posed
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Reference
-from sim.dataset import Recording
+from recordings import Recording
 
 FIELD_NED_NT = np.array([12637.48, -11484.12, -32730.72])
 FIELD_ENU_NT = (FIELD_NED_NT[1], FIELD_NED_NT[0], -FIELD_NED_NT[2])

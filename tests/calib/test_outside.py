@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Calibrator, Reference, Status
 from calib.outside import calibration_of, fitted, needs_of, outside
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
 
 REFERENCE = Reference(50_000.0)
 OFFSET_NT, MATRIX = np.array([100.0, -200.0, 300.0]), np.diag([1.1, 0.9, 1.0])

@@ -11,7 +11,7 @@ import pytest
 from calib import Reference, get
 from calib.methods.sphere import SphereCalibrator
 from calib.methods.vector_least_squares import VectorLeastSquares
-from sim.dataset import Recording
+from recordings import Recording
 
 SEEDS = range(100)
 

@@ -15,7 +15,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference
-from sim.dataset import Recording
+from recordings import Recording
 from tests.conftest import ROOT
 from validation.calibrating.candidates import candidates
 

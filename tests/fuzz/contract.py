@@ -24,7 +24,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis.strategies import SearchStrategy
 
 from magbench.app import app, call
-from sim.dataset.files import sha256_of
+from recordings.files import sha256_of
 
 PROGRESS = ("simulating", "running", "diagnosis:")
 """How lines begin that tell how far a command has come."""

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from sim.dataset import write_recording
-from sim.dataset.assemble import recording_of
+from recordings import write_recording
+from recordings.assemble import recording_of
 from tests.fuzz.contract import amounts, fuzz, hold
 from tests.fuzz.material import CALIBRATION, measured
 from tests.fuzz.values import damaged_json

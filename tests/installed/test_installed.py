@@ -74,12 +74,12 @@ matplotlib.figure.Figure
 dict[str, magbench.results.CalibrationResult]
 ndarray[ numpy.float64
 list[magbench.validation.inspection.finding.Finding]
-magbench.validation.diagnosis
-tuple[magbench.sim.dataset.recording.Recording, magbench.sim.dataset.recording.Truth]
+magbench.diagnosis
+tuple[magbench.recordings.recording.Recording, magbench.recordings.recording.Truth]
 tuple[list[str], str]
 int
 float
-magbench.validation.gates.course.Outcome
+magbench.validation.gates.progress.Outcome
 """
 """What a type checker says to each reveal_type in TYPED, in parts."""
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from magbench.cli import main
-from sim.dataset import Recording, read_recording, read_run, write_recording
+from recordings import Recording, read_recording, read_run, write_recording
 from tests.short import cuts
 
 

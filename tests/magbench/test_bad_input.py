@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from magbench.cli import main
-from sim.dataset.files import locked_directory
+from recordings.files import locked_directory
 
 SCENARIO = """
 name = "mine"

@@ -10,7 +10,7 @@ import pytest
 from magbench.checkout import Beside
 
 
-@pytest.mark.parametrize("name", ["sim", "sim.dataset.units", "calib.result", "validation.scoring", "scenarios.errors"])
+@pytest.mark.parametrize("name", ["sim", "recordings.units", "calib.result", "validation.scoring", "scenarios.errors"])
 def test_a_module_has_two_names_and_is_loaded_once(name: str) -> None:
     inside, plain = importlib.import_module(f"magbench.{name}"), importlib.import_module(name)
     assert inside is plain is sys.modules[name]

@@ -16,12 +16,12 @@ import pytest
 
 import magbench.app
 from magbench.cli import main
+from recordings import read_run
+from reports.viewer import read_series, verify
 from scenarios.load import catalogue
-from sim.dataset import read_run
 from sim.effects import BY_NAME
 from tests.short import cuts
-from validation.scoring.judging import UNCORRECTED
-from validation.views.recording import read_series, verify
+from validation.scoring.evaluation import UNCORRECTED
 
 
 def run_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:

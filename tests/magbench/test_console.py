@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from magbench.console import PlainLines
+from reports.outputs.run import run_scenario
 from sim.generate import generate
 from tests.short import short
-from validation.outputs.run import run_scenario
 
 
 def test_plain_lines_come_at_the_start_at_the_end_and_ten_seconds_apart(capsys: pytest.CaptureFixture[str]) -> None:

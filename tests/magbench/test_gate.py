@@ -85,7 +85,7 @@ def test_calibrators_of_ones_own_are_compared_held_broken_and_caught(
 ) -> None:
     """A numpy function by module:object, and a program in a directory of its own, from --init to the failure."""
     for painter in ("gates.gates_html", "comparison._record", "comparison.page"):
-        monkeypatch.setattr(f"validation.outputs.{painter}", lambda *found: "")
+        monkeypatch.setattr(f"reports.outputs.{painter}", lambda *found: "")
     Path("my").mkdir()
     Path("my/own.py").write_text(MINE)
     Path("my/copy.sh").write_text('cp "$1" "$3"')

@@ -13,9 +13,9 @@ import magbench
 from calib import CALIBRATORS
 from magbench.arguments import calibrator_names, complete_calibrators, complete_paper, complete_scenario, paper_keys
 from magbench.cli import main
+from papers import PAPERS
 from scenarios.load import catalogue
 from scenarios.names import scenario_names
-from validation.reproduce import PAPERS
 
 HEAVY = {"numpy", "scipy", "numba", "mujoco", "matplotlib", "pyarrow", "rerun"}
 LOADED = "import sys\nfrom magbench.cli import main\nstatus = main(sys.argv[1:])\nprint('LOADED', status, *sys.modules)"

@@ -11,8 +11,8 @@ import pytest
 
 from calib import Reference, get
 from magbench.testing import LISTENERS, assert_accuracy
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
 from sim.scenario import load
 from validation.calibrating.candidates import candidate
 from validation.comparison.design import Design

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.dataset import read_manifest
-from sim.dataset.files import locked_directory
+from recordings import read_manifest
+from recordings.files import locked_directory
 from sim.generate import generate
 from tests.short import cuts, short
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from recordings import read_run
 from scenarios.load import catalogue
-from sim.dataset import read_run
 from sim.generate import generate
 from sim.reuse import Flights, physics, size_of
 from sim.run import run_in_memory

@@ -9,7 +9,7 @@ import pytest
 
 from calib import CALIBRATORS
 from calib.base import Reference
-from sim.dataset import read_run
+from recordings import read_run
 from sim.generate import generate
 from sim.scenario import Scenario
 from sim.simulate import blocks, plan

@@ -9,9 +9,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from recordings import Recording, Truth, read_run
 from scenarios.errors import InputError
 from scenarios.load import catalogue
-from sim.dataset import Recording, Truth, read_run
 from sim.effects import build
 from sim.effects.currents import EddyCurrent
 from sim.generate import generate

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from magbench.cli import main
+from recordings import read_manifest, read_run, run_file, run_path
+from recordings.manifest import MANIFEST
 from scenarios.load import catalogue
-from sim.dataset import read_manifest, read_run, run_file, run_path
-from sim.dataset.manifest import MANIFEST
 from sim.generate import generate
 from sim.tracking import LIMIT_M, Tracking, together, warning
 from tests.short import cuts, short

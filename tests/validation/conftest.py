@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.problem.formulation import pose
+from recordings import Recording
+from recordings.assemble import recording_of
 from sim import effects as effect_table
 from sim.chain import Chain
-from sim.dataset import Recording
-from sim.dataset.assemble import recording_of
 from sim.scenario import ModelSpec, load
 from sim.simulate import Plan, blocks, plan
 from sim.state import State
-from validation.diagnosis.problem.pose import pose
 
 BASE: dict[str, Any] = {
     "soft_iron": {"matrix": [[0.05, 0.01, -0.02], [0.01, -0.03, 0.015], [0.0, 0.01, 0.02]]},

@@ -16,16 +16,16 @@ from calib.models.levelled import STANDARD_GRAVITY_M_S2
 from calib.numerics.noise import white_noise_std
 from calib.numerics.rates import world_to_body
 from calib.result import Calibration
+from recordings import Recording, Truth, read_recording
+from recordings.manifest import file_of
 from scenarios.errors import InputError
-from sim.dataset import Recording, Truth, read_recording
-from sim.dataset.manifest import file_of
 from sim.effects.base import Effect
 from sim.motion import Motion
 from sim.run import run_in_memory
 from sim.scenario import Scenario
 from sim.simulate import Plan, plan
 from validation.bound.experiment import Experiment
-from validation.bound.stated import stated_colour, stated_noise_nT
+from validation.bound.sensor_noise import stated_colour, stated_noise_nT
 from validation.calibrating.fitting import reference_of
 from validation.scoring.holdout import Surroundings, hold_out
 from validation.signals.intervals import gaps_after

@@ -11,8 +11,8 @@ from scenarios.errors import InputError
 from scenarios.names import closest
 from validation.bound.experiment import Experiment
 from validation.bound.knowledge import PLACES
-from validation.bound.uses import ROWS, rows_of
-from validation.scoring.meaning import MEANINGS
+from validation.bound.score_bounds import ROWS, rows_of
+from validation.scoring.definitions import MEANINGS
 
 Array = NDArray[np.float64]
 

@@ -16,9 +16,9 @@ from validation.bound.experiment import Experiment
 from validation.bound.files import run_experiment
 from validation.bound.information import directed
 from validation.bound.knowledge import COLOURED
-from validation.bound.stated import stated_noise_nT
-from validation.bound.uses import uses
-from validation.scoring.meaning import MEANINGS
+from validation.bound.score_bounds import uses
+from validation.bound.sensor_noise import stated_noise_nT
+from validation.scoring.definitions import MEANINGS
 
 Array = NDArray[np.float64]
 OTHER_SENSORS = {"scalar", "array"}

@@ -12,14 +12,14 @@ import numpy as np
 import calib
 from calib import CALIBRATORS, Calibration, Reference
 from calib.outside import outside
+from recordings import Recording
 from scenarios.errors import InputError
 from scenarios.names import closest, offered_calibrators
-from sim.dataset import Recording
-from validation.calibrating.children import TIME_LIMIT_S
 from validation.calibrating.command import PLACEHOLDER, command
-from validation.calibrating.fitted import Fitted, Method, failed, timed
+from validation.calibrating.fit import Fitted, Method, failed, timed
 from validation.calibrating.host import host
-from validation.calibrating.imported import Imported
+from validation.calibrating.processes import TIME_LIMIT_S
+from validation.calibrating.python_object import Imported
 from validation.calibrating.registry import REGISTERED, InThisProcess
 
 OBJECT = re.compile(r"(?:([A-Za-z][\w.-]*)=)?([A-Za-z_][\w.]*:[A-Za-z_][\w.]*)")

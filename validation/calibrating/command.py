@@ -18,11 +18,11 @@ import numpy as np
 from calib import Calibration, Reference, from_json
 from calib.base import unusable
 from calib.outside import checked
+from recordings import Recording, write_recording
+from recordings.files import sha256_of
 from scenarios.errors import InputError
 from scenarios.files import read_text
-from sim.dataset import Recording, write_recording
-from sim.dataset.files import sha256_of
-from validation.calibrating.fitted import Fitted, failed
+from validation.calibrating.fit import Fitted, failed
 from validation.calibrating.program import Ended, run_program
 
 RECORDINGS = {"recording": "recording.parquet", "recording.csv": "recording.csv"}

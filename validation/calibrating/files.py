@@ -12,11 +12,11 @@ import numpy as np
 
 import calib
 from calib import Calibration
+from recordings import read_recording, write_recording
+from recordings.files import system_errors_about, write_text
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
-from sim.dataset import read_recording, write_recording
-from sim.dataset.files import system_errors_about, write_text
-from validation.calibrating.correcting import corrected
+from validation.calibrating.correction import corrected
 from validation.calibrating.export import exported
 from validation.calibrating.fitting import sensors
 

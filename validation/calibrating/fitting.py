@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from calib import Calibration, Reference
+from recordings import Recording, read_recording
+from recordings.checks import FIELD_RANGE_NT
+from recordings.manifest import file_of
+from recordings.reader import parameters_of
+from recordings.units import likely_unit
 from scenarios.errors import InputError
-from sim.dataset import Recording, read_recording
-from sim.dataset.checks import FIELD_RANGE_NT
-from sim.dataset.manifest import file_of
-from sim.dataset.reader import parameters_of
-from sim.dataset.units import likely_unit
 from validation.calibrating.candidates import Candidate
 
 

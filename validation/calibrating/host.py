@@ -15,7 +15,7 @@ from multiprocessing import Pipe
 from typing import Any
 
 from scenarios.errors import InputError
-from validation.calibrating.children import end_all, ending, last_lines, surroundings
+from validation.calibrating.processes import end_all, ending, last_lines, surroundings
 from validation.calibrating.server import Facts, Request, content_of, serve
 
 START_LIMIT_S = 120.0

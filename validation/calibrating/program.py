@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from validation.calibrating.children import end_all, ending, last_lines, surroundings
+from validation.calibrating.processes import end_all, ending, last_lines, surroundings
 
 MAX_FILE_BYTES, MAX_DISK_BYTES, MAX_FILES = 2**26, 2**28, 10_000
 """What a program may write: bytes a file, bytes in all, files; a calibration has some hundred bytes."""

@@ -12,9 +12,9 @@ import numpy as np
 from calib import CALIBRATORS, Reference
 from calib.base import Calibrator
 from calib.outside import Outside, fitted, outside
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
-from validation.calibrating.fitted import Fitted, timed
+from validation.calibrating.fit import Fitted, timed
 
 NAME = re.compile(r"[A-Za-z][\w.-]*")
 REGISTERED: dict[str, Outside] = {}

@@ -21,10 +21,10 @@ import numpy as np
 from calib import Calibration, to_dict
 from calib.outside import Outside, fitted, needs_of, outside
 from calib.reference import Reference
+from recordings import Recording
+from recordings.files import sha256_of
 from scenarios.errors import InputError
-from sim.dataset import Recording
-from sim.dataset.files import sha256_of
-from validation.calibrating.fitted import failed, timed
+from validation.calibrating.fit import failed, timed
 from validation.calibrating.program import MAX_FILE_BYTES
 
 ALARM_S = 5.0

@@ -9,15 +9,15 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
 
+from recordings.resume import versions
 from scenarios.errors import InputError
 from scenarios.sweep import Sweep, Value, points, swept
 from scenarios.toml import as_dict
-from sim.dataset.resume import versions
 from sim.scenario import Scenario
 from sim.simulate import plan
-from validation.calibrating.asked import Asked
 from validation.calibrating.candidates import Candidate
-from validation.scoring.judging import UNCORRECTED
+from validation.calibrating.invocation import Asked
+from validation.scoring.evaluation import UNCORRECTED
 
 FORMAT = 2
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from validation.comparison.answer import without_correction
+from validation.comparison.ranking import without_correction
 from validation.comparison.statistics import Array, Interval, mean_square, median, rate
 from validation.comparison.table import Table
-from validation.scoring.meaning import MEANINGS, Meaning
+from validation.scoring.definitions import MEANINGS, Meaning
 
 CLAIMED_INSIDE, CLAIMED_SQUARE = MEANINGS["offset_inside_95"], MEANINGS["offset_nees"]
 OFFSET_COMPONENTS = 3

@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from recordings.files import canonical_json, system_errors_about, write_text
+from recordings.resume import differences
 from scenarios.errors import InputError
-from sim.dataset.files import canonical_json, system_errors_about, write_text
-from sim.dataset.resume import differences
 from validation.comparison.trial import Row, Trial
 
 JOURNAL = "journal.jsonl"

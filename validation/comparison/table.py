@@ -14,14 +14,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from recordings.files import beside, system_errors_about
+from recordings.tabular import damage_named
 from scenarios.errors import InputError
 from scenarios.sweep import Value
-from sim.dataset.files import beside, system_errors_about
-from sim.dataset.tabular import damage_named
 from validation.comparison.design import Design
 from validation.comparison.trial import Trial
-from validation.scoring.judging import UNCORRECTED
-from validation.scoring.meaning import MEANINGS, meaning_of
+from validation.scoring.definitions import MEANINGS, meaning_of
+from validation.scoring.evaluation import UNCORRECTED
 
 Array = NDArray[np.float64]
 TRIALS, TIMINGS = "trials.parquet", "timings.parquet"

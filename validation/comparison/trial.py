@@ -8,13 +8,13 @@ import numpy as np
 
 from calib import Calibration, Reference
 from calib.numerics.threads import one_thread
+from scenarios.seeds import stream
 from sim.reuse import Flights
 from sim.run import run_in_memory
 from sim.simulate import plan
-from sim.streams import stream
 from validation.comparison.design import Design, received
-from validation.scoring.judging import Judged, has_estimate, judged
-from validation.scoring.meaning import MEANINGS
+from validation.scoring.definitions import MEANINGS
+from validation.scoring.evaluation import Judged, has_estimate, judged
 
 NOT_KEPT = ("failure", "wall_time")
 """Scores that a row has no column for: its status says the one, and the other is never the same twice."""
@@ -28,7 +28,7 @@ FLIGHTS = Flights()
 class Row:
     """One calibrator in one trial.
 
-    scores: by column (`validation.scoring.meaning`), finite; empty where the calibrator gave no estimate.
+    scores: by column (`validation.scoring.definitions`), finite; empty where the calibrator gave no estimate.
     wall_s, cpu_s: elapsed and processor time of the fit, which alone differ from one computation to the next.
     """
 

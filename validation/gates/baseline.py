@@ -11,10 +11,10 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from recordings.files import beside, canonical_json, system_errors_about
+from recordings.tabular import damage_named
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
-from sim.dataset.files import beside, canonical_json, system_errors_about
-from sim.dataset.tabular import damage_named
 from validation.comparison.design import Design
 from validation.gates.sequential import Array
 

@@ -12,10 +12,10 @@ from scenarios.load import load as load_file
 from scenarios.problems import misfit
 from scenarios.spec import DIALECT
 from scenarios.table import Table
-from validation.calibrating.children import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
 from validation.calibrating.command import Need
+from validation.calibrating.processes import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
 from validation.gates.power import MOST_TRIALS, USUAL_SPREAD
-from validation.scoring.meaning import Meaning, meaning_of
+from validation.scoring.definitions import Meaning, meaning_of
 
 FALSE_FAIL_RATE, POWER, QUANTILE, SMALLEST_DEFECT, MARGIN = 1e-4, 0.99, 0.5, 1.5, 1.1
 """What a file that says nothing gets: one run of all gates in 10,000 fails without cause, and so on."""

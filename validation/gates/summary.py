@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from scenarios.plain import json_ready
-from validation.gates.course import Outcome
+from validation.gates.progress import Outcome
 from validation.gates.sequential import Verdict
 
 

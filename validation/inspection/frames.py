@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.inspection.finding import Finding, Level
-from validation.inspection.look import Look, attitude_of
-from validation.signals.conventions import (
+from validation.inspection.sensor_data import Look, attitude_of
+from validation.signals.quaternion_conventions import (
     CONVENTIONS,
     EXPECTED,
     RateMatch,

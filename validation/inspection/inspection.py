@@ -7,15 +7,15 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from recordings.manifest import read_manifest
 from scenarios.plain import json_ready
-from sim.dataset.manifest import read_manifest
 from validation.inspection.finding import Finding
 from validation.inspection.frames import frame_findings
 from validation.inspection.log import Log, read_log, series_of
-from validation.inspection.look import Look, look_at
 from validation.inspection.motion import motion_findings
+from validation.inspection.sensor_data import Look, look_at
 from validation.inspection.spectra import noise_findings
-from validation.inspection.suffices import calibration_findings
+from validation.inspection.sufficiency import calibration_findings
 from validation.inspection.timing import in_seconds, timing_findings
 from validation.inspection.units import unit_findings
 from validation.inspection.values import missing_finding, value_findings
@@ -45,7 +45,7 @@ class Inspection:
 def inspect_file(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Inspection:
     """Look at a run, a dataset directory or a measured log, and tell what is in it and what is odd.
 
-    maps : `--map` texts, see `sim.dataset.importer.read_columns`. Faults of the values are findings, not errors.
+    maps : `--map` texts, see `recordings.importer.read_columns`. Faults of the values are findings, not errors.
     Raises InputError for a file without columns of time and field, or that cannot be read at all.
     """
     found, runs = inspect_log(read_log(path, maps=maps, run=run)), read_manifest(path).runs if path.is_dir() else 1

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.checks import MIN_INTERVAL_S, plausible, sound
+from recordings.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
+from recordings.importer import RawColumns, read_columns
+from recordings.manifest import file_of
+from recordings.units import parse_maps
 from scenarios.errors import InputError
-from sim.dataset.checks import MIN_INTERVAL_S, plausible, sound
-from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
-from sim.dataset.importer import RawColumns, read_columns
-from sim.dataset.manifest import file_of
-from sim.dataset.units import parse_maps
 
 Array = NDArray[np.float64]
 LATEST_S = 1e19

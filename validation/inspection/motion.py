@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from calib.observability import Extent, axis_text, planar_status
 from validation.inspection.finding import Finding, Level
-from validation.inspection.look import Look, attitude_of
-from validation.signals.conventions import euler_deg
+from validation.inspection.sensor_data import Look, attitude_of
+from validation.signals.quaternion_conventions import euler_deg
 from validation.signals.sphere import cells, directions, largest_hole
 from validation.text import figure, figures
 

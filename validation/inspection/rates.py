@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.dataset.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names
+from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names
 from sim.state import current_name, motors_among
 from validation.inspection.finding import Finding
 from validation.inspection.log import Log

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from calib.numerics.noise import white_noise_std
 from validation.inspection.finding import Finding, Level
-from validation.inspection.look import Look, Residual
+from validation.inspection.sensor_data import Look, Residual
 from validation.signals.noise import BlockMeans, block_means
 from validation.signals.tones import Tone, mains_aliases, mains_named, spectrum, tones
 from validation.text import counted, figure, figures, listed

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.dataset.units import UNITS
+from recordings.units import UNITS
 from validation.inspection.finding import Finding, Level
 from validation.inspection.log import Log, series_of
-from validation.inspection.look import attitude_of
 from validation.inspection.rates import LEAST_ROWS, SECTION, rate_findings
+from validation.inspection.sensor_data import attitude_of
 from validation.signals.intervals import GAP
 from validation.signals.lattice import find_lattice
-from validation.signals.stamps import finer_unit
+from validation.signals.time_units import finer_unit
 from validation.text import counted, duration, figure
 
 Array = NDArray[np.float64]

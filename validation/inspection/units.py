@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.dataset.checks import FIELD_RANGE_NT
-from sim.dataset.columns import mag_names
-from sim.dataset.units import STANDARD_GRAVITY_M_S2
+from recordings.checks import FIELD_RANGE_NT
+from recordings.columns import mag_names
+from recordings.units import STANDARD_GRAVITY_M_S2
 from validation.inspection.finding import Finding
 from validation.inspection.log import Log, Series
-from validation.inspection.look import Look
+from validation.inspection.sensor_data import Look
 from validation.text import figure
 
 SECTION = "units"

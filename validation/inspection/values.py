@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from validation.inspection.finding import Finding
 from validation.inspection.log import Log
-from validation.inspection.look import LEAST_ROWS, Look
+from validation.inspection.sensor_data import LEAST_ROWS, Look
 from validation.signals.faults import pile_up, repeats, spikes
 from validation.signals.intervals import gaps_after
 from validation.signals.lattice import odd_share

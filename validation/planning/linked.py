@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from validation.bound.information import SYMMETRIC
 from validation.bound.knowledge import PLACES
-from validation.planning.refine import fitted
+from validation.planning.refinement import fitted
 from validation.planning.search import Choice, Search
 from validation.planning.task import Task
 

@@ -12,13 +12,13 @@ from scenarios.errors import InputError
 from sim.scenario import Scenario
 from sim.simulate import flown, plan
 from validation.bound.limit import Limit, limit, tilts_deg
-from validation.bound.question import Answer, Question
-from validation.bound.staying import staying_limit
+from validation.bound.query import Answer, Question
+from validation.bound.station_keeping import staying_limit
 from validation.comparison.engine import Engine
 from validation.planning import linked
-from validation.planning.confirm import Confirmed, confirmed
 from validation.planning.search import Choice, Search
 from validation.planning.task import Task
+from validation.planning.verification import Confirmed, confirmed
 
 Array = NDArray[np.float64]
 MOST_TRIES = 4

@@ -14,7 +14,7 @@ from validation.bound.limit import optimal
 from validation.planning.allocation import Legs, whole
 from validation.planning.manoeuvre import Leg
 from validation.planning.order import START, shortest
-from validation.planning.refine import refined
+from validation.planning.refinement import refined
 from validation.planning.task import Task
 
 Array = NDArray[np.float64]

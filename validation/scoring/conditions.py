@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from scenarios.errors import InputError
 from scenarios.names import closest
-from validation.scoring.meaning import Meaning, meaning_of
+from validation.scoring.definitions import Meaning, meaning_of
 from validation.scoring.scores import Score
 from validation.text import figure
 

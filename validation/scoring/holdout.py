@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from recordings import Recording
+from recordings.assemble import scalars_of
 from sim.chain import Link
-from sim.dataset import Recording
-from sim.dataset.assemble import scalars_of
 from sim.effects.base import Effect
 from sim.effects.sources import dipole_field_nT
 from sim.state import TEMPERATURE, State

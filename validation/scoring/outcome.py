@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.result import Calibration
-from sim.dataset.recording import Recording, Truth
+from recordings.recording import Recording, Truth
 from sim.scenario import Scenario
 from sim.tracking import Tracking
-from validation.scoring.answer import Answer, answer
+from validation.scoring.recommendation import Answer, answer
 from validation.scoring.scores import Score
 
 Array = NDArray[np.float64]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Calibration
-from sim.dataset import Recording
+from recordings import Recording
 from validation.scoring.holdout import MANOEUVRE_SAMPLES, HoldOut, Pairs
-from validation.signals.size import rms
+from validation.signals.amplitude import rms
 
 Array = NDArray[np.float64]
 CHI2_3_95 = 7.814727903251179

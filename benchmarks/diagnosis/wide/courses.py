@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from sim.dataset import Recording
-from sim.dataset.assemble import recording_of
+from recordings import Recording
+from recordings.assemble import recording_of
 from sim.rotation import matrix_from_q, to_body
 from sim.scenario import Scenario
 from sim.simulate import blocks, plan

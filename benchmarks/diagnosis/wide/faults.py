@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.diagnosis.wide.noises import Noise, powers
-from sim.dataset import Recording
+from recordings import Recording
 from sim.state import Array
 
 

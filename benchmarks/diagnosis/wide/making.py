@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.diagnosis.wide.courses import DRAWN, Course, course
 from benchmarks.diagnosis.wide.noises import COLOURS, Noise, drawn, measured
 from benchmarks.diagnosis.wide.table import FAMILIES, FAULTS, FIELD, SENSOR, VEHICLE
-from sim.dataset import Recording
+from recordings import Recording
 from sim.scenario import ModelSpec
 from sim.state import Array
 

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from benchmarks.diagnosis.wide.courses import STEP_S, Course
-from sim.dataset import Recording
+from recordings import Recording
 from sim.rotation import multiply_q, q_from_rotation_vector
 from sim.state import Array
 

@@ -17,8 +17,8 @@ from scipy.signal import istft, stft
 
 from benchmarks.diagnosis.wide.courses import DRAWN, course
 from benchmarks.diagnosis.wide.making import Made
-from sim.dataset import Recording
-from sim.dataset.reader import read_recording
+from recordings import Recording
+from recordings.reader import read_recording
 from sim.rotation import matrix_from_q, to_body
 from sim.scenario import ModelSpec
 from sim.state import Array

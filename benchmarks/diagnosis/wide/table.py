@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.diagnosis.wide import faults, field, sensor, vehicle
 from benchmarks.diagnosis.wide.forms import Family
 from benchmarks.diagnosis.wide.noises import Noise
-from sim.dataset import Recording
+from recordings import Recording
 from sim.state import Array
 
 FIELD, VEHICLE, SENSOR = "field", "vehicle", "sensor"

@@ -12,7 +12,7 @@ from calib import Reference
 from calib.methods.de_turntable import DeTurntable, observability
 from calib.models.turntable import NAMES, TurnSpace, axes_matrix, costs, derivatives
 from calib.search.differential import RandOne
-from sim.dataset import Recording
+from recordings import Recording
 
 TRUTH = np.array([0.013572, 0.000115, -0.006312, -0.021201, -0.003657])
 LEVEL_NT, UP_NT = 34_000.0, -36_000.0

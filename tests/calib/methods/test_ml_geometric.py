@@ -9,7 +9,7 @@ import pytest
 
 from calib import Reference
 from calib.methods.ml_geometric import MaximumLikelihoodGeometric
-from sim.dataset import Recording
+from recordings import Recording
 
 BOUND_NT = {"full": 0.5592, "pitch": 7.589}
 """The standard case: strength known, nine parameters."""

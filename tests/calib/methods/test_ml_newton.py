@@ -13,8 +13,8 @@ from calib.methods.ml_newton import MaximumLikelihoodNewton, _wrong_minimum, two
 from calib.methods.twostep import TwoStep
 from calib.models.ellipsoid import Ellipsoid, Standardised, norm_coordinates, symmetric
 from calib.models.norm import noise_sums, norm_cost, norm_derivatives
+from recordings import read_recording
 from scenarios.errors import InputError
-from sim.dataset import read_recording
 
 TURN = Rotation.from_euler("ZYX", [0.05, -0.03, 0.08]).as_matrix()
 

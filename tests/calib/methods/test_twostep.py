@@ -9,7 +9,7 @@ from calib import Reference
 from calib.methods.twostep import Centred, TwoStep, _expected_gradient, centre_gradient, centre_of, first_step
 from calib.models.ellipsoid import Standardised
 from calib.models.quadric import design, shape_matrix
-from sim.dataset import read_recording
+from recordings import read_recording
 
 SEEDS = range(40)
 

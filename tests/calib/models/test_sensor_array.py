@@ -26,8 +26,8 @@ from calib.models.sensor_array import (
     residuals,
     tensor,
 )
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
 from sim.effects.papers import ding2021_axes, ding2021_turn
 
 STRENGTH_NT = 52_000.0

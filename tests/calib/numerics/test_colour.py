@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from calib import get
 from calib.numerics.colour import BLOCKS, inflation, white_ratios
-from sim.dataset import Recording
+from recordings import Recording
 
 
 def test_white_residuals_are_left_alone() -> None:

@@ -16,13 +16,13 @@ from sim.effects.noise import FLICKER_LOW_HZ, FlickerNoise, WhiteNoise
 from sim.scenario import load
 from sim.state import State
 from tests.validation.bound.experiments import of_motion
-from validation.bound.answer import headline, summary
 from validation.bound.bound import Bound
 from validation.bound.colour import Colour
 from validation.bound.information import norm_rows, vector_rows
 from validation.bound.limit import Tilts, limit
-from validation.bound.question import Question
-from validation.bound.stated import stated_colour
+from validation.bound.query import Question
+from validation.bound.sensor_noise import stated_colour
+from validation.bound.summary import headline, summary
 
 Array = NDArray[np.float64]
 SAMPLES = 400

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from recordings import write_recording
 from scenarios.errors import InputError
-from sim.dataset import write_recording
 from sim.scenario import load
 from tests.calib import conftest as standard
 from tests.validation.bound.experiments import ACCEL_STD_M_S2, of_motion
 from validation.bound.bound import Bound
 from validation.bound.files import recording_experiment, scenario_experiment
 from validation.bound.knowledge import KNOWLEDGE
-from validation.bound.weak import observable, weak_directions
+from validation.bound.unobservable import observable, weak_directions
 
 STRENGTH_NT = standard.REFERENCE.strength_nT
 

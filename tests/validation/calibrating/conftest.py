@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Reference
-from sim.dataset import Recording
+from recordings import Recording
 
 OFFSET_NT = (100.0, -200.0, 300.0)
 

@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Reference, get
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
 from validation.calibrating.candidates import Candidate, Fitted, candidates
 
 REFERENCE = Reference(50_000.0)

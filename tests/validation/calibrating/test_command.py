@@ -14,8 +14,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from calib import Calibration, Reference
+from recordings import Recording, read_recording
 from scenarios.errors import InputError
-from sim.dataset import Recording, read_recording
 from validation.calibrating import program
 from validation.calibrating.candidates import Candidate, candidates
 from validation.calibrating.command import command

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from calib import Calibration, Status
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
 from validation.calibrating.export import FORMATS, exported, known_forms
 
 MATRIX = np.array([[0.95, 0.02, -0.01], [0.02, 1.05, 0.03], [-0.01, 0.03, 1.01]])

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from calib import Calibration, Status, to_dict
+from recordings import Recording, read_recording, write_recording
 from scenarios.errors import InputError
-from sim.dataset import Recording, read_recording, write_recording
 from validation.calibrating.files import apply_file, read_calibrations, write_calibrations
 
 OFFSET_NT, MATRIX = np.array([100.0, -200.0, 300.0]), np.diag([1.1, 0.9, 1.0])

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from calib import Reference
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
 from calib.methods.sphere import SphereCalibrator
-from sim.dataset import Recording
+from recordings import Recording
 from validation.calibrating.candidates import candidates
 from validation.calibrating.fitting import fit_all
 

@@ -10,8 +10,8 @@ import pytest
 import magbench
 from calib import Calibration, Reference
 from calib.methods.sphere import SphereCalibrator
+from recordings import Recording
 from scenarios.errors import InputError
-from sim.dataset import Recording
 from tests.validation.calibrating.conftest import OFFSET_NT
 from validation.calibrating import registry
 from validation.calibrating.candidates import candidates, known_names

@@ -11,7 +11,7 @@ import numpy as np
 
 from calib import Reference, Status
 from calib.result import Calibration
-from sim.dataset import Recording
+from recordings import Recording
 from validation.calibrating.candidates import Candidate, Fitted
 
 

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from reports.outputs.comparison import compare
 from scenarios.errors import InputError
 from validation.comparison.cluster import Cluster
 from validation.comparison.design import Design
 from validation.comparison.engine import Here, run_trials
 from validation.comparison.journal import Journal
 from validation.comparison.table import TRIALS
-from validation.outputs.comparison import compare
 
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
 

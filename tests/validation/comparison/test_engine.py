@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from reports.outputs.comparison import compare
 from scenarios.errors import InputError
 from sim.run import run_in_memory
 from sim.simulate import plan
@@ -23,7 +24,6 @@ from validation.comparison.design import Design
 from validation.comparison.engine import Here, Processes, run_trials
 from validation.comparison.journal import JOURNAL, Journal
 from validation.comparison.table import TRIALS
-from validation.outputs.comparison import compare
 
 NUMBER = 6
 

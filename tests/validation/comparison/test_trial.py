@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from calib import Calibration, Status
+from recordings import read_run
+from reports.outputs.run import judge
 from scenarios.errors import InputError
-from sim.dataset import read_run
 from sim.generate import generate
 from tests.short import short
 from validation.calibrating.candidates import candidates
 from validation.comparison.design import Design, received
 from validation.comparison.trial import Task, compute, lost, run_trial
-from validation.outputs.run import judge
-from validation.scoring.judging import UNCORRECTED, has_estimate
-from validation.scoring.meaning import MEANINGS
+from validation.scoring.definitions import MEANINGS
+from validation.scoring.evaluation import UNCORRECTED, has_estimate
 
 
 def test_a_trial_is_the_run_of_that_number_judged_from_its_files(tmp_path: Path) -> None:

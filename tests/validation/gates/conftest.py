@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from validation.comparison.trial import Row, Task, Trial
-from validation.gates.arranging import Group, arranged
+from validation.gates.schedule import Group, arranged
 from validation.gates.spec import load_gates
 
 ROWS = dict[str, Row]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.errors import InputError
-from validation.gates.planning import planned
+from validation.gates.budget import planned
 from validation.gates.power import exceedance_of, verdict_probabilities
 from validation.gates.spec import Gate, json_schema, load_gates
 

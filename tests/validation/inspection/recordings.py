@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from validation.inspection.finding import Finding
 from validation.inspection.log import Log, Series, series_of
-from validation.inspection.look import Look, look_at
+from validation.inspection.sensor_data import Look, look_at
 
 Array = NDArray[np.float64]
 RATE_HZ = 50.0

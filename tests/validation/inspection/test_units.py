@@ -10,7 +10,7 @@ import pytest
 from tests.validation.inspection.recordings import FIELD_ENU_NT, GRAVITY_M_S2, Array, log_of, moved, noise, one
 from validation.inspection.finding import Finding
 from validation.inspection.log import series_of
-from validation.inspection.look import look_at
+from validation.inspection.sensor_data import look_at
 from validation.inspection.units import unit_findings
 
 MOTION = moved(600)

@@ -17,12 +17,12 @@ from validation.bound.limit import Tilts
 from validation.comparison.engine import Here
 from validation.planning.linked import linked
 from validation.planning.manoeuvre import Leg
-from validation.planning.onward import onward
-from validation.planning.onward_words import headline as after_words
+from validation.planning.next_leg import onward
+from validation.planning.next_leg_summary import headline as after_words
 from validation.planning.plan import planned
-from validation.planning.refine import fitted
+from validation.planning.refinement import fitted
+from validation.planning.summary import headline
 from validation.planning.task import Task
-from validation.planning.words import headline
 
 LEVEL = Tilts(5.0, 5.0)
 

@@ -8,20 +8,20 @@ from pathlib import Path
 
 import pytest
 
+from reports.outputs.plan import write_plan
+from reports.pages.plan import page
 from scenarios.errors import InputError
 from sim.scenario import load
-from tests.validation.views.page import figures
+from tests.reports.page import figures
 from validation.bound.goal import GOALS, parsed_target
 from validation.bound.limit import Tilts
-from validation.bound.question import Question
+from validation.bound.query import Question
 from validation.comparison.engine import Here
-from validation.outputs.plan import write_plan
 from validation.planning.manoeuvre import Leg
 from validation.planning.plan import Plan, planned
-from validation.planning.refine import refined
+from validation.planning.refinement import refined
+from validation.planning.summary import attitude, headline, limits
 from validation.planning.task import HAND, Task
-from validation.planning.words import attitude, headline, limits
-from validation.views.pages.plan import page
 
 MOST_RATIO = 1.2
 """Of the flown manoeuvre's error to the limit of its tilts."""

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Calibration, Reference, Status
-from sim.dataset import Recording
+from recordings import Recording
 from sim.effects import EFFECTS, build
 from validation.calibrating.candidates import candidates
 from validation.scoring.holdout import (

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sim.dataset import Recording
+from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.held_out import judged_at
+from diagnosis.library.candidates import proposed
+from recordings import Recording
 from sim.effects import EFFECTS
-from tests.validation.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
-from validation.diagnosis.evidence.compare import judged_at
-from validation.diagnosis.evidence.ground import Ground
-from validation.diagnosis.library.candidates import proposed
+from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
 from validation.signals.neighbours import as_iron_sees, by_neighbours
 
 LOOP = next(one for one in EFFECTS if one.continuous and not one.clues.memory)

@@ -1,0 +1,99 @@
+"""Where the gap is: two-fold held-out share of the residual that a binned channel explains, body and earth frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from diagnosis.policy import Policy
+from diagnosis.problem.actuators import as_currents
+from diagnosis.problem.blocks import Cut
+from diagnosis.problem.linear import LinearProblem
+from sim.rotation import matrix_from_q
+from sim.state import Array
+
+TIME = "time_s"
+"""The channel that every slow disturbance goes with."""
+
+
+class Share(NamedTuple):
+    """A channel, the frame ("body", "earth", "strength"), and the share of the gap's slow power that goes with it."""
+
+    channel: str
+    frame: str
+    share: float
+
+
+def localise(problem: LinearProblem, residual: Array) -> tuple[Share, ...]:
+    """Channels in order of the share of the residual's slow power (n, q) that their bins explain on held-out data."""
+    n, policy = len(residual), problem.policy
+    length = max(1, min(round(policy.channel_mean_s / problem.state.interval_s), n // policy.least_channel_means))
+    cut = Cut(length, n // length)
+    mean = cut.means(residual)
+    frames = {"body" if problem.mode == "vector" else problem.compared: mean}
+    if problem.mode == "vector":
+        R = problem.state.R_wb[: cut.m * length : length]
+        frames["earth"] = np.einsum("nij,nj->ni", R, mean)
+    again = set(as_currents(problem.recording).values())
+    found = [
+        Share(name, frame, explained_share(cut.means(values), left, policy))
+        for name, values in channels(problem)
+        for frame, left in frames.items()
+        if name not in again
+    ]
+    best: dict[str, Share] = {}
+    for one in sorted(found, key=lambda f: -f.share):
+        best.setdefault(one.channel, one)
+    return tuple(one for one in best.values() if one.share > policy.least_channel_share)[: policy.most_channels]
+
+
+def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
+    """Every channel (n,) that may drive a disturbance, by name."""
+    recording, state = problem.recording, problem.state
+    yield TIME, state.time_s
+    yield from _columns("field_{}", "xyz", state.field_nT)
+    if "rate" in problem.has:
+        yield from _columns("rate_{}", "xyz", state.rate_rad_s)
+    if recording.att_q is not None:
+        yield from _angles(matrix_from_q(np.ascontiguousarray(recording.att_q)))
+    if problem.level is not None:
+        yield from _tilts(-problem.level.down)
+    if recording.pos_enu_m is not None:
+        yield from _columns("pos_{}_m", ("east", "north", "up"), recording.pos_enu_m)
+    yield from state.channels.items()
+
+
+def _columns(name: str, parts: Iterator[str] | tuple[str, ...] | str, values: Array) -> Iterator[tuple[str, Array]]:
+    for part, column in zip(parts, values.T, strict=True):
+        yield name.format(part), column
+
+
+def _angles(R_wb: Array) -> Iterator[tuple[str, Array]]:
+    yield "heading", np.arctan2(R_wb[:, 1, 0], R_wb[:, 0, 0])
+    yield from _tilts(R_wb[:, 2])
+
+
+def _tilts(up: Array) -> Iterator[tuple[str, Array]]:
+    """Pitch and roll from the direction up in the body frame (n, 3)."""
+    yield "pitch", np.arcsin(np.clip(-up[:, 0], -1, 1))
+    yield "roll", np.arctan2(up[:, 1], up[:, 2])
+
+
+def explained_share(channel: Array, left: Array, policy: Policy) -> float:
+    """Share of the squares of left (m, q) that bin means of a channel (m,), learnt on other segments, explain."""
+    edges = np.unique(np.quantile(channel, np.linspace(0, 1, policy.channel_bins + 1)[1:-1]))
+    if not np.isfinite(channel).all() or len(edges) < 2:
+        return 0.0
+    place = np.searchsorted(edges, channel)
+    fold = np.arange(len(channel)) * policy.channel_segments // len(channel) % 2
+    after = 0.0
+    for held in (0, 1):
+        train = fold != held
+        count = np.bincount(place[train], minlength=len(edges) + 1)
+        total = np.stack([np.bincount(place[train], c, minlength=len(edges) + 1) for c in left[train].T], axis=1)
+        guess = total / np.maximum(count, 1)[:, None]
+        after += float(((left[~train] - guess[place[~train]]) ** 2).sum())
+    before = float((left**2).sum())
+    return 1 - after / before if before > 0 else 0.0

@@ -1,0 +1,107 @@
+"""Is what is left clean? Block means, tones and tails against white noise of the size that neighbours show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from calib.numerics.colour import white_ratios
+from diagnosis.policy import Policy
+from diagnosis.problem.blocks import Cut
+from sim.state import Array
+from validation.signals.tones import tones
+
+MOST_TONES = 5
+"""Tones that are listed."""
+
+
+@dataclass(frozen=True)
+class Battery:
+    """The tests of a residual: block-mean excess by length, tones found, excess kurtosis; `why` lists what failed."""
+
+    excess: dict[float, float]
+    tones_hz: tuple[float, ...]
+    kurtosis: float
+    why: tuple[str, ...]
+
+    @property
+    def clean(self) -> bool:
+        """Whether every test passed."""
+        return not self.why
+
+
+def battery(residual: Array, usable: Array, time_s: Array, fitted: int, policy: Policy, memory: int = 1) -> Battery:
+    """Test a residual (n, q) at times (n,) in units of the noise; `fitted` parameters were taken from it.
+
+    What was fitted may be fast or slow: the means are counted as if nothing of theirs was, which alarms less often.
+    memory : samples over which a low-pass or an interpolation colours the noise itself; 1: white.
+    """
+    variance = _white_variance(residual, usable, fitted, memory)
+    excess, why = {}, []
+    for length_s in mean_lengths_s(time_s, policy):
+        scaled = _scaled_means(residual, usable, _cells(time_s, length_s), policy)
+        if scaled is None:
+            continue
+        scaled /= variance
+        excess[length_s] = float(scaled.mean())
+        if chi2.sf(scaled.sum(), scaled.size) < policy.means_alarm / len(policy.mean_lengths_s):
+            why.append(f"means over {length_s:.3g} s vary {excess[length_s]:.1f} times as much as white noise's")
+    whole = bridged(time_s, residual, usable)
+    lines = tuple(one.frequency_hz for one in tones(time_s, whole, false_alarm=policy.tone_alarm)[:MOST_TONES])
+    if lines:
+        why.append("tones at " + ", ".join(f"{f:.4g} Hz" for f in lines))
+    kurtosis = _kurtosis(residual, usable)
+    if kurtosis > policy.tail_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
+        why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")
+    return Battery(excess, lines, kurtosis, tuple(why))
+
+
+def _white_variance(residual: Array, usable: Array, fitted: int, memory: int) -> Array:
+    """Variance (q,) of a sample, or where the noise has a memory that of white noise with the same slow power."""
+    variance = (residual**2).sum(axis=0) / max(usable.sum() - fitted / residual.shape[1], 1)
+    if memory > 1:
+        cut = Cut(memory, len(residual) // memory)
+        variance = variance * (cut.blocks(residual).sum(axis=1) ** 2).mean() / memory / variance.mean()
+    return np.asarray(variance)
+
+
+def mean_lengths_s(time_s: Array, policy: Policy) -> tuple[float, ...]:
+    """The policy's lengths of means, longer where samples (n,) are so far apart that the shortest holds too few."""
+    interval_s = float(np.median(np.diff(time_s)))
+    longer = max(1.0, policy.least_mean_samples * interval_s / min(policy.mean_lengths_s))
+    return tuple(longer * length_s for length_s in policy.mean_lengths_s)
+
+
+def _cells(time_s: Array, length_s: float) -> NDArray[np.int64]:
+    """The cell of time (n,) of each sample; one that is early by its time's rounding alone is in the next."""
+    return np.asarray(np.floor(np.round((time_s - time_s[0]) / length_s, 6)), dtype=np.int64)
+
+
+def _scaled_means(residual: Array, usable: Array, cell: NDArray[np.int64], policy: Policy) -> Array | None:
+    """Squares (m, q) of means over cells of time over their variance in unit white noise; None where there are too few.
+
+    cell (n,): the cell of each sample. A cell counts that holds half as many samples as the fullest.
+    """
+    starts = np.flatnonzero(np.diff(cell, prepend=-1))
+    count = np.add.reduceat(usable, starts)
+    full = count > policy.filled_block * count.max()
+    if count.max() < policy.least_mean_samples or np.count_nonzero(full) < policy.least_tested_means:
+        return None
+    return white_ratios(np.add.reduceat(residual, starts, axis=0)[full], count[full])
+
+
+def bridged(time_s: Array, residual: Array, usable: Array) -> Array:
+    """The residual (n, q) with lines over samples left out: zeros would turn a slow rest into tones of a pattern."""
+    used = usable > 0
+    if used.all() or not used.any():
+        return residual
+    return np.column_stack([np.interp(time_s, time_s[used], axis[used]) for axis in residual.T])
+
+
+def _kurtosis(residual: Array, usable: Array) -> float:
+    """Excess kurtosis, mean over outputs, of the usable samples."""
+    share = usable.sum() / len(usable)
+    return float(np.mean((residual**4).mean(axis=0) / (residual**2).mean(axis=0) ** 2 * share) - 3)

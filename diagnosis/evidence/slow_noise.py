@@ -1,0 +1,125 @@
+"""Slow random disturbances in what is left: flicker and random walk, told apart by the spectrum's slope."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.evidence.block_steps import Density, Steps, drawn_at_random
+from diagnosis.evidence.localise import TIME, localise
+from diagnosis.evidence.slow_spectrum import SlowSpectrum
+from diagnosis.problem.blocks import Cut
+from diagnosis.problem.linear import LinearProblem
+from sim.effects.base import Effect
+from sim.state import Array
+from validation.signals.amplitude import rms
+from validation.signals.bands import hann
+
+
+@dataclass(frozen=True)
+class SlowNoise:
+    """Slow noise: the effect at its fitted size, those as good, evidence in nats.
+
+    score: log-likelihood of the steps between its block means; fits: the spectrum and the steps agree; identified: it
+    stands out at so many frequencies that its nature is told from that of any slow disturbance.
+    """
+
+    effect: Effect
+    alternatives: tuple[str, ...]
+    gain: float
+    score: float
+    fits: bool
+    identified: bool
+
+
+def wander(problem: LinearProblem, residual: Array) -> SlowNoise | None:
+    """Slow noise in a residual (n, q), unless that goes with a channel more than with time."""
+    return slow_noise(problem, residual) if goes_with_time_alone(problem, residual) else None
+
+
+def goes_with_time_alone(problem: LinearProblem, residual: Array) -> bool:
+    """Whether a residual (n, q) goes with no channel more than with time."""
+    shares = {one.channel: one.share for one in localise(problem, residual)}
+    return max(shares.values(), default=0.0) <= shares.get(TIME, 0.0) + problem.policy.beside_time
+
+
+def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
+    """Flicker noise or an offset's random walk in a residual (n, q) in units of the noise; None if neither is there.
+
+    Whittle likelihood of the periodogram averaged in bands: ``S(f) = w + d^2 / f`` or ``w + q^2 / (2 pi^2 f^2)``,
+    one-sided, in units of the noise squared over Hz. An error of the attitude has no part along the field, a noise of
+    the sensor has: where it is missing, None. So it is where the residual is slow along the earth's axes rather.
+    """
+    policy, interval_s = problem.policy, problem.state.interval_s
+    if turns_the_field(problem, residual) or slow_along_earth(problem, residual):
+        return None
+    base = problem.base
+    if problem.level is not None:  # the dip has the slow errors of roll and pitch too
+        residual, base = residual[:, :1], base[:, 0]
+    first = SlowSpectrum.of(residual, interval_s, policy)
+    residual = _refitted(residual, base, interval_s, first.density)
+    spectrum = SlowSpectrum.of(residual, interval_s, policy)
+    steps = Steps.of(residual, interval_s, policy)
+    score, sizes, innovations = steps.fit(spectrum.level, spectrum.shape)
+    gain = score - steps.fit(spectrum.level, None)[0]
+    if gain <= policy.apart:
+        return None
+    level = spectrum.effect.with_role("level")
+    assert level is not None
+    std = np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT[: len(sizes)], 3)
+    return SlowNoise(
+        spectrum.effect(**{level: tuple(std.tolist())}),
+        spectrum.others,
+        gain,
+        score,
+        fits=spectrum.agrees(policy) and drawn_at_random(innovations, policy),
+        identified=spectrum.lines_above_white(policy) >= policy.least_told_lines,
+    )
+
+
+def slow_along_earth(problem: LinearProblem, residual: Array) -> bool:
+    """Whether slow noise is likelier in a residual (n, 3) seen along the earth's axes than along the body's.
+
+    A sensor turns with its own noise; a field that changes does not turn with it.
+    """
+    if problem.mode != "vector" or not problem.sees_across:
+        return False
+    body = (residual * problem.sigma_nT) @ np.linalg.inv(problem.turn).T / rms(problem.sigma_nT)
+    earth = np.einsum("nij,nj->ni", problem.state.R_wb, body)
+    return _score(problem, earth) > _score(problem, body) + problem.policy.apart
+
+
+def _score(problem: LinearProblem, residual: Array) -> float:
+    """Log-likelihood of the steps of a residual (n, q) under the slow noise that fits its spectrum best."""
+    policy, interval_s = problem.policy, problem.state.interval_s
+    spectrum = SlowSpectrum.of(residual, interval_s, policy)
+    return Steps.of(residual, interval_s, policy).fit(spectrum.level, spectrum.shape)[0]
+
+
+def turns_the_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> bool:
+    """Whether a residual (n, q) has nothing along the field, in means as of `along_field`: an error of the attitude."""
+    return problem.sees_across and along_field(problem, residual, mean_s) < problem.policy.least_along_field
+
+
+def along_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> float:
+    """Share of a residual's power that lies along the field, in means over `slow_mean_s` if no length is given."""
+    length = max(1, round((mean_s or problem.policy.slow_mean_s) / problem.state.interval_s))
+    cut = Cut(length, len(residual) // length)
+    if problem.level is not None:
+        power = (cut.means(residual * problem.sigma_nT) ** 2).sum(axis=0)
+        return float(power[0] / max(power.sum(), 1e-300))
+    turned = problem.state.field_nT @ problem.turn.T
+    direction = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    nT, u = cut.means(residual * problem.sigma_nT), cut.means(direction)
+    return float(((nT * u).sum(axis=1) ** 2).sum() / max((nT**2).sum(), 1e-300))
+
+
+def _refitted(residual: Array, base: Array, interval_s: float, density: Density) -> Array:
+    """A residual (n, q) with the base (n, p) fitted anew, each frequency weighing what the noise's spectrum says."""
+    n = len(residual)
+    window = hann(n)
+    f = np.maximum(np.fft.rfftfreq(n, interval_s), 1 / (n * interval_s))
+    B, r = (np.fft.rfft(window * values, axis=0) / np.sqrt(density(f))[:, None] for values in (base, residual))
+    change = np.linalg.lstsq((B.conj().T @ B).real, (B.conj().T @ r).real, rcond=1e-12)[0]
+    return np.asarray(residual - base @ change)

@@ -1,0 +1,124 @@
+"""Legs that a vehicle can fly, and the measured motion that the simulator gives for one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from diagnosis.problem.formulation import pose
+from diagnosis.problem.linear import LinearProblem
+from recordings import Recording
+from recordings.assemble import recording_of
+from scenarios.errors import InputError
+from scenarios.toml import as_dict
+from sim.chain import apply_deterministic
+from sim.effects import Effects
+from sim.effects.base import Effect
+from sim.scenario import Scenario
+from sim.simulate import blocks, plan
+from sim.state import Array
+
+Phase = dict[str, Any]
+SWAYING: Phase = {"roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 20.0}
+QUICK: Phase = {**SWAYING, "roll_period_s": 11.0, "pitch_period_s": 17.0}
+LEGS: tuple[tuple[str, tuple[Phase, ...]], ...] = (
+    ("rest", ({"kind": "hover", "duration_s": 240.0},)),
+    ("a level spiral to the left, then to the right", (
+        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 2.0, "duration_s": 180.0},
+        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": -2.0, "duration_s": 180.0},
+    )),
+    ("a spiral that sways in roll and pitch", (
+        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 2.0, "duration_s": 240.0, **SWAYING},
+    )),
+    ("a spiral that sways quickly in roll and pitch", (
+        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 3.0, "duration_s": 240.0, **QUICK},
+    )),
+    ("a comb", ({"kind": "comb", "line_length_m": 60.0, "line_spacing_m": 20.0, "lines": 4, "speed_m_s": 1.0},)),
+    ("a dive and the way up", (
+        {"kind": "descent", "to_depth_m": 200.0, "max_duration_s": 600.0},
+        {"kind": "ascent", "to_depth_m": 50.0, "max_duration_s": 600.0},
+    )),
+    ("turns on the spot that sway slowly", (
+        {"kind": "rotate", "duration_s": 240.0, "turn_rate_deg_s": 15.0, "tilt_amplitude_deg": 20.0,
+         "tilt_period_s": 8.0},
+    )),
+    ("turns on the spot at two rates, both ways, that sway quickly", (
+        {"kind": "rotate", "duration_s": 120.0, "turn_rate_deg_s": 60.0, "tilt_amplitude_deg": 15.0,
+         "tilt_period_s": 2.0},
+        {"kind": "rotate", "duration_s": 120.0, "turn_rate_deg_s": -20.0, "tilt_amplitude_deg": 20.0,
+         "tilt_period_s": 4.0},
+    )),
+    ("a slow tumble through all attitudes", ({"kind": "tumble", "duration_s": 240.0},)),
+    ("turns about every axis at 60 degrees a second", ({"kind": "turntable_turns", "rate_deg_s": 60.0},)),
+    ("stops on the way round", ({"kind": "turntable_stops", "stops": 12, "dwell_s": 10.0},)),
+)  # fmt: skip
+"""Words and phases of what may be flown; a vehicle is offered those that it can do."""
+QUIET = {"attitude_noise_std_deg": 0.0, "position_noise_std_m": 0.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A leg: in words, as a scenario that flies it, and how long it takes."""
+
+    words: str
+    scenario: Scenario
+    duration_s: float
+
+    def problem(self, like: LinearProblem, always: Sequence[Effect]) -> LinearProblem | None:
+        """The problem that the leg's motion poses, with effects that act always, in the noise of another problem.
+
+        Its iron is parametrised as there: `base` means the same coefficients. None where the vehicle, at work, does
+        not come to the end of the leg.
+        """
+        try:
+            recording = measured_along(self.scenario)
+        except InputError:
+            return None
+        enu_nT = like.state.field_enu_nT
+        strength_nT = float(np.linalg.norm(enu_nT))
+        state = pose(recording, enu_nT, strength_nT, like.effects, like.policy).state
+        mag_nT = apply_deterministic(always, state)[0]
+        posed = pose(replace(recording, mag_nT=mag_nT), enu_nT, strength_nT, like.effects, like.policy)
+        return replace(posed, sigma_nT=like.sigma_nT)
+
+
+def legs_of(model: Scenario) -> list[Leg]:
+    """The legs that the model's vehicle can fly, without those that it has just flown."""
+    flown = [phase.model_dump(exclude_unset=True) for phase in model.phases]
+    legs = []
+    for words, phases in LEGS:
+        scenario = _with(model, phases)
+        if scenario is not None and [one.model_dump(exclude_unset=True) for one in scenario.phases] != flown:
+            legs.append(Leg(words, scenario, sum(phase.duration_s for phase in scenario.phases)))
+    return legs
+
+
+def repeated(leg: Leg, times: int) -> Scenario:
+    """The scenario that flies a leg several times over."""
+    phases = leg.scenario.phases * times
+    return leg.scenario.model_copy(update={"phases": phases, "name": "next", "summary": f"To tell apart: {leg.words}"})
+
+
+def _with(model: Scenario, phases: Sequence[Phase]) -> Scenario | None:
+    """The model with other phases, None where its vehicle cannot fly them."""
+    try:
+        return Scenario.model_validate(as_dict(model) | {"phases": list(phases)})
+    except (ValidationError, InputError):
+        return None
+
+
+def measured_along(scenario: Scenario) -> Recording:
+    """The recording of a flight without any error of the magnetometer or of navigation."""
+    bare: dict[str, Any] = {"effects": Effects(), "effect_order": None, "vary": {}, "sensor": None}
+    quiet = scenario.navigation.model_copy(update=QUIET)
+    made = plan(scenario.model_copy(update={**bare, "navigation": quiet}), 0, 0)
+    columns: dict[str, list[Array]] = {}
+    for block in blocks(made):
+        for key, values in block.items():
+            if not key.startswith(("true_", "effect")):
+                columns.setdefault(key, []).append(values)
+    return recording_of({key: np.concatenate(parts) for key, parts in columns.items()})

@@ -1,0 +1,196 @@
+"""Least squares cut into folds and blocks of time: sums once, then every fit and held-out score from them alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.numerics.colour import white_ratios
+from diagnosis.policy import Policy
+from sim.state import Array
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How n samples are cut: `length` samples a block, `m` whole blocks; what is left at the end is not used.
+
+    Every `segment` blocks are one segment, which is held out or trained on as a whole; the segments go round `folds`
+    folds.
+    """
+
+    length: int
+    m: int
+    segment: int = 1
+    folds: int = 1
+
+    @classmethod
+    def of(cls, n: int, interval_s: float, policy: Policy) -> Cut:
+        """Blocks of `block_s`, shorter where the record has not `least_blocks` of them."""
+        length = max(2, min(round(policy.block_s / interval_s), n // policy.least_blocks))
+        return cls(length, n // length, policy.segment_blocks, policy.splits)
+
+    @property
+    def fold(self) -> NDArray[np.intp]:
+        """The fold (m,) of each block."""
+        return np.asarray(np.arange(self.m) // self.segment % self.folds)
+
+    def blocks(self, values: Array) -> Array:
+        """(n, ...) as (m, length, ...)."""
+        return values[: self.m * self.length].reshape(self.m, self.length, *values.shape[1:])
+
+    def means(self, values: Array) -> Array:
+        """Means (m, ...) of values (n, ...) over the blocks."""
+        return np.asarray(self.blocks(values).mean(axis=1))
+
+    def products(self, left: Array, right: Array) -> Array:
+        """``sum left^T right`` (folds, a, b) over the rows of each fold, of left (n, r, a) and right (n, r, b)."""
+        long, whole = self.segment * self.length, self.m // self.segment
+        out = np.zeros((self.folds, left.shape[2], right.shape[2]))
+        split = whole * long
+        L, R = (one[:split].reshape(whole, long * one.shape[1], one.shape[2]) for one in (left, right))
+        each = L.transpose(0, 2, 1) @ R
+        for fold in range(self.folds):
+            out[fold] = each[fold :: self.folds].sum(axis=0)
+        last = slice(split, self.m * self.length)
+        out[whole % self.folds] += np.einsum("nra,nrb->ab", left[last], right[last], optimize=True)
+        return out
+
+
+def held_out(policy: Policy) -> Iterator[NDArray[np.bool_]]:
+    """Which folds (splits,) each split holds out; the others are trained on.
+
+    The first one trains on the start, in whose state alone what remembers begins, and on the end.
+    """
+    for split in range(1, policy.splits + 1):
+        yield np.asarray((np.arange(policy.splits) - split) % policy.splits < policy.held_segments)
+
+
+@dataclass(frozen=True)
+class Sums:
+    """Sums of a problem's columns: base B (p), candidates E (k), target y (q outputs).
+
+    BB (f, p, p), BE (f, p, q, k), EE (f, k, k), By (f, p, q), Ey (f, k), yy (f,): products over each of f folds; B1
+    (m, p), E1 (m, q, k), y1 (m, q): plain sums over each of m blocks, for their means; count (m,) samples.
+    The outputs share one base, with coefficients of their own. Where they have the coefficients in common, each with
+    columns of its own, the outputs are further rows: BE (f, p, 1, k), By (f, p, 1), B1 (m, q, p).
+    """
+
+    BB: Array
+    BE: Array
+    EE: Array
+    By: Array
+    Ey: Array
+    yy: Array
+    B1: Array
+    E1: Array
+    y1: Array
+    count: Array
+
+    @property
+    def width(self) -> int:
+        """How many candidate columns there are."""
+        return int(self.EE.shape[1])
+
+    @property
+    def everything(self) -> NDArray[np.bool_]:
+        """All folds (f,)."""
+        return np.ones(len(self.yy), bool)
+
+
+def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) -> Sums:
+    """The sums of base (n, p), or (n, q, p) with common coefficients, columns (n, q, k) and target (n, q)."""
+    B, y = _beside(base, target[:, :, None])
+    q, f, p, r = target.shape[1], cut.folds, B.shape[2], y.shape[2]
+    bare = Sums(
+        BB=cut.products(B, B),
+        BE=np.zeros((f, p, r, 0)),
+        EE=np.zeros((f, 0, 0)),
+        By=cut.products(B, y),
+        Ey=np.zeros((f, 0)),
+        yy=cut.products(target[:, :, None], target[:, :, None])[:, 0, 0],
+        B1=cut.blocks(base).sum(axis=1),
+        E1=np.zeros((cut.m, q, 0)),
+        y1=cut.blocks(target).sum(axis=1),
+        count=cut.blocks(usable).sum(axis=1),
+    )
+    return joined(bare, cut, base, (), columns, target)
+
+
+def joined(s: Sums, cut: Cut, base: Array, inside: Sequence[Array], columns: Array, target: Array) -> Sums:
+    """The sums with further columns (n, q, k) behind those groups (n, q, .) that they are of."""
+    none = np.zeros((cut.folds, 0, columns.shape[2]))
+    across = np.concatenate([none, *(cut.products(one, columns) for one in inside)], axis=1)
+    own = cut.products(columns, columns)
+    taken = cut.products(*_beside(base, columns)).reshape(*s.BE.shape[:3], columns.shape[2])
+    upper, lower = np.concatenate([s.EE, across], axis=2), np.concatenate([across.transpose(0, 2, 1), own], axis=2)
+    return replace(
+        s,
+        BE=np.concatenate([s.BE, taken], axis=3),
+        EE=np.concatenate([upper, lower], axis=1),
+        Ey=np.concatenate([s.Ey, cut.products(columns, target[:, :, None])[:, :, 0]], axis=1),
+        E1=np.concatenate([s.E1, cut.blocks(columns).sum(axis=1)], axis=2),
+    )
+
+
+def _beside(base: Array, columns: Array) -> tuple[Array, Array]:
+    """Rows of base (n, r, p) and columns (n, q, k): all outputs beside one row, or each beside its own."""
+    n, q, k = columns.shape
+    return (base[:, None, :], columns.reshape(n, 1, q * k)) if base.ndim == 2 else (base, columns)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Base coefficients beta (p, q), or common ones (p, 1), candidates' c (k,), and the inverse normal matrix of c."""
+
+    beta: Array
+    c: Array
+    covariance: Array
+
+
+def fit(s: Sums, use: NDArray[np.bool_]) -> Fit:
+    """Least squares on the folds `use` (f,): c from the base's orthogonal complement, then beta."""
+    BB, BE, EE = s.BB[use].sum(axis=0), s.BE[use].sum(axis=0), s.EE[use].sum(axis=0)
+    By, Ey = s.By[use].sum(axis=0), s.Ey[use].sum(axis=0)
+    inverse = np.linalg.pinv(BB, rcond=1e-13, hermitian=True)
+    through = np.einsum("pr,rqk->pqk", inverse, BE)
+    S = EE - np.einsum("pqi,pqk->ik", BE, through)
+    size = np.sqrt(np.maximum(np.diag(EE), 1e-300))
+    covariance = np.linalg.pinv(S / np.outer(size, size), rcond=1e-9, hermitian=True) / np.outer(size, size)
+    c = covariance @ (Ey - np.einsum("pqk,pq->k", through, By))
+    return Fit(inverse @ By - np.einsum("pqk,k->pq", through, c), c, covariance)
+
+
+def squares(s: Sums, f: Fit, use: NDArray[np.bool_]) -> float:
+    """Sum of squared residuals on the folds `use` (f,)."""
+    pulled = f.c @ s.EE[use].sum(axis=0) @ f.c - 2 * f.c @ s.Ey[use].sum(axis=0)
+    BB, By = s.BB[use].sum(axis=0), s.By[use].sum(axis=0)
+    based = np.einsum("pq,pr,rq->", f.beta, BB, f.beta) - 2 * np.einsum("pq,pq->", f.beta, By)
+    cross = 2 * np.einsum("pq,pqk,k->", f.beta, s.BE[use].sum(axis=0), f.c)
+    return float(s.yy[use].sum() + pulled + based + cross)
+
+
+def block_sums(s: Sums, f: Fit) -> Array:
+    """Sum of the residual in each block (m, q)."""
+    return np.asarray(s.y1 - (s.B1 @ f.beta).reshape(s.y1.shape) - s.E1 @ f.c)
+
+
+def colour(total: Array, count: Array, policy: Policy) -> float:
+    """W: variance of block means over that of white noise of variance one, averaged over outputs; 1 if white."""
+    full = count > policy.filled_block * count.max()
+    return float(white_ratios(total[full], count[full]).mean()) if full.any() else 1.0
+
+
+def inflation(s: Sums, f: Fit, policy: Policy) -> float:
+    """V = max(1, W over 5 s, 20 s and 80 s): by how much the residual's colour inflates a log-likelihood ratio."""
+    total, count = block_sums(s, f), s.count
+    worst = 1.0
+    for several in policy.colour_blocks:
+        whole = len(total) // several * several
+        if whole < policy.least_colour_means * several:
+            break
+        sums_of = total[:whole].reshape(-1, several, total.shape[1]).sum(axis=1)
+        worst = max(worst, colour(sums_of, count[:whole].reshape(-1, several).sum(axis=1), policy))
+    return worst

@@ -1,0 +1,133 @@
+"""The problem that a recording and a model pose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.policy import STANDARD, Policy
+from diagnosis.problem.at_rest import at_rest, still_problem
+from diagnosis.problem.channels import without_their_noise
+from diagnosis.problem.level import Level
+from diagnosis.problem.linear import Instead, LinearProblem
+from diagnosis.problem.relative import recorded_reference, relative_problem
+from diagnosis.problem.repeated_attitude import Steady, between_repeats
+from diagnosis.problem.strength import strength_problem
+from diagnosis.problem.track import Track
+from diagnosis.problem.vector import stating, vector_problem
+from recordings import Recording
+from scenarios.errors import InputError
+from scenarios.spec import FieldSpec
+from sim.effects import EFFECTS
+from sim.effects.base import Effect
+from sim.effects.place import without_iron
+from sim.field import earth_field_enu_nT
+from sim.scenario import Model, Scenario
+from sim.state import Array
+from validation.text import duration
+
+NOMINAL_NT = 5e4
+"""Strength of a field that nobody states: it scales a fit without attitude and decides nothing."""
+
+LONGEST_S = min(p.high for effect in EFFECTS for p in effect.parameters() if p.role == "moment")
+"""Beyond it no effect has a moment."""
+
+
+def pose(
+    recording: Recording,
+    field_enu_nT: Array | None,
+    strength_nT: float,
+    effects: tuple[Effect, ...],
+    policy: Policy = STANDARD,
+    track: Track | None = None,
+    level: Level | None = None,
+) -> LinearProblem:
+    """The problem of a recording; with attitude and the field's vector in vector mode, else with its strength only.
+
+    With a level in place of an attitude the dip is compared beside the strength. Another magnetometer is the reference
+    where there is one. At rest without attitude every axis is compared with a constant. With a track the field and its
+    strength are those of its middle place, and change along it.
+
+    Raises InputError for a recording too short to cut into training and held-out segments, or longer than effects know
+    moments for, and in strength mode for one whose motion does not determine an ellipsoid.
+    """
+    _check_length(recording, policy)
+    if (reference_nT := recorded_reference(recording)) is not None:
+        return relative_problem(recording, reference_nT, effects, policy)
+    if recording.att_q is not None and field_enu_nT is not None:
+        problem = vector_problem(recording, field_enu_nT, effects, policy, track)
+    elif level is None and at_rest(recording, strength_nT, policy):
+        problem = still_problem(recording, effects, policy)
+    else:
+        problem = strength_problem(recording, strength_nT, effects, policy, track=track, level=level)
+    return without_their_noise(problem)
+
+
+def _check_length(recording: Recording, policy: Policy) -> None:
+    if len(recording) < policy.least_samples:
+        what = f"{len(recording)} samples, at least {policy.least_samples} are needed"
+        do = "give a longer recording; magbench calibrate needs ten samples only"
+        raise InputError(what, where="recording", do=do)
+    if (length_s := float(np.ptp(recording.time_s))) > LONGEST_S:
+        what = f"lasts {duration(length_s)}, and at most {duration(LONGEST_S)} are diagnosed"
+        do = "give a part of it; or if its time stamps are no seconds, say so by --map time_s=COLUMN,unit=us"
+        raise InputError(what, where="recording", do=do)
+
+
+def posed(
+    recording: Recording,
+    model: Model,
+    field_enu_nT: Array | None,
+    strength_nT: float | None,
+    *,
+    iron_known: bool = True,
+    policy: Policy = STANDARD,
+) -> LinearProblem:
+    """The problem of a recording and a model, with the model's field where no other is given.
+
+    Where the model's iron is not known it is fitted in its place.
+
+    Raises InputError as `pose` does, and for a bad effect table of the model.
+    """
+    effects = model.chain() if iron_known else without_iron(model.chain())
+    track = Track.of(recording, model.field)
+    if field_enu_nT is None and model.field is not None:
+        field_enu_nT = _field_enu_nT(model.field, track)
+    strength = strength_nT or NOMINAL_NT if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
+    steady = between_repeats(recording, policy)
+    problem = _told(steady, pose(steady.recording, field_enu_nT, strength, effects, policy, track))
+    stated_deg = 0.0
+    if isinstance(model, Scenario) and not problem.relative:
+        stated_deg = model.navigation.attitude_noise_std_deg
+    known = iron_known and not (problem.still or problem.relative)
+    return stating(replace(problem, iron_known=known), float(np.radians(stated_deg)))
+
+
+def posed_anew(
+    problem: LinearProblem, recording: Recording, field_enu_nT: Array | None, done: Instead, level: Level | None = None
+) -> LinearProblem:
+    """The problem of a recording and a field, None for its strength (and dip) alone, with all else as it was.
+
+    done : what was found wrong before, and the field (3,) that holds now. Raises InputError as `pose` does.
+    """
+    strength_nT = float(np.linalg.norm(done.field_enu_nT))
+    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
+    kept = replace(anew, iron_known=problem.iron_known, instead=(*problem.instead, done))
+    return stating(kept, problem.attitude_std_rad).without(problem.usable == 0)
+
+
+def _told(steady: Steady, problem: LinearProblem) -> LinearProblem:
+    """The problem with what was done about an attitude that repeats, and without the rows after its last value."""
+    if not (steady.repeated and problem.turns):
+        return problem
+    share = f"{100 * steady.repeated:.0f} %"
+    words = f"The attitude is repeated in {share} of the rows, and was taken between its own values."
+    figures = "Log the attitude with its own times, or leave the cells empty in which it is not new."
+    told = Instead(words, figures, problem.state.field_enu_nT)
+    return replace(problem, instead=(told,)).without(steady.unknown)
+
+
+def _field_enu_nT(given: FieldSpec, track: Track | None) -> Array:
+    """The stated field (3,), that of a date at the middle of a track where there is one."""
+    return earth_field_enu_nT(given) if track is None or given.enu_nT is not None else track.field_enu_nT(given)

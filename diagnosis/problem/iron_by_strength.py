@@ -1,0 +1,67 @@
+"""Hard and soft iron from the strength of the field: robust, beside a weak prior, however little a motion shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.policy import Policy
+from diagnosis.problem.iron_fit import SETTLED, Iron, fitted, unit_of
+from sim.state import Array
+
+PAIRS = (np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2]))
+"""Rows and columns of the six elements of a symmetric matrix."""
+
+
+def fitted_iron(measured_nT: Array, strength_nT: Array, block: int, policy: Policy) -> Iron:
+    """Iron by which measurements (n, 3) have the field's strength F (n,): ``min sum (|M (m - o)| - F)^2 / v + prior``.
+
+    M is symmetric; v and what is left out: see `iron_task.fitted`. No motion is refused: where it shows nothing the
+    prior stands, M = 1 and o = 0.
+    """
+    unit, middle_nT = unit_of(measured_nT, strength_nT, policy)
+    task = ByStrength(measured_nT * (unit / middle_nT), strength_nT / middle_nT, policy)
+    matrix, offset = parts(fitted(task, block, policy))
+    return Iron(matrix * unit, offset * middle_nT / unit)
+
+
+@dataclass(frozen=True, eq=False)
+class ByStrength:
+    """``|M (y - o)| - F`` of measurements y (n, 3) and strengths F (n,): nine numbers."""
+
+    y: Array
+    F: Array
+    policy: Policy
+
+    @property
+    def middle(self) -> Array:
+        """The unit matrix and no offset."""
+        return np.concatenate([np.eye(3)[PAIRS], np.zeros(3)])
+
+    @property
+    def prior(self) -> Array:
+        """Of the six elements and the offset (9,)."""
+        return np.repeat([self.policy.matrix_prior, self.policy.offset_prior], [6, 3])
+
+    def left(self, theta: Array) -> Array:
+        """``|M (y - o)| - F`` (n, 1)."""
+        matrix, offset = parts(theta)
+        return np.asarray(np.linalg.norm((self.y - offset) @ matrix, axis=1) - self.F)[:, None]
+
+    def slopes(self, theta: Array) -> Array:
+        """Derivatives (n, 1, 9) by the nine numbers."""
+        matrix, offset = parts(theta)
+        from_offset = self.y - offset
+        h = from_offset @ matrix
+        u = h / np.maximum(np.linalg.norm(h, axis=1, keepdims=True), SETTLED)
+        first, second = PAIRS
+        products = u[:, first] * from_offset[:, second] + (u[:, second] * from_offset[:, first]) * (first != second)
+        return np.column_stack([products, -u @ matrix])[:, None]
+
+
+def parts(theta: Array) -> tuple[Array, Array]:
+    """Symmetric matrix (3, 3) and offset (3,) of nine numbers."""
+    upper = np.zeros((3, 3))
+    upper[PAIRS] = theta[:6]
+    return upper + upper.T - np.diag(np.diag(upper)), theta[6:]

@@ -1,0 +1,210 @@
+"""The problem of a recording whose heading is not known: the field's strength is compared, with a level its dip too."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from calib.numerics.rates import body_rate, smoothed_derivative
+from diagnosis.policy import Policy
+from diagnosis.problem.iron_by_dip import fitted_iron_and_dip
+from diagnosis.problem.iron_by_strength import fitted_iron
+from diagnosis.problem.iron_fit import Iron
+from diagnosis.problem.level import Level, dip_rad, upright
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.model_effects import beside_known
+from diagnosis.problem.rates import course, measured
+from diagnosis.problem.repeated_rows import noise_of_neighbours
+from diagnosis.problem.track import Track
+from recordings import Recording
+from scenarios.errors import InputError
+from sim.effects.base import Effect
+from sim.rotation import cross
+from sim.state import SCALAR, Array, State
+from validation.signals.direction_rate import median_rate_rad_s
+
+TURN_STEP_S = 0.04
+"""Step over which a turn is seen: short beside that of a wheel, long beside the noise of a hand's sensor."""
+
+
+def strength_problem(
+    recording: Recording,
+    strength_nT: float,
+    effects: tuple[Effect, ...],
+    policy: Policy,
+    disturbance_nT: Array | None = None,
+    track: Track | None = None,
+    level: Level | None = None,
+) -> LinearProblem:
+    """The problem of the strength, see `LinearProblem`, about iron fitted beside a known part of the disturbance.
+
+    With the part d (n, 3) of the measurement m out, ``h = M (m - d - o)`` and ``u = h / |h|``; y is
+    ``|h| - F + u M d``: the same to first order wherever d is, so that effects and iron are found jointly in steps. A
+    scalar magnetometer beside it is the strength F sample by sample, whatever was given: it must be compensated.
+    With a level the dip is compared too: ``F (dip(h) - I) + v M d``, v the direction across u in which the dip grows.
+    What the model's effects add beyond iron is off m before all this.
+    """
+
+    def bare(seen: Recording) -> LinearProblem:
+        return _by_iron_alone(seen, strength_nT, policy, disturbance_nT, track, level)
+
+    return beside_known(bare, recording, effects)
+
+
+def _by_iron_alone(
+    recording: Recording,
+    strength_nT: float,
+    policy: Policy,
+    disturbance_nT: Array | None,
+    track: Track | None,
+    level: Level | None,
+) -> LinearProblem:
+    F = _strength(recording, strength_nT, track)
+    known = np.zeros_like(recording.mag_nT) if disturbance_nT is None else disturbance_nT
+    iron = _iron(replace(recording, mag_nT=recording.mag_nT - known), F[:, 0], policy, track, level)
+    sight, left = _compared(iron.field_nT(recording.mag_nT - known), F, track, level)
+    sigma = _noise_nT(left, recording, policy)
+    residual = left + np.einsum("nqi,ni->nq", sight, known @ iron.matrix.T)
+    state = _state(recording, sight[:, 0] * F, _given(float(np.median(F)) if track is None else strength_nT, level))
+    clean = iron.measured_nT(state.field_nT)
+    return LinearProblem(
+        recording=recording,
+        state=state,
+        effects=(),
+        mode="strength",
+        base=_base(sight, sigma),
+        target=residual / sigma,
+        sigma_nT=sigma,
+        usable=np.ones(len(recording)),
+        turn=iron.turn,
+        clean_nT=clean,
+        predicted_nT=clean,
+        has=measured(recording) | {"rate"},  # of the field that is measured
+        policy=policy,
+        track=track,
+        level=level,
+        sight=sight,
+    )
+
+
+def _compared(field_nT: Array, F: Array, track: Track | None, level: Level | None) -> tuple[Array, Array]:
+    """Directions (n, q, 3) that strength and dip of a field (n, 3) are seen along, and by how much they err (n, q)."""
+    size = np.linalg.norm(field_nT, axis=1, keepdims=True)
+    direction = field_nT / size
+    if level is None:
+        return direction[:, None], np.asarray(size - F)
+    off_rad = dip_rad(field_nT, level.down) - level.given_rad(track)
+    dip_nT = F[:, 0] * (off_rad - np.median(off_rad))
+    return np.stack([direction, upright(direction, level.down)], axis=1), np.column_stack([size - F, dip_nT])
+
+
+def _noise_nT(left_nT: Array, recording: Recording, policy: Policy) -> Array:
+    """Noise of a sample (q,) of each of what is compared (n, q)."""
+    each = (noise_of_neighbours(one[:, None], recording.mag_nT, recording.time_s, policy) for one in left_nT.T)
+    return np.concatenate(list(each))
+
+
+def _given(strength_nT: float, level: Level | None) -> Array:
+    """The given field (3,); of a strength alone one to the north."""
+    if level is None:
+        return np.array([0.0, strength_nT, 0.0])
+    return np.asarray(level.field_enu_nT / np.linalg.norm(level.field_enu_nT)) * strength_nT
+
+
+def _strength(recording: Recording, given_nT: float, track: Track | None) -> Array:
+    """The field's strength (n, 1) in nT: measured, or as given, with its change along a track."""
+    measured_nT = measured_strength(recording)
+    if measured_nT is not None:
+        return measured_nT
+    return np.full((len(recording), 1), given_nT) + (0.0 if track is None else track.change_nT[:, None])
+
+
+def measured_strength(recording: Recording) -> Array | None:
+    """The field's strength (n, 1) in nT by a scalar magnetometer beside the vector one, where all its values are known.
+
+    Raises InputError for one that is no strength of a field.
+    """
+    known_nT = recording.channels.get(SCALAR)
+    if known_nT is None or not np.isfinite(known_nT).all():
+        return None
+    if known_nT.min() <= 0:
+        what = f"{SCALAR} is the strength of a field in nT, found {known_nT.min():g}"
+        raise InputError(what, where="recording", do="give it another name if it is something else")
+    return known_nT[:, None]
+
+
+def turn_rate_rad_s(problem: LinearProblem) -> float:
+    """How fast the measured field turns in the sensor's axes, in the median, over a step in which it is no noise."""
+    known_nT = problem.recording.mag_nT + (problem.state.field_nT[0] @ problem.turn.T - problem.clean_nT[0])
+    u = known_nT @ np.asarray(np.linalg.inv(problem.turn), dtype=np.float64).T
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    return median_rate_rad_s(u, problem.state.time_s, TURN_STEP_S)
+
+
+def turns_too_fast(problem: LinearProblem) -> bool:
+    """Whether a field that is taken for one in a turning sensor, of which no turn was logged, turns as no vehicle."""
+    unseen = problem.mode == "strength" and problem.recording.gyro_rad_s is None and problem.recording.att_q is None
+    return unseen and turn_rate_rad_s(problem) > problem.policy.fastest_turn
+
+
+def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
+    """A strength problem about iron that was fitted with a disturbance (n, 3) of the measurement out."""
+    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
+    anew = strength_problem(
+        problem.recording,
+        strength_nT,
+        problem.effects,
+        problem.policy,
+        disturbance_nT,
+        problem.track,
+        problem.level,
+    )
+    state = replace(anew.state, channels=problem.state.channels)
+    std_rad, known = problem.attitude_std_rad, problem.iron_known
+    kept = replace(anew, state=state, attitude_std_rad=std_rad, iron_known=known, instead=problem.instead)
+    return kept.without(problem.usable == 0)
+
+
+def _iron(recording: Recording, strength_nT: Array, policy: Policy, track: Track | None, level: Level | None) -> Iron:
+    interval_s = float(np.median(np.diff(recording.time_s)))
+    block = max(1, round(policy.block_s / interval_s))
+    if level is None:
+        return fitted_iron(recording.mag_nT, strength_nT, block, policy)
+    return fitted_iron_and_dip(recording.mag_nT, strength_nT, level.down, level.given_rad(track), block, policy)
+
+
+def strength_columns(direction: Array) -> Array:
+    """Changes (n, 9) of the strength with a symmetric matrix and an offset, along unit directions (n, 3)."""
+    pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+    return np.column_stack([*(direction[:, i] * direction[:, j] for i, j in pairs), direction])
+
+
+def _base(sight: Array, sigma: Array) -> Array:
+    """The base (n, 9) of the strength, or (n, 2, 13) of strength and dip, seen along directions (n, q, 3)."""
+    return strength_columns(sight[:, 0]) if sight.shape[1] == 1 else dip_columns(sight) / sigma[:, None]
+
+
+def dip_columns(sight: Array) -> Array:
+    """Changes (n, 2, 13) of strength and dip with a matrix, an offset, and a constant error of the given dip.
+
+    sight (n, 2, 3): unit directions of the field, and across it where the dip grows. Both have the coefficients in
+    common.
+    """
+    n, q, _ = sight.shape
+    elements = (sight[:, :, :, None] * sight[:, :1, None, :]).reshape(n, q, 9)
+    constant = np.tile([[0.0], [1.0]], (n, 1, 1))
+    return np.concatenate([elements, sight, constant], axis=2)
+
+
+def _state(recording: Recording, field: Array, field_enu_nT: Array) -> State:
+    n = len(recording)
+    rate = body_rate(recording)
+    return State(
+        R_wb=np.tile(np.eye(3), (n, 1, 1)),
+        rate_rad_s=np.zeros((n, 3)) if rate is None else rate,
+        field_enu_nT=field_enu_nT,
+        field_nT=field,
+        field_rate_nT_s=smoothed_derivative(field, recording.time_s) if rate is None else -cross(rate, field),
+        **course(recording),
+    )

@@ -1,0 +1,132 @@
+"""The problem of a recording with attitude: every axis is compared."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.policy import Policy
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.rates import course, measured, quieter_rate
+from diagnosis.problem.repeated_rows import held, noise_of_neighbours
+from diagnosis.problem.track import Track
+from recordings import Recording
+from sim.chain import apply_deterministic
+from sim.effects.base import Effect
+from sim.effects.place import turn_of
+from sim.rotation import cross, matrix_from_q, to_body
+from sim.state import Array, State
+
+FIELD_ERROR, DELAY_S = 0.02, 0.1
+"""Error of a given field over its strength, and delay against the attitude, one standard deviation of each: a prior,
+where the motion does not show them."""
+STEPS = 3
+"""Linear steps to the matrix: each leaves the square of the error of the one before."""
+
+
+def vector_problem(
+    recording: Recording,
+    field_enu_nT: Array,
+    effects: tuple[Effect, ...],
+    policy: Policy,
+    track: Track | None = None,
+) -> LinearProblem:
+    """The problem of the three axes, see `LinearProblem`, for a recording with attitude."""
+    state = _state(recording, field_enu_nT, policy, track)
+    predicted, _ = apply_deterministic(effects, state)
+    scale = float(np.linalg.norm(field_enu_nT))
+    base = np.column_stack([predicted / scale, np.ones(len(recording))])
+    clean = base @ robust_fit(base, recording.mag_nT, policy)
+    fresh = ~held(recording.mag_nT, recording.mag_nT - clean, policy)
+    if not fresh.all():
+        clean = base @ robust_fit(base[fresh], recording.mag_nT[fresh], policy)
+    left = recording.mag_nT - clean
+    sigma = noise_of_neighbours(left, recording.mag_nT, state.time_s, policy)
+    return LinearProblem(
+        recording=recording,
+        state=state,
+        effects=effects,
+        mode="vector",
+        base=base,
+        target=left / sigma,
+        sigma_nT=sigma,
+        usable=np.ones(len(recording)),
+        turn=_turn(state, base, clean, left, sigma),
+        clean_nT=clean,
+        predicted_nT=predicted,
+        has=measured(recording),
+        policy=policy,
+        track=track,
+    )
+
+
+def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: Track | None) -> State:
+    """The state of what is measured, ``dT/dt = R^T dF/dt - w x T``, F the field along the track."""
+    assert recording.att_q is not None
+    rate = quieter_rate(recording, policy)
+    R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
+    change = np.zeros((len(recording), 3)) if track is None else track.change_enu_nT
+    field = to_body(R_wb, field_enu_nT + change)
+    on_the_way = to_body(R_wb, np.gradient(change, recording.time_s, axis=0))
+    return State(
+        R_wb=R_wb,
+        rate_rad_s=rate,
+        field_enu_nT=field_enu_nT,
+        field_nT=field,
+        field_rate_nT_s=on_the_way - cross(rate, field),
+        **course(recording),
+    )
+
+
+def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array, least_rad: float = 0.0) -> Array:
+    """Matrix (3, 3) from the undisturbed to the measured field, beside a constant error c of it and a small delay d.
+
+    Without these the matrix would bend towards them: ``M (R^T (F + c) + d dT/dt) + b``, T the field in the body frame,
+    is fitted in steps that are linear in M, b, c and d. Where the motion does not show c and d, priors hold them at
+    zero: FIELD_ERROR of the field's strength, DELAY_S; and c where it shows by no more than an angle of the attitude.
+    """
+    turn = carried(state.field_nT, clean)
+    Q = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
+    prior = np.diag(np.r_[np.full(3, FIELD_ERROR * np.linalg.norm(state.field_enu_nT)), DELAY_S] ** -2.0)
+    prior[:3, :3] += np.eye(3) * len(base) * (least_rad**2 / sigma**2).sum()
+    errors = np.concatenate([state.R_wb.transpose(0, 2, 1), state.field_rate_nT_s[:, :, None]], axis=2)
+    for _ in range(STEPS):
+        E = turn @ errors
+        beside = (E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))) / sigma[:, None]
+        flat = beside.reshape(-1, errors.shape[2])
+        c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ (left / sigma).ravel(), rcond=1e-12)[0]
+        turn = carried(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
+    return turn
+
+
+def stating(problem: LinearProblem, attitude_std_rad: float) -> LinearProblem:
+    """The problem of a model that states an error of navigation's attitude, one standard deviation.
+
+    That bends the turn where the field varies little more: along such directions it is the model's.
+    """
+    stated = replace(problem, attitude_std_rad=attitude_std_rad)
+    if attitude_std_rad == 0 or not problem.turns:
+        return stated
+    least_rad, state = problem.policy.shown_beside_attitude * attitude_std_rad, problem.state
+    left_nT = problem.target * problem.sigma_nT
+    turn = _turn(state, problem.base, problem.clean_nT, left_nT, problem.sigma_nT, least_rad)
+    values, directions = np.linalg.eigh(np.cov(state.field_nT.T))
+    hidden = directions[:, values < (least_rad * np.linalg.norm(state.field_enu_nT)) ** 2]
+    return replace(stated, turn=turn + (turn_of(problem.effects, state) - turn) @ hidden @ hidden.T)
+
+
+def carried(field: Array, clean: Array) -> Array:
+    """Matrix (3, 3) that carries the undisturbed field (n, 3) to the predicted measurement (n, 3)."""
+    design = np.column_stack([field, np.full(len(field), np.linalg.norm(field[0]))])
+    return np.asarray(np.linalg.lstsq(design, clean, rcond=1e-6)[0][:3].T)
+
+
+def robust_fit(base: Array, mag_nT: Array, policy: Policy) -> Array:
+    """Least squares (p, q), repeated once without what lies far off: rare failures must not decide the base."""
+    beta = np.linalg.lstsq(base, mag_nT, rcond=None)[0]
+    off = np.abs(mag_nT - base @ beta)
+    far = (off > policy.base_outlier * np.maximum(np.median(off, axis=0), 1e-9)).any(axis=1)
+    if 0 < np.count_nonzero(far) < policy.most_base_outliers * len(far):
+        beta = np.linalg.lstsq(base[~far], mag_nT[~far], rcond=None)[0]
+    return np.asarray(beta)

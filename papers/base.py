@@ -1,0 +1,92 @@
+"""A paper's figures beside ours: the row, the reproduction, and what they need from each other."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reports.plots.style import Figure
+from sim.pool import map_unordered
+
+Verdict = Literal["holds", "better", "does not hold", "not comparable"]
+Progress = Callable[[int, int], object]
+"""Told (pieces done, pieces in all)."""
+Work = Sequence[tuple[Callable[[Any], Any], Sequence[Any]]]
+"""Functions of a module's own, each with the items that it is called with."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One printed figure or claim of a paper beside ours.
+
+    what: the quantity with its unit and conditions; paper, ours: as text with units, ours with its spread over the
+    seeds; verdict; note: the evidence, and what explains a difference.
+    """
+
+    what: str
+    paper: str
+    ours: str
+    verdict: Verdict
+    note: str = ""
+
+    @property
+    def holds(self) -> bool:
+        """Whether our figure is at least as good as the printed one, or the claim is confirmed."""
+        return self.verdict in ("holds", "better")
+
+
+def judged(claim: bool | np.bool) -> Verdict:
+    """The verdict on a claim that is true or not."""
+    return "holds" if claim else "does not hold"
+
+
+def spread(
+    values: Sequence[float] | NDArray[np.float64], unit: str = "", *, significant: int = 3, decimals: int | None = None
+) -> str:
+    """Median, unit, and 5 to 95 % of one figure over the seeds; with `decimals`, a fixed number of them."""
+    form = f".{significant}g" if decimals is None else f".{decimals}f"
+    low, middle, high = (format(value, form) for value in np.quantile(values, (0.05, 0.5, 0.95)))
+    return f"{middle} {unit}".rstrip() + f" ({low} to {high})"
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What one reproduction gave: rows, and pictures like the paper's by name."""
+
+    rows: tuple[Row, ...]
+    figures: dict[str, Callable[[], Figure]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Reproduction(ABC):
+    """One paper: a scenario, its settings and its figures; a subclass writes `run`.
+
+    seeds: number of independent repetitions behind every spread.
+    """
+
+    seeds: int = 50
+    key: ClassVar[str]
+    title: ClassVar[str]
+
+    @abstractmethod
+    def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
+        """Repeat the paper's experiments over seeds 0 to seeds - 1; `jobs` processes never change a figure."""
+
+
+def gathered(work: Work, jobs: int, progress: Progress) -> tuple[list[Any], ...]:
+    """Each function's results over its items, in their order, whatever the number of processes."""
+    calls = [(k, i, function, item) for k, (function, items) in enumerate(work) for i, item in enumerate(items)]
+    results: tuple[list[Any], ...] = tuple([None] * len(items) for _, items in work)
+    for done, ((k, i, _, _), result) in enumerate(map_unordered(_called, calls, jobs), start=1):
+        results[k][i] = result
+        progress(done, len(calls))
+    return results
+
+
+def _called(call: tuple[int, int, Callable[[Any], Any], Any]) -> Any:
+    return call[2](call[3])

@@ -1,0 +1,56 @@
+"""Pictures like those of [Ding2021]: convergence by population and method, the tensor before and after."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from calib.methods.de_gradiometer import DeGradiometer
+from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
+from calib.models.sensor_array import TENSOR_NAMES, tensor
+from papers.ding2021.searches import EVOLUTION, GENETIC, SIZES, SearchTask, populations, search
+from papers.ding2021.trials import BASELINE_M, REFERENCE, simulate
+from reports.palette import SOFT
+from reports.plots.style import Figure
+
+
+def convergence(results: dict[Any, Any]) -> Figure:
+    """Rms of the objective over the iterations without noise: each population, and each method with NP = 50."""
+    figure = Figure(figsize=(11.0, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    for size, method in zip(SIZES, populations(), strict=True):
+        left.loglog(results[SearchTask(method, 0)]["history"], label=f"NP = {size}")
+    left.set_title("Improved differential evolution, by population")
+    methods = {"improved": EVOLUTION, "classic": DeGradiometer(polish=False), "genetic algorithm": GENETIC}
+    for name, method in methods.items():
+        task = SearchTask(method, 0)
+        right.loglog((results.get(task) or search(task))["history"], label=name)
+    right.set_title("Methods, NP = 50")
+    left.set_ylabel("rms of the objective (nT)")
+    for axis in (left, right):
+        axis.axhline(1e-4, color=SOFT, linewidth=0.7, linestyle=":")
+        axis.set_xlabel("iteration")
+        axis.legend()
+    return figure
+
+
+def tensor_before_after() -> Figure:
+    """Tensor components of simulation 1 with 10 nT of noise, raw and corrected; the true tensor is zero."""
+    array = simulate(1, 10.0, 0)
+    raw_nT = array.recording.array_mag_nT
+    assert raw_nT is not None
+    fit = LeastSquaresGradiometer(start="two_step").fit(array.recording, REFERENCE)
+    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
+    axes = figure.subplots(2, 1, sharex=True)
+    fields_nT = (raw_nT, fit.apply_array(array.recording))
+    for axis, field_nT, title in zip(axes, fields_nT, ("raw", "corrected"), strict=True):
+        components = tensor(field_nT, BASELINE_M)
+        for column, name in enumerate(TENSOR_NAMES):
+            rms = np.sqrt(np.mean(components[:, column] ** 2))
+            axis.plot(components[:, column], label=f"{name}, rms {rms:.3g}")
+        axis.set_title(f"Simulation 1, noise 10 nT: {title}")
+        axis.set_ylabel("nT/m")
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    axes[1].set_xlabel("attitude")
+    return figure

@@ -1,0 +1,107 @@
+"""Rows of [Li2017]'s experiment: the quadrotor's survey, and Levenberg-Marquardt."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from papers.base import Row, Verdict, judged, spread
+from papers.li2017.rows import listed
+from papers.li2017.trials import SOURCES, Marquardt, Survey
+from sim.state import Array
+
+
+def quadrotor(surveys: list[Survey], without: list[Survey], one_less: list[Survey]) -> list[Row]:
+    """The survey with all error sources, without those that the paper names, and without one of them at a time."""
+    return [*_component_errors(surveys), _sources(surveys, without, one_less), _iterations(surveys)]
+
+
+def _mean_nT(surveys: list[Survey], name: str) -> Array:
+    """Component rms (3,) after a method, mean over the surveys."""
+    return np.asarray(np.mean([s.rms_nT[name] for s in surveys], axis=0))
+
+
+def _component_errors(surveys: list[Survey]) -> list[Row]:
+    raw = np.asarray(np.mean([s.raw_nT for s in surveys], axis=0))
+    kf, proposed = (_mean_nT(surveys, name) for name in ("kalman", "kalman_fuzzy"))
+    figures = (
+        (
+            "raw component error x, y, z",
+            "3660, 4813, 2793 nT",
+            raw,
+            "scenario quad-comb, whose iron is chosen to give about these",
+        ),
+        (
+            "original filter",
+            "668, 998, 851 nT",
+            kf,
+            "smaller because the scenario disturbs less than the paper's site, not because the filter is better",
+        ),
+        ("rescaled + fuzzy", "568, 845, 761 nT", proposed, "as above; rescaling alone gives the same"),
+    )
+    return [
+        *(
+            Row(f"quadrotor: {what}", paper, listed(ours) + " nT rms", "not comparable", note)
+            for what, paper, ours, note in figures
+        ),
+        Row(
+            "quadrotor: order on every axis",
+            "proposed below original below raw",
+            "proposed / original " + listed(proposed / kf) + "; original / raw " + listed(kf / raw),
+            judged((proposed < kf).all() and (kf < raw).all()),
+            "paper: 0.85, 0.85, 0.89",
+        ),
+    ]
+
+
+def _sources(surveys: list[Survey], without: list[Survey], one_less: list[Survey]) -> Row:
+    lm, without_lm = _mean_nT(surveys, "vector_lm"), _mean_nT(without, "vector_lm")
+    shares = "; ".join(
+        f"without {name} {listed(s.rms_nT['kalman_fuzzy'])}, least squares {listed(s.rms_nT['vector_lm'])}"
+        for name, s in zip(SOURCES, one_less, strict=True)
+    )
+    return Row(
+        "quadrotor: the four named error sources removed",
+        "alignment, reference field, gradient, surroundings",
+        f"rescaled + fuzzy {listed(_mean_nT(without, 'kalman_fuzzy'))}, least squares of 21 parameters "
+        f"{listed(without_lm)} against {listed(lm)} nT rms with them",
+        judged((without_lm < lm).all()),
+        f"one at a time: {shares}; at the scenario's sizes the alignment rules, the other three hardly show",
+    )
+
+
+def _iterations(surveys: list[Survey]) -> Row:
+    kf, fuzzy = ([s.settled[name] for s in surveys] for name in ("kalman", "kalman_fuzzy"))
+    return Row(
+        "quadrotor: iterations until A settles, original and proposed",
+        "149 and 29",
+        f"{spread(kf, significant=4)} and {spread(fuzzy, significant=4)}",
+        judged(np.median(fuzzy) < 0.5 * np.median(kf)),
+        "sample from which all of A stays within 0.05 of its last values; settling waits for the turns, which "
+        "scaling does not change; the paper's sample rate and criterion are not printed",
+    )
+
+
+def levenberg_marquardt(runs: list[Marquardt]) -> list[Row]:
+    """The same 21 unknowns from vector and from total-field equations, on spread and on consecutive samples."""
+    paper = "194,580, 80,290, 325,380 nT"
+    notes = {
+        "vector, 200 spread": "no failure, from the start of table 1 and without any scaling",
+        "total field, 200 spread": "the paper writes N equations for N points, N >= 21: the total field's, which say "
+        "nothing of a rotation: the strength fits to a few nT all the same, and the components hang on rounding",
+        "vector, 21 consecutive": "21 samples in a row do not excite 21 columns: the printed order of size; a likely "
+        "cause found by trying, the paper does not say which samples it took",
+        "total field, 21 consecutive": "both together: the printed order of size too, hanging on rounding; likely, "
+        "not printed",
+    }
+    verdicts: dict[str, Verdict] = {"vector, 200 spread": "does not hold"}
+    medians = {name: np.median([r.rms_nT[name] for r in runs], axis=0) for name in runs[0].rms_nT}
+    return [
+        Row(
+            f"Levenberg-Marquardt, {name} samples: component errors",
+            paper,
+            listed(rms) + " nT rms (medians)",
+            verdicts.get(name, "not comparable"),
+            notes[name],
+        )
+        for name, rms in medians.items()
+    ]

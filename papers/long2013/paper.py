@@ -1,0 +1,33 @@
+"""[Long2013]: maximum-likelihood ellipsoid by Newton's method; field strength, roll and pitch before and after."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from papers.base import Findings, Progress, Reproduction, gathered
+from papers.long2013.figures import attitude_figure, noise_figure, strength_figure
+from papers.long2013.rows import NOISE_NT, NOISES_NT, rows
+from papers.long2013.trials import Task, run
+
+
+@dataclass(frozen=True)
+class Long2013(Reproduction):
+    """The paper's simulation with its printed errors, and its rolling test on a simulated turntable."""
+
+    key: ClassVar[str] = "Long2013"
+    title: ClassVar[str] = "Ellipsoid calibration of a three-axis magnetometer by maximum likelihood"
+
+    def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
+        """Each noise and seed: calibrate on four turns of 360 samples, roll once on the turntable."""
+        work = [(run, [Task(seed, noise) for seed in range(self.seeds)]) for noise in NOISES_NT]
+        by_noise = dict(zip(NOISES_NT, gathered(work, jobs, progress), strict=True))
+        first = by_noise[NOISE_NT][0]
+        return Findings(
+            rows(by_noise),
+            {
+                "strength": lambda: strength_figure(first),
+                "attitude": lambda: attitude_figure(first),
+                "noise": lambda: noise_figure(by_noise),
+            },
+        )

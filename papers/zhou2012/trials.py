@@ -1,0 +1,110 @@
+"""[Zhou2012]'s turntable run: twelve stops, the paper's search, and the bound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib import Reference
+from calib.methods.de_turntable import DeTurntable
+from calib.models.turntable import NAMES, axes_matrix, derivatives
+from papers.poses import held
+from recordings import Recording
+from scenarios.seeds import stream
+from sim.chain import Chain
+from sim.effects.base import Effect
+from sim.effects.drift import SensorOffset
+from sim.effects.noise import WhiteNoise
+from sim.effects.papers import zhou2012
+from sim.field import earth_field_enu_nT
+from sim.scenario import load
+from sim.state import State
+
+Array = NDArray[np.float64]
+PRINTED = (0.013572, 0.000115, -0.006312, -0.021201, -0.003657)
+STOPS, STEP_RAD = 12, -np.radians(30.0)
+NOISE_NT = 1.0
+OFFSET_NT = 10.0
+STABLE_AT = 100
+SEED = 2012
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One seed: the five found (5,), the rms of objective after each iteration (nT), z before and after (12,), nT."""
+
+    found: Array
+    claimed: Array
+    history: Array
+    z_nT: Array
+    flat_nT: Array
+    weakest: dict[str, float]
+    status: str
+
+
+@dataclass(frozen=True)
+class Task:
+    """A seed, and an offset in x that the model leaves out."""
+
+    seed: int
+    offset_nT: float = 0.0
+
+
+def stops() -> State:
+    """Twelve stops of 30 degrees clockwise of an ideal level sensor, in the field of the catalogue's scenario."""
+    field = earth_field_enu_nT(load("turntable-twelve-stops").field)
+    yaw = STEP_RAD * np.arange(STOPS)
+    R_wb = np.zeros((STOPS, 3, 3))
+    R_wb[:, 0, 0] = R_wb[:, 1, 1] = np.cos(yaw)
+    R_wb[:, 1, 0], R_wb[:, 0, 1] = np.sin(yaw), -np.sin(yaw)
+    R_wb[:, 2, 2] = 1.0
+    return held(R_wb, field)
+
+
+def recording(state: State, seed: int, offset_nT: float = 0.0) -> Recording:
+    """What the sensor of the printed values measures at the stops, with white noise and an offset in x."""
+    added: tuple[Effect, ...] = (SensorOffset((offset_nT, 0.0, 0.0)), WhiteNoise((NOISE_NT, NOISE_NT, NOISE_NT)))
+    effects = (*zhou2012(axes_matrix(np.array(PRINTED))), *added)
+    return Recording(state.time_s, Chain(effects, SEED, seed).apply(state)[0])
+
+
+def run(task: Task) -> Trial:
+    """Twelve stops with fresh noise, and the paper's search."""
+    state = stops()
+    measured = recording(state, task.seed, task.offset_nT)
+    fit = DeTurntable().fit(measured, reference(state), stream(SEED, task.seed, "search"))
+    found = np.array([fit.parameters[name] for name in NAMES])
+    assert fit.covariance is not None
+    return Trial(
+        found,
+        np.sqrt(np.diag(fit.covariance)),
+        np.array(fit.history),
+        measured.mag_nT[:, 2],
+        fit.apply(measured)[:, 2],
+        {k: fit.parameters[k] for k in ("condition_number", "weakest_std")},
+        fit.status.kind,
+    )
+
+
+def reference(state: State) -> Reference:
+    """The field strength, known."""
+    return Reference(float(np.linalg.norm(state.field_enu_nT)))
+
+
+def bound(state: State) -> Array:
+    """Cramer-Rao bound (5,) on the standard deviation, every azimuth and both parts of the field unknown.
+
+    m_i = A (H cos p_i, H sin p_i, V): 36 measurements, unknown A's five, H, V and the twelve p_i.
+    """
+    A, h = axes_matrix(np.array(PRINTED)), state.field_nT
+    level = h * [1.0, 1.0, 0.0]
+    columns = [(h @ step.T).ravel() for step in derivatives(np.array(PRINTED))]
+    columns += [(level @ A.T).ravel(), np.tile(A[:, 2], STOPS)]  # H and the azimuths in any unit
+    turned = np.cross([0.0, 0.0, 1.0], h) @ A.T
+    for i in range(STOPS):
+        columns.append((turned * (np.arange(STOPS) == i)[:, None]).ravel())
+    J = np.array(columns).T / NOISE_NT
+    scale = np.linalg.norm(J, axis=0)
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv((J / scale).T @ (J / scale)))) / scale)[:5]

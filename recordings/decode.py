@@ -1,0 +1,104 @@
+"""One Arrow column of any type as numbers or as words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
+
+from recordings.recording import Array
+
+MAX_WORD = 200
+"""Longest word of a text column; numpy gives every row the room of the longest."""
+_PER_SECOND = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}
+
+
+class NotNumbersError(Exception):
+    """What a column holds instead of numbers, and what to do; `mixed` where other rows are numbers."""
+
+    def __init__(self, what: str, do: str, *, mixed: bool = False) -> None:
+        super().__init__(what)
+        self.what, self.do, self.mixed = what, do, mixed
+
+
+def numbers_of(column: pa.ChunkedArray) -> Array:
+    """The column as float64 (n,), NaN where a cell is empty; NotNumbersError where it holds something else."""
+    column = _uncoded(column)
+    if is_empty(column):
+        return np.full(len(column), np.nan)
+    if not _is_numeric(column.type):
+        raise _refusal(column)
+    return np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
+
+
+def seconds_of(column: pa.ChunkedArray) -> Array:
+    """Seconds (n,) since the first time of a column of timestamps, NaN where a cell is empty."""
+    first = column.drop_null()[0]
+    ticks = pc.subtract_checked(column, first).cast(pa.int64())
+    return np.asarray(ticks.to_numpy() / _PER_SECOND[column.type.unit])
+
+
+def words_of(column: pa.ChunkedArray) -> NDArray[np.str_]:
+    """The column as text (n,), empty where a cell is empty; NotNumbersError where a cell is no word."""
+    if pa.types.is_dictionary(column.type):
+        whole = column.unify_dictionaries().combine_chunks()
+        words = _words(whole.dictionary)
+        index = whole.indices.fill_null(len(words)).to_numpy()
+        return np.asarray(np.append(words, "")[index])
+    return _words(column)
+
+
+def is_empty(column: pa.ChunkedArray) -> bool:
+    """Whether no cell of the column has a value."""
+    return bool(column.null_count == len(column))
+
+
+def is_timestamp(column: pa.ChunkedArray) -> bool:
+    """Whether the cells are dates with a time of day, and not all of them empty."""
+    return bool(pa.types.is_timestamp(column.type)) and not is_empty(column)
+
+
+def _words(cells: pa.Array | pa.ChunkedArray) -> NDArray[np.str_]:
+    if pa.types.is_nested(cells.type):
+        raise NotNumbersError(f"holds {cells.type}, not one word a row", "store one word a row, or leave it out")
+    words = [word or "" for word in cells.cast(pa.string()).to_pylist()]
+    if any(len(word) > MAX_WORD for word in words):
+        raise NotNumbersError(f"holds words of more than {MAX_WORD} characters", "shorten them, or leave it out")
+    return np.array(words, np.str_)
+
+
+def _uncoded(column: pa.ChunkedArray) -> pa.ChunkedArray:
+    """The column without the dictionary that its values may be coded with."""
+    return column.cast(column.type.value_type) if pa.types.is_dictionary(column.type) else column
+
+
+def _is_numeric(kind: pa.DataType) -> bool:
+    return (pa.types.is_primitive(kind) and not pa.types.is_temporal(kind)) or pa.types.is_decimal(kind)
+
+
+def _refusal(column: pa.ChunkedArray) -> NotNumbersError:
+    kind = column.type
+    if pa.types.is_nested(kind):
+        return NotNumbersError(f"holds {kind}, not one number a row", "split it into one column a component")
+    if not (pa.types.is_string(kind) or pa.types.is_large_string(kind)):
+        return NotNumbersError(f"holds {kind}, not numbers", "convert it, or map another column with --map")
+    cells = column.to_pylist()
+    wrong = next((row for row, cell in enumerate(cells) if cell is not None and not _is_number(cell)), None)
+    if wrong is None:
+        return NotNumbersError("row 1 onward holds numbers stored as text", "store them as numbers", mixed=True)
+    found = cells[wrong][:40]
+    if any(cell is not None and _is_number(cell) for cell in cells):
+        what = f"row {wrong + 1} is {found!r}, not a number"
+        return NotNumbersError(what, "correct the cell, or leave it empty", mixed=True)
+    return NotNumbersError(f"holds {found!r} and the like, not numbers", "map another column with --map")
+
+
+def _is_number(cell: Any) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

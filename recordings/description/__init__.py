@@ -1,0 +1,20 @@
+"""What a split dataset says of itself to people and to others' programs: table of its runs, card, Croissant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from recordings.description.card import write_card
+from recordings.description.croissant import write_croissant
+from recordings.description.runs import write_runs_table
+from recordings.manifest import Manifest
+from recordings.split import Split
+
+__all__ = ["describe"]
+
+
+def describe(out: Path, dataset: Manifest, split: Split) -> None:
+    """Write OUT/runs.parquet, OUT/README.md and OUT/croissant.json; the same dataset gives the same bytes."""
+    write_runs_table(out, dataset, split)
+    write_card(out, dataset, split)
+    write_croissant(out, dataset, split)

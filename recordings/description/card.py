@@ -1,0 +1,68 @@
+"""The dataset card, README.md: front matter for Hugging Face, the rest for people."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from recordings.columns import schema
+from recordings.description.runs import FIXED, RUNS
+from recordings.files import write_text
+from recordings.manifest import DATA, MANIFEST, Manifest
+from recordings.split import Split
+
+CARD = "README.md"
+LICENCE = "Apache-2.0"
+"""SPDX's name of the licence of magbench, and so of what its catalogue's scenarios give."""
+SIZES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "10M<n<100M", "100M<n<1B", "1B<n<10B", "10B<n<100B")
+"""Hugging Face's classes of size, each ten times the one before, from a thousand samples on."""
+
+
+def write_card(out: Path, dataset: Manifest, split: Split) -> None:
+    """Write OUT/README.md; the configurations name the parts that hold a run."""
+    import jinja2  # here: who reads a dataset writes no card
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        keep_trailing_newline=True,
+    )
+    write_text(out / CARD, environment.get_template("card.md.jinja").render(_values(dataset, split)))
+
+
+def title_of(dataset: Manifest) -> str:
+    """What the dataset is called: its scenario's name."""
+    return str(dataset.scenario["name"])
+
+
+def _values(dataset: Manifest, split: Split) -> dict[str, Any]:
+    samples = sum(file.rows for file in dataset.files)
+    return {
+        "dataset": dataset,
+        "title": title_of(dataset),
+        "summary": dataset.scenario.get("summary", ""),
+        "licence": LICENCE,
+        "samples": samples,
+        "size": SIZES[min(max(len(str(samples)) - 3, 0), len(SIZES) - 1)],
+        "parts": _parts(dataset, split),
+        "shares": f"{split.train}/{split.validation}/{split.test}",
+        "vary": {key: json.dumps(how) for key, how in dataset.scenario.get("vary", {}).items()},
+        "types": {field.name: _type(field.type) for field in schema(dataset.columns)},
+        "runs_columns": {name: meaning for name, (_, meaning) in FIXED.items()},
+        **{"data": DATA, "runs_table": RUNS, "manifest": MANIFEST},
+    }
+
+
+def _parts(dataset: Manifest, split: Split) -> dict[str, dict[str, int]]:
+    """Runs and samples of each part that holds a run."""
+    rows: dict[str, list[int]] = {part: [] for part, runs in split.counts(dataset.runs).items() if runs}
+    for file in dataset.files:
+        rows[split.part_of(file.run)].append(file.rows)
+    return {part: {"runs": len(held), "samples": sum(held)} for part, held in rows.items()}
+
+
+def _type(kind: Any) -> str:
+    """An Arrow type in a word: a dictionary of words is text."""
+    return "text" if str(kind).startswith("dictionary") else str(kind).replace("double", "float64")

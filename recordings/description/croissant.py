@@ -1,0 +1,139 @@
+"""The dataset in Croissant 1.0 (MLCommons), JSON-LD that search engines and data loaders read."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from recordings.columns import schema
+from recordings.description.card import LICENCE, title_of
+from recordings.description.runs import RUNS
+from recordings.files import sha256_of, write_text
+from recordings.manifest import DATA, Manifest
+from recordings.split import Split
+
+CROISSANT = "croissant.json"
+VERSION = "http://mlcommons.org/croissant/1.0"
+PARQUET = "application/x-parquet"
+CONTEXT: dict[str, Any] = {
+    "@language": "en",
+    "@vocab": "https://schema.org/",
+    "citeAs": "cr:citeAs",
+    "column": "cr:column",
+    "conformsTo": "dct:conformsTo",
+    "cr": "http://mlcommons.org/croissant/",
+    "data": {"@id": "cr:data", "@type": "@json"},
+    "dataType": {"@id": "cr:dataType", "@type": "@vocab"},
+    "dct": "http://purl.org/dc/terms/",
+    "equivalentProperty": "cr:equivalentProperty",
+    "examples": {"@id": "cr:examples", "@type": "@json"},
+    "extract": "cr:extract",
+    "field": "cr:field",
+    "fileObject": "cr:fileObject",
+    "fileProperty": "cr:fileProperty",
+    "fileSet": "cr:fileSet",
+    "format": "cr:format",
+    "includes": "cr:includes",
+    "isLiveDataset": "cr:isLiveDataset",
+    "jsonPath": "cr:jsonPath",
+    "key": "cr:key",
+    "md5": "cr:md5",
+    "parentField": "cr:parentField",
+    "path": "cr:path",
+    "rai": "http://mlcommons.org/croissant/RAI/",
+    "recordSet": "cr:recordSet",
+    "references": "cr:references",
+    "regex": "cr:regex",
+    "repeated": "cr:repeated",
+    "replace": "cr:replace",
+    "samplingRate": "cr:samplingRate",
+    "sc": "https://schema.org/",
+    "separator": "cr:separator",
+    "source": "cr:source",
+    "subField": "cr:subField",
+    "transform": "cr:transform",
+}
+"""The names of Croissant 1.0's terms, as its specification lists them."""
+Node = dict[str, Any]
+
+
+def write_croissant(out: Path, dataset: Manifest, split: Split) -> None:
+    """Write OUT/croissant.json: record sets `samples-train`, …, a record a sample, and `runs`, a record a run.
+
+    It names no date of publication: nothing is published here, and the same dataset gives the same bytes.
+    """
+    parts = [part for part, runs in split.counts(dataset.runs).items() if runs]
+    runs = pq.read_schema(out / RUNS)
+    made_by = dataset.packages["magbench"]
+    sources = {f"samples-{part}": {"fileSet": {"@id": f"files-{part}"}} for part in parts}
+    told: Node = {
+        "@context": CONTEXT,
+        "@type": "sc:Dataset",
+        "conformsTo": VERSION,
+        "name": title_of(dataset),
+        "description": f"{dataset.scenario.get('summary', '')}. Simulated magnetometer recordings with their truth.",
+        "license": f"https://spdx.org/licenses/{LICENCE}",
+        "creator": {"@type": "Organization", "name": f"magbench {made_by}"},
+        "version": made_by,
+        "keywords": ["magnetometer", "calibration", "synthetic"],
+        "distribution": [*map(_files, parts), _table(out / RUNS)],
+        "recordSet": [
+            *(_records(name, source, schema(dataset.columns)) for name, source in sources.items()),
+            _records("runs", {"fileObject": {"@id": RUNS}}, runs),
+        ],
+    }
+    write_text(out / CROISSANT, json.dumps(told, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def _files(part: str) -> Node:
+    """The files of a part, whichever there are."""
+    return {
+        "@type": "cr:FileSet",
+        "@id": f"files-{part}",
+        "description": f"one run a file, for {part}",
+        "encodingFormat": PARQUET,
+        "includes": f"{DATA}/{part}/*.parquet",
+    }
+
+
+def _table(path: Path) -> Node:
+    return {
+        "@type": "cr:FileObject",
+        "@id": path.name,
+        "contentUrl": path.name,
+        "encodingFormat": PARQUET,
+        "sha256": sha256_of(path),
+    }
+
+
+def _records(name: str, source: Node, table: pa.Schema) -> Node:
+    """A record set whose fields are the columns of a Parquet table."""
+    return {
+        "@type": "cr:RecordSet",
+        "@id": name,
+        "field": [_field(f"{name}/{field.name}", field, source) for field in table],
+    }
+
+
+def _field(name: str, field: pa.Field, source: Node) -> Node:
+    about = {key.decode(): text.decode() for key, text in (field.metadata or {}).items()}
+    unit = f" ({about['unit']})" if about.get("unit", "1") not in ("", "1") else ""
+    return {
+        "@type": "cr:Field",
+        "@id": name,
+        "description": about.get("meaning", "") + unit,
+        "dataType": _type(field.type),
+        "source": {**source, "extract": {"column": field.name}},
+    }
+
+
+def _type(kind: pa.DataType) -> str:
+    if pa.types.is_integer(kind):
+        return "sc:Integer"
+    if pa.types.is_boolean(kind):
+        return "sc:Boolean"
+    return "sc:Float" if pa.types.is_floating(kind) else "sc:Text"

@@ -1,0 +1,105 @@
+"""One row a run: its file, its part, and every true parameter and drawn value in a column of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from recordings.files import beside, system_errors_about
+from recordings.manifest import Manifest
+from recordings.metadata import Parameters, RunFile, read_metadata
+from recordings.split import Split
+
+RUNS = "runs.parquet"
+ROWS_AT_ONCE = 1000
+"""Rows in memory, and in a row group."""
+FIXED = {
+    "run": (pa.int64(), "number of the run"),
+    "split": (pa.string(), "train, validation or test"),
+    "file": (pa.string(), "the run's file, seen from this directory"),
+    "seed": (pa.int64(), "seed of the dataset: with the number of the run it gives the run again"),
+    "rows": (pa.int64(), "samples of the run"),
+    "tracking_rms_m": (pa.float64(), "how far the vehicle was from its path; null where it follows none"),
+    "tracking_max_m": (pa.float64(), "the same, at most"),
+}
+"""Columns that every dataset has: type and meaning."""
+Cell = str | float | bool
+Row = dict[str, Any]
+
+
+def write_runs_table(out: Path, dataset: Manifest, split: Split) -> None:
+    """Write OUT/runs.parquet; a column of a parameter is null for a run that has not the parameter.
+
+    The files are read twice, first for the names of the columns, so that memory does not grow with the runs.
+    """
+    schema = _schema(_parameters(out, file) for file in dataset.files)
+    path = out / RUNS
+    with beside(path) as part, system_errors_about(path), pq.ParquetWriter(part, schema) as writer:
+        for first in range(0, len(dataset.files), ROWS_AT_ONCE):
+            rows = [_row(out, dataset, split, file) for file in dataset.files[first : first + ROWS_AT_ONCE]]
+            writer.write_batch(pa.RecordBatch.from_pylist(rows, schema=schema))
+
+
+def flattened(parameters: Parameters) -> dict[str, Cell]:
+    """Parameters by the dotted keys that scenario files, `--set` and `[vary]` use, vectors and matrices by component.
+
+    Effects are those of the run's magnetometer, or of an array's `effects1`, `effects2`, … as in the columns.
+    """
+    told = parameters.model_dump(exclude_unset=True)
+    sensors = told.pop("effects", [])
+    drawn, field_nT = told.pop("drawn", {}), told.pop("field_enu_nT", None)
+    told.pop("effect_order", None)
+    numbered = {f"effects{number}": tables for number, tables in enumerate(sensors, start=1)}
+    effects = {"effects": sensors[0]} if len(sensors) == 1 else numbered
+    return dict(_cells("", drawn)) | dict(_cells("", {"field": {"enu_nT": field_nT}, **told, **effects}))
+
+
+def _cells(key: str, value: Any) -> Iterator[tuple[str, Cell]]:
+    """The numbers, truths and words below a key, each under a key of its own."""
+    if isinstance(value, list):
+        value = dict(enumerate(value))
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _cells(f"{key}.{name}" if key else str(name), inner)
+    elif value is not None:
+        yield key, float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+def _parameters(out: Path, file: RunFile) -> dict[str, Cell]:
+    return flattened(read_metadata(out / file.path).parameters)
+
+
+def _schema(runs: Iterable[Mapping[str, Cell]]) -> pa.Schema:
+    kinds: dict[str, pa.DataType] = {}
+    for cells in runs:
+        kinds |= {key: _kind(cell) for key, cell in cells.items() if key not in kinds}
+    fixed = [pa.field(name, kind, metadata={"meaning": meaning}) for name, (kind, meaning) in FIXED.items()]
+    return pa.schema([*fixed, *(pa.field(key, kind, metadata=_meaning(key)) for key, kind in kinds.items())])
+
+
+def _kind(cell: Cell) -> pa.DataType:
+    if isinstance(cell, bool):
+        return pa.bool_()
+    return pa.string() if isinstance(cell, str) else pa.float64()
+
+
+def _meaning(key: str) -> dict[str, str]:
+    return {"meaning": f"value of {key} in this run; units are in the name, components are numbered from 0"}
+
+
+def _row(out: Path, dataset: Manifest, split: Split, file: RunFile) -> Row:
+    tracking = file.tracking
+    return {
+        "run": file.run,
+        "split": split.part_of(file.run),
+        "file": file.path,
+        "seed": dataset.seed,
+        "rows": file.rows,
+        "tracking_rms_m": tracking and tracking.rms_m,
+        "tracking_max_m": tracking and tracking.max_m,
+        **_parameters(out, file),
+    }

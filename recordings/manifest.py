@@ -1,0 +1,87 @@
+"""The manifest of a dataset, `dataset.json`, and where its runs are."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pydantic import ConfigDict, NonNegativeInt, TypeAdapter
+from pydantic.dataclasses import dataclass
+
+from recordings.columns import Column
+from recordings.metadata import FORMAT, RunFile
+from recordings.split import PARTS, Split
+from scenarios.errors import InputError
+from scenarios.files import parsed_json, read_text, validated
+from scenarios.plain import plain
+
+MANIFEST = "dataset.json"
+DATA = "data"
+"""Directory of a split dataset's files: nothing else is in it, so that others' readers can open it whole."""
+ELSEWHERE = "choose another output directory"
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+class Manifest:
+    """What `dataset.json` says; the same command on the same installation writes the same bytes."""
+
+    schema: int
+    complete: bool
+    seed: NonNegativeInt
+    runs: NonNegativeInt
+    packages: dict[str, str]
+    scenario: dict[str, Any]
+    files: tuple[RunFile, ...]
+    columns: tuple[Column, ...]
+    split: Split | None = None
+
+    def to_json(self) -> str:
+        """The text of `dataset.json`; `split` is in it where the dataset is split."""
+        told = asdict(self)
+        if self.split is None:
+            del told["split"]
+        return json.dumps(plain(told), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+_MANIFEST = TypeAdapter(Manifest)
+
+
+def read_manifest(out: Path) -> Manifest:
+    """Read `dataset.json` of a directory; InputError where it is missing, damaged or of another version."""
+    path = out / MANIFEST
+    text = read_text(path, "give a directory that `magbench simulate` wrote")
+    where = f"{path}: is not a manifest of a dataset"
+    head = parsed_json(text, where, ELSEWHERE)
+    if isinstance(head, dict) and head.get("schema", FORMAT) != FORMAT:
+        raise InputError(f"has schema {head['schema']!r}, this version reads {FORMAT}", where=str(path), do=ELSEWHERE)
+    return validated(_MANIFEST, text, where, ELSEWHERE)
+
+
+def run_path(out: Path, run: int, split: Split | None = None) -> Path:
+    """File of a run in a dataset directory, with those of its part where the dataset is split."""
+    return out / _name(run) if split is None else out / DATA / split.part_of(run) / _name(run)
+
+
+def folders(out: Path) -> list[Path]:
+    """The directories where a dataset, split or not, has its files, as far as they are there."""
+    return [folder for folder in (out, *(out / DATA / part for part in PARTS)) if folder.is_dir()]
+
+
+def file_of(path: Path, run: int) -> Path:
+    """The file that a user names: `path` itself, or a run of the dataset in that directory; InputError for no run."""
+    if not path.is_dir():
+        return path
+    there = [file for folder in folders(path) if (file := folder / _name(run)).exists()]
+    runs = read_manifest(path).runs
+    if not 0 <= run < runs:
+        there_are = f"it has runs 0 to {runs - 1}" if runs > 1 else "it has run 0 alone" if runs else "it is empty"
+        raise InputError(f"has no run {run}", where=str(path), do=there_are)
+    if not there:
+        raise InputError(f"run {run} is not there yet", where=str(path), do="repeat the `simulate` command: it resumes")
+    return there[0]
+
+
+def _name(run: int) -> str:
+    return f"run-{run:05d}.parquet"

@@ -1,0 +1,118 @@
+"""Recordings that are in memory already, through the same door as files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import ArrayLike
+
+from recordings.assemble import recording_of
+from recordings.checks import plausible, sound
+from recordings.columns import mag_names
+from recordings.importer import RawColumns, columns_of
+from recordings.recording import Array, Recording
+from scenarios.errors import InputError
+
+WANTED = "pass an array (n, 3) in nT, a data frame or dict with columns time_s and mag_x_nT …, a path, or a Recording"
+ARRAY, FRAME = Path("array"), Path("data frame")
+"""What messages call them, where they would name a file."""
+CONVERSION = (pa.ArrowException, ValueError, TypeError, OverflowError)
+"""What Arrow raises for values that it cannot hold."""
+
+
+@runtime_checkable
+class Frame(Protocol):
+    """A data frame of pandas, polars, pyarrow and others, which hand over their columns in Arrow's form."""
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        """A stream of the columns."""
+
+
+def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> RawColumns:
+    """The columns of an array (n, 3) in nT, of a data frame, or of a dict of columns, before any check.
+
+    time_s : (n,) beside an array; without it the samples are taken to be a second apart.
+    maps : as for files, see `importer.read_columns`.
+    Raises InputError for anything else, and for an array of another shape.
+    """
+    if time_s is not None and isinstance(data, Frame | Mapping):
+        raise InputError("is given beside columns", where="time_s", do="name the time_s column, or pass an array")
+    if isinstance(data, Frame):
+        return columns_of(FRAME, _table(data), maps)
+    if isinstance(data, Mapping):
+        return columns_of(FRAME, _table({str(name): _column(str(name), one) for name, one in data.items()}), maps)
+    mag_nT = _field(data)
+    time = np.arange(len(mag_nT), dtype=np.float64) if time_s is None else _times(time_s, len(mag_nT))
+    return columns_of(ARRAY, _table({"time_s": time, **dict(zip(mag_names(), mag_nT.T, strict=True))}), maps)
+
+
+def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> Recording:
+    """The same as a recording, checked and filled as a measured log is; InputError for what is not fit for use."""
+    raw = raw_columns_of(data, time_s=time_s, maps=maps)
+    return recording_of(plausible(raw.path, sound(raw)))
+
+
+def _table(columns: object) -> pa.Table:
+    try:
+        return pa.table(columns)
+    except CONVERSION as error:
+        raise _unreadable(error, str(FRAME)) from None
+
+
+def _unreadable(error: Exception, where: str) -> InputError:
+    return InputError(f"cannot be read: {' '.join(str(error).split())[:160]}", where=where, do=WANTED)
+
+
+def _column(name: str, values: object) -> pa.Array | np.ndarray[tuple[int], np.dtype[np.generic]]:
+    try:
+        column = np.asarray(_without_mask(values))
+    except ValueError:
+        column = np.empty((0, 0))
+    if column.ndim != 1:
+        raise InputError("is not a column of values", where=f"{FRAME}: {name}", do="give (n,) values, one a sample")
+    if column.dtype != object:
+        return column
+    try:
+        return pa.array(values)
+    except CONVERSION as error:
+        raise _unreadable(error, f"{FRAME}: {name}") from None
+
+
+def _without_mask(values: object) -> object:
+    """Numbers with NaN where they are masked; anything else as it is."""
+    masked = isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "fiu"
+    return np.ma.filled(np.ma.asarray(values, np.float64), np.nan) if masked else values
+
+
+def _field(data: object) -> Array:
+    """An array (n, 3) of numbers, NaN where it is masked."""
+    kind = type(data).__name__
+    if data is None or isinstance(data, str | bytes | int | float | complex):
+        raise InputError(f"is of type {kind}, not a recording", where="data", do=WANTED)
+    try:
+        values = np.asarray(data)
+    except ValueError:
+        raise InputError("its rows differ in length", where=str(ARRAY), do=WANTED) from None
+    if values.dtype.kind not in "fiu":
+        raise InputError(f"{kind} holds {values.dtype}, not numbers", where="data", do=WANTED)
+    if values.ndim == 2 and values.shape[0] == 3 != values.shape[1]:
+        raise InputError(f"has shape {values.shape}", where=str(ARRAY), do="rows are samples: pass its transpose, .T")
+    if values.ndim != 2 or values.shape[1] != 3:
+        raise InputError(f"has shape {values.shape}, not (n, 3)", where=str(ARRAY), do=WANTED)
+    return np.asarray(np.ma.filled(np.ma.asarray(data, np.float64), np.nan))
+
+
+def _times(time_s: ArrayLike, samples: int) -> Array:
+    try:
+        values = np.asarray(time_s)
+    except ValueError:
+        do = "give the time of every sample, in seconds"
+        raise InputError("its rows differ in length", where="time_s", do=do) from None
+    if values.dtype.kind not in "fiu" or values.shape != (samples,):
+        what = f"has shape {values.shape} and type {values.dtype}, not ({samples},) numbers"
+        raise InputError(what, where="time_s", do="give the time of every sample, in seconds")
+    return values.astype(np.float64)

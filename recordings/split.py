@@ -1,0 +1,106 @@
+"""Which part of a split dataset a run belongs to: training, validation or test."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import lru_cache
+
+import numpy as np
+from pydantic import ConfigDict, NonNegativeInt, ValidationError
+from pydantic.dataclasses import dataclass
+
+from scenarios.errors import InputError
+from scenarios.seeds import stream
+
+PARTS = ("train", "validation", "test")
+PERCENT = 100
+_SHARES = re.compile(r"(\d{1,3})/(\d{1,3})/(\d{1,3})")
+Shares = tuple[int, ...]
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+class Split:
+    """Shares of the runs in per cent, and the seed of the order in which the runs are dealt out.
+
+    The runs fall into blocks of one order, drawn by the seed. Of the first n runs each part has its share of n to less
+    than one run, for every n; so a dataset that grows keeps its shares, and no run moves to another part.
+    """
+
+    train: NonNegativeInt
+    validation: NonNegativeInt
+    test: NonNegativeInt
+    seed: NonNegativeInt
+
+    def __post_init__(self) -> None:
+        if self.train + self.validation + self.test != PERCENT:
+            raise ValueError(f"the shares do not add up to {PERCENT} per cent")
+
+    def part_of(self, run: int) -> str:
+        """The part that a run belongs to."""
+        order = _block((self.train, self.validation, self.test), self.seed)
+        return PARTS[order[run % len(order)]]
+
+    def counts(self, runs: int) -> dict[str, int]:
+        """How many of the first runs each part has."""
+        parts = [self.part_of(run) for run in range(runs)]
+        return {part: parts.count(part) for part in PARTS}
+
+
+def split_from(text: str, seed: int) -> Split:
+    """The split that `--split` asks for, such as "80/10/10"; InputError unless the shares add up to 100."""
+    match = _SHARES.fullmatch(text.strip())
+    train, validation, test = map(int, match.groups()) if match else (0, 0, 0)
+    try:
+        return Split(train, validation, test, seed)
+    except ValidationError:
+        what = f"{text!r} is not three shares of {PERCENT} per cent"
+        raise InputError(what, where="--split", do="give train/validation/test, e.g. 80/10/10") from None
+
+
+@lru_cache(maxsize=8)
+def _block(shares: Shares, seed: int) -> tuple[int, ...]:
+    """The order of one block, the shortest that holds whole shares: drawn among those that keep every part in time."""
+    rng = stream(seed, 0, "split")
+    weights = tuple(share // math.gcd(*shares) for share in shares)
+    taken, order = (0,) * len(shares), list[int]()
+    for _ in range(sum(weights)):
+        choices = [part for part in range(len(shares)) if _can_go_on(_with(taken, part), weights)]
+        chances = np.array([weights[part] for part in choices])
+        order.append(int(rng.choice(choices, p=chances / chances.sum())))
+        taken = _with(taken, order[-1])
+    return tuple(order)
+
+
+def _can_go_on(taken: Shares, weights: Shares) -> bool:
+    """Whether the block can be filled up so that every part has its share all the time, to less than one run.
+
+    The runs that remain are jobs of unit length, of which the one that is due first is done first: if that order is
+    late somewhere, every order is.
+    """
+    while _in_time(taken, weights):
+        if sum(taken) == sum(weights):
+            return True
+        may = [part for part in range(len(taken)) if _in_advance(taken, weights, part) < sum(weights)]
+        taken = _with(taken, min(may, key=lambda part: _due(taken[part] + 1, weights[part], sum(weights))))
+    return False
+
+
+def _in_time(taken: Shares, weights: Shares) -> bool:
+    """Whether no part is behind or ahead of its share of the runs dealt out by a run or more."""
+    n, whole = sum(taken), sum(weights)
+    return all(abs(have * whole - n * weight) < whole for have, weight in zip(taken, weights, strict=True))
+
+
+def _in_advance(taken: Shares, weights: Shares, part: int) -> int:
+    """How far a part would be ahead of its share if it got the next run, in runs over the sum of the weights."""
+    return (taken[part] + 1) * sum(weights) - (sum(taken) + 1) * weights[part]
+
+
+def _due(job: int, weight: int, whole: int) -> int:
+    """After how many runs a part must have its j-th: ceil(j W / w)."""
+    return -(-job * whole // weight)
+
+
+def _with(taken: Shares, part: int) -> Shares:
+    return tuple(have + (k == part) for k, have in enumerate(taken))

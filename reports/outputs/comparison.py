@@ -1,0 +1,250 @@
+"""A comparison on disk: its trials as they land, then tables, answer, report, and recordings of trials to look at."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from recordings.files import locked_directory, remove_leftovers, write_text
+from reports.outputs.run import judge
+from reports.pages.comparison import Comparison, page, title_of
+from reports.viewer import write_recording
+from scenarios.errors import InputError
+from scenarios.plain import json_ready
+from scenarios.seeds import stream
+from sim.run import run_in_memory
+from sim.simulate import plan
+from validation.bound.ratio import bound_ratio, knowledge_of
+from validation.bound.runs import RunBounds
+from validation.comparison.design import Design
+from validation.comparison.engine import Engine, run_trials
+from validation.comparison.figures import Figure, figures
+from validation.comparison.journal import Journal
+from validation.comparison.ranking import Answer, answer, overall
+from validation.comparison.stopping import Until, looks
+from validation.comparison.table import Array, Table
+from validation.comparison.trial import CALIBRATORS_STREAM
+from validation.scoring.definitions import Meaning, meaning_of
+from validation.scoring.outcome import RANKED_BY, Outcome
+from validation.text import listed
+
+Progress = Callable[[float, int], object]
+"""Told (pieces done, pieces in all): trials and recordings, from none on."""
+SHOWN = ("best", "median", "worst")
+"""The trials of the best calibrator that are recorded."""
+ANSWER, REPORT, RECORDINGS = "comparison.json", "report.html", "recordings"
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a comparison is asked: the score that decides, the calibrator that ratios are to, when it knows enough.
+
+    reference: default the best at the first point; until: None where the number of trials is given.
+    """
+
+    score: Meaning
+    reference: str | None = None
+    until: Until | None = None
+
+
+def question(rank_by: str | None = None, reference: str | None = None, until: str | None = None) -> Question:
+    """What users ask in words; InputError for a score that is none, and for another rule than Until's."""
+    return Question(
+        meaning_of(rank_by or RANKED_BY, "--rank-by"), reference, None if until is None else Until.parsed(until)
+    )
+
+
+def compare(
+    design: Design,
+    trials: int,
+    out: Path,
+    engine: Engine,
+    progress: Progress = lambda done, total: None,
+    asked: Question | None = None,
+) -> Comparison:
+    """Compute trials at every point and write all of a comparison's files into `out`; returns what the report shows.
+
+    trials: their number, or the most where `asked` says until when. Trials that `out` holds are kept: a killed
+    comparison goes on where it was, and a larger number extends it. The bytes of trials.parquet depend on design and
+    number alone.
+    Raises InputError where `out` holds another comparison or another process writes to it, where a trial cannot be
+    simulated, and for a reference that does not take part.
+    """
+    asked = asked or question()
+    _check_reference(design, asked.reference)
+    with locked_directory(out):
+        remove_leftovers(out)
+        journal = Journal.open(out, design.identity())
+        table = _computed(design, trials, journal, engine, progress, asked)
+        table.write(out)
+        found = _answered(design, table, asked)
+        write_text(out / ANSWER, json.dumps(summary(found, design.seed), indent=1, allow_nan=False) + "\n")
+        write_text(out / REPORT, page(found))
+        _record(design, found, out / RECORDINGS, partial(_recorded, progress, _pieces(design, trials)))
+    return found
+
+
+def _check_reference(design: Design, reference: str | None) -> None:
+    names = [one.name for one in design.candidates]
+    if reference is not None and reference not in names:
+        what = f"{reference!r} does not take part"
+        raise InputError(what, where="--reference", do=f"choose among {', '.join(names)}")
+
+
+def _computed(
+    design: Design, most: int, journal: Journal, engine: Engine, progress: Progress, asked: Question
+) -> Table:
+    """The trials that the question needs, at most so many; looked at after fixed numbers of them."""
+    done, first = 0, 0
+    progress(done, _pieces(design, most))
+    for number in [most] if asked.until is None else looks(most):
+        for _ in run_trials(design, range(first, number), engine, journal):
+            done += 1
+            progress(done, _pieces(design, most))
+        table = Table.of(design, (trial for trial in journal if trial.run < number))
+        if asked.until is not None and asked.until.reached(_columns(table, asked.until)):
+            break
+        first = number
+    return table
+
+
+def _pieces(design: Design, most: int) -> int:
+    return most * len(design.points) + len(SHOWN)
+
+
+def _columns(table: Table, until: Until) -> list[Any]:
+    return [table.values(until.score, name, point) for point in table.points for name in table.candidates]
+
+
+def _answered(design: Design, table: Table, asked: Question) -> Comparison:
+    answers = tuple(answer(table, asked.score, point) for point in table.points)
+    titles = [title_of(values) for values in table.points.values()]
+    return Comparison(
+        title=design.points[0].scenario.name,
+        table=table,
+        answers=answers,
+        sentence=overall(answers, titles),
+        reference=asked.reference or answers[0].best.calibrator.split("@")[0],
+        looked_at=_looked_at(table, answers[0]),
+        least=_least(design, table),
+    )
+
+
+def _least(design: Design, table: Table) -> dict[tuple[int, str, str], Array]:
+    """The bound (n,) on each score in every run by itself, by point, calibrator and column; NaN where there is none."""
+    told = {
+        one.name: knowledge_of(one.name, one.needs, attitude_free=one.attitude_free, eddy=one.eddy)
+        for one in design.candidates
+    }
+    knowledges = frozenset(knowledge for knowledge in told.values() if knowledge)
+    least: dict[tuple[int, str, str], Array] = {}
+    for number, point in enumerate(design.points):
+        bounds = RunBounds(point.scenario, design.seed, knowledges)
+        found = [bounds.of(int(run)) for run in table.runs(number)]
+        least |= {
+            (number, name, column): np.array([one.get((of, column), np.nan) for one in found])
+            for name, knowledge in told.items()
+            for of, column in {key for one in found for key in one}
+            if of == knowledge
+        }
+    return least
+
+
+def summary(found: Comparison, seed: int) -> dict[str, Any]:
+    """The answer and every figure as plain values, the JSON of `compare`; what is not finite is null."""
+    table = found.table
+    first = found.answers[0]
+    result: dict[str, Any] = json_ready(
+        {
+            "scenario": found.title,
+            "seed": seed,
+            "trials": first.trials,
+            "answer": found.sentence,
+            "ranked_by": first.score.name,
+            "ranking": [[one.calibrator for one in answer.standings] for answer in found.answers],
+            "reference": found.reference,
+            "calibrators": table.calibrators,
+            "scores": table.scores,
+            "points": [{"point": point, **values} for point, values in table.points.items()],
+            "table": [_row(found, one) for one in figures(table, found.reference)],
+            "differences": [
+                {"point": point, **vars(one)}
+                for point, answer in enumerate(found.answers)
+                for one in answer.differences
+            ],
+        }
+    )
+    return result
+
+
+def _row(found: Comparison, one: Figure) -> dict[str, Any]:
+    table, ratio = found.table, None if one.ratio is None else vars(one.ratio)
+    values = table.values(one.score.column, one.calibrator, one.point)
+    least = found.least.get((one.point, one.calibrator, one.score.column), np.full(len(values), np.nan))
+    return {
+        "point": one.point,
+        **table.points[one.point],
+        "calibrator": one.calibrator,
+        "score": one.score.name,
+        "unit": one.score.unit,
+        "median": one.found.value,
+        "low": one.found.low,
+        "high": one.found.high,
+        "failures": one.failures,
+        "trials": one.trials,
+        "bound_ratio": bound_ratio(values, least),
+        "reference_ratio": ratio,
+    }
+
+
+def _shown_runs(table: Table, first: Answer) -> dict[str, int]:
+    """Runs at the first point in which the best calibrator did best, as usual, and worst of those with an estimate."""
+    values = table.values(first.score.column, first.best.calibrator)
+    order = [int(k) for k in np.argsort(values, kind="stable") if np.isfinite(values[k])]
+    runs = table.runs()
+    if not order:
+        return {}
+    return {name: int(runs[order[k]]) for name, k in zip(SHOWN, (0, len(order) // 2, -1), strict=True)}
+
+
+def _looked_at(table: Table, first: Answer) -> str:
+    runs = _shown_runs(table, first)
+    if not runs:
+        return "No trial gave an estimate that could be shown."
+    which = listed([f"the {name} is run {run} ({RECORDINGS}/{name}.rrd)" for name, run in runs.items()])
+    return f"Of {first.best.calibrator}'s trials at the first point {which}: open them with magbench show."
+
+
+def _record(design: Design, found: Comparison, out: Path, progress: Callable[[int], object]) -> None:
+    """Write recordings of the best calibrator's best, median and worst trial at the first point; a run fits once.
+
+    progress: told how many are there, from none on.
+    """
+    out.mkdir(exist_ok=True)
+    shown = _shown_runs(found.table, found.answers[0])
+    done = 0
+    for run in dict.fromkeys(shown.values()):
+        progress(done)
+        outcome = _outcome(design, run)
+        for name in (name for name in shown if shown[name] == run):
+            write_recording(outcome, out / f"{name}.rrd")
+            done += 1
+    progress(len(SHOWN))
+
+
+def _recorded(progress: Progress, total: int, done: int) -> None:
+    progress(total - len(SHOWN) + done, total)
+
+
+def _outcome(design: Design, run: int) -> Outcome:
+    """A trial of the first point whole, with what its fits left of the recording."""
+    scenario = design.points[0].scenario
+    recording, truth = run_in_memory(plan(scenario, run, design.seed))
+    rng = partial(stream, design.seed, run, CALIBRATORS_STREAM)
+    return judge(scenario, recording, truth, chosen=design.candidates, rng=rng)

@@ -1,0 +1,144 @@
+"""What gates found, on disk and for continuous integration: JUnit XML, JSON, Markdown, a page, annotations."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+from recordings.files import locked_directory, remove_leftovers, write_text
+from reports.outputs.comparison import ANSWER
+from reports.pages.gates import gates_html, gates_markdown
+from reports.words.gates import advice, seen, sentence
+from scenarios.errors import InputError
+from scenarios.files import parsed_json, read_text
+from scenarios.toml import to_toml
+from validation.comparison.engine import Engine
+from validation.gates.baseline import write_baseline
+from validation.gates.cache import journal_of
+from validation.gates.progress import Outcome
+from validation.gates.proposal import Compared, gates_toml, proposals
+from validation.gates.runner import Progress, decide_gates, recorded
+from validation.gates.schedule import Group
+from validation.gates.spec import load_gates
+from validation.gates.summary import whole
+from validation.scoring.definitions import meaning_of
+from validation.scoring.outcome import RANKED_BY
+
+FILES = ("junit.xml", "gates.json", "summary.md", "report.html")
+
+
+def run_gates(
+    groups: Sequence[Group],
+    engine: Engine,
+    out: Path,
+    title: str,
+    false_fail_rate: float,
+    progress: Progress = lambda done, total: None,
+    *,
+    strict: bool = False,
+) -> list[Outcome]:
+    """Run trials until every gate is decided and write FILES into `out`.
+
+    strict : in junit.xml an undecided gate is a failure; otherwise it is skipped. Trials are kept until the files
+    stand: a run that is killed goes on where it was, and one that has ended begins anew.
+    Raises InputError where `out` holds a comparison, and where the system refuses.
+    """
+    with locked_directory(out):
+        remove_leftovers(out)
+        journal = journal_of(groups, out)
+        outcomes = decide_gates(groups, engine, progress, journal)
+        texts = (
+            junit(outcomes, title, strict=strict),
+            json.dumps(whole(outcomes), indent=1, allow_nan=False) + "\n",
+            gates_markdown(outcomes, title),
+            gates_html(outcomes, title, false_fail_rate),
+        )
+        for name, text in zip(FILES, texts, strict=True):
+            write_text(out / name, text)
+        journal.remove()
+    return outcomes
+
+
+def record_baseline(
+    groups: Sequence[Group], engine: Engine, path: Path, progress: Progress = lambda done, total: None
+) -> int:
+    """Write the scores of every gate's calibrator in all of its trials; returns how many. InputError where refused."""
+    parts = recorded(groups, engine, progress)
+    write_baseline(path, parts)
+    return sum(part.num_rows for part in parts)
+
+
+def begin_gates(comparison: Path, file: Path) -> list[str]:
+    """Write a file of gates to begin with from a comparison's directory; returns the names of its gates.
+
+    They hold the score that the comparison was decided by. A scenario that the catalogue does not have is written
+    beside it. Raises InputError for a file that is there already, for a directory that no comparison wrote, and where
+    the system refuses.
+    """
+    if file.exists():
+        raise InputError("is there already", where=str(file), do="name another file with -o, or remove it")
+    compared, score = Compared.read(comparison), meaning_of(_ranked_by(comparison / ANSWER))
+    found = proposals(compared.table, score)
+    if not compared.of_the_catalogue:
+        write_text(file.parent / f"{compared.scenario.name}.toml", to_toml(compared.scenario))
+    write_text(file, gates_toml(compared, found, score))
+    return [gate.name for gate in load_gates(file).gate]
+
+
+def _ranked_by(answer: Path) -> str:
+    """The score that a comparison was asked to rank by."""
+    found = parsed_json(read_text(answer, "repeat the comparison, which resumes"), str(answer), "compare anew")
+    return str(found.get("ranked_by", RANKED_BY)) if isinstance(found, dict) else RANKED_BY
+
+
+def junit(outcomes: list[Outcome], title: str, *, strict: bool) -> str:
+    """JUnit XML: a test case a gate; an undecided one is skipped, or with `strict` failed."""
+    suites = ElementTree.Element("testsuites")
+    suite = ElementTree.SubElement(suites, "testsuite", name=_printable(title), errors="0")
+    number = {"tests": len(outcomes), "failures": 0, "skipped": 0}
+    for outcome in outcomes:
+        gate = outcome.plan.gate
+        place = _printable(f"gates.{gate.scenario}")
+        case = ElementTree.SubElement(suite, "testcase", classname=place, name=gate.name, time="0")
+        if outcome.verdict != "pass":
+            failed = strict or outcome.verdict == "fail"
+            number["failures" if failed else "skipped"] += 1
+            told = ElementTree.SubElement(case, "failure" if failed else "skipped", message=_message(outcome))
+            if failed:
+                told.set("type", outcome.verdict)
+                told.text = _printable(advice(outcome))
+        ElementTree.SubElement(case, "system-out").text = _printable(f"{sentence(outcome)}; {seen(outcome)}")
+    for element in (suites, suite):
+        element.attrib.update({key: str(value) for key, value in number.items()})
+    ElementTree.indent(suites)
+    return ElementTree.tostring(suites, encoding="unicode", xml_declaration=False) + "\n"
+
+
+def github_lines(outcomes: list[Outcome], file: Path) -> list[str]:
+    """Lines that GitHub's runners show at the file of gates: an error a failed gate, a warning an undecided one."""
+    kinds = {"fail": "error", "inconclusive": "warning"}
+    return [
+        f"::{kinds[one.verdict]} file={_property(str(file))},title={_property(f'gate {one.plan.gate.name}')}::"
+        f"{_escaped(_message(one))}"
+        for one in outcomes
+        if one.verdict in kinds
+    ]
+
+
+def _message(outcome: Outcome) -> str:
+    return _printable(f"{sentence(outcome)}. To do: {advice(outcome)}")
+
+
+def _printable(text: str) -> str:
+    """Without the control characters that XML cannot hold."""
+    return "".join(character if character.isprintable() else " " for character in text)
+
+
+def _escaped(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _escaped(text).replace(":", "%3A").replace(",", "%2C")

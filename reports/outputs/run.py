@@ -1,0 +1,183 @@
+"""The main job: simulate a scenario, calibrate, score against the truth, write report and recording."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import calib
+from calib import Reference
+from recordings import Recording, Truth, read_run
+from recordings.files import locked_directory, write_text
+from reports.pages.outcome import write_report
+from reports.viewer import write_recording
+from reports.words.outcome import compare_command
+from scenarios.errors import InputError
+from scenarios.plain import json_ready
+from sim import effects as effect_table
+from sim.effects.base import Effect
+from sim.generate import write_runs
+from sim.scenario import Scenario
+from validation.bound.files import true_experiment
+from validation.bound.ratio import Leasts, bound_ratio, knowledge_of, least_of
+from validation.bound.sensor_noise import stated_colour, stated_noise_nT
+from validation.calibrating.candidates import Candidate, candidates
+from validation.calibrating.files import write_calibrations
+from validation.scoring.definitions import MEANINGS
+from validation.scoring.evaluation import UNCORRECTED, judged
+from validation.scoring.outcome import Outcome
+from validation.scoring.scores import Score
+
+Progress = Callable[[float, int], object]
+"""Told (stages done, stages in all); simulation and calibration also tell their parts."""
+STAGES = 4
+
+
+def run_scenario(
+    scenario: Scenario,
+    out: Path,
+    *,
+    seed: int | None = None,
+    chosen: Sequence[Candidate] | None = None,
+    progress: Progress = lambda done, total: None,
+    warn: Callable[[str], object] = lambda text: None,
+) -> Outcome:
+    """Write the dataset, scores.json, calibration.json, report.html and recording.rrd into `out`.
+
+    `chosen`: who calibrates, the scenario's calibrators by default.
+
+    A dataset of the same scenario and seed that is there already is used again. Raises InputError for a bad scenario,
+    an unknown calibrator, an `out` that holds another dataset or that another process writes to, and when the
+    system refuses to write.
+    """
+    chosen = chosen or candidates(scenario.calibrators)
+    with locked_directory(out):
+        return _run(scenario, out, seed, chosen, progress, warn)
+
+
+def simulated_and_judged(
+    scenario: Scenario,
+    out: Path,
+    seed: int | None,
+    chosen: Sequence[Candidate] | None = None,
+    progress: Progress = lambda done, total: None,
+    warn: Callable[[str], object] = lambda text: None,
+) -> Outcome:
+    """Write the dataset into `out`, fit the calibrators and score them: the first two stages."""
+    written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES), warn)
+    recording, truth = read_run(out)
+    outcome = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
+    return replace(outcome, tracking=written.files[0].tracking)
+
+
+def _run(
+    scenario: Scenario,
+    out: Path,
+    seed: int | None,
+    chosen: Sequence[Candidate],
+    progress: Progress,
+    warn: Callable[[str], object],
+) -> Outcome:
+    outcome = simulated_and_judged(scenario, out, seed, chosen, progress, warn)
+    write_calibrations(outcome.calibrations, out)
+    write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, allow_nan=False) + "\n")
+    progress(2, STAGES)
+    write_report(outcome, out / "report.html")
+    progress(3, STAGES)
+    write_recording(outcome, out / "recording.rrd")
+    progress(4, STAGES)
+    return outcome
+
+
+def judge(
+    scenario: Scenario,
+    recording: Recording,
+    truth: Truth,
+    progress: Callable[[float], object] = lambda part: None,
+    chosen: Sequence[Candidate] | None = None,
+    rng: Callable[[], np.random.Generator] = lambda: np.random.default_rng(0),
+) -> Outcome:
+    """Fit the chosen calibrators, by default the scenario's, to a recording and score them against its truth.
+
+    rng : makes the generator that each fit begins with.
+    """
+    chosen = chosen or candidates(scenario.calibrators)
+    east, north, up = truth.parameters["field_enu_nT"]
+    reference = Reference(float(np.linalg.norm([east, north, up])), (east, north, up))
+    found = judged(recording, _effects(truth), reference, chosen, rng, progress)
+    fits = {key: one.fit for key, one in found.items() if key.split("@")[0] != UNCORRECTED}
+    usable = {key: fit for key, fit in fits.items() if fit.calibration.status.kind != "not_applicable"}
+    return Outcome(
+        scenario,
+        recording,
+        truth,
+        calibrations={key: fit.calibration for key, fit in fits.items()},
+        scores={key: one.scores for key, one in found.items()},
+        corrected={key: fit.calibration.apply(fit.recording) for key, fit in usable.items()},
+        needs={one.name: one.needs for one in chosen},
+    )
+
+
+def summary(outcome: Outcome) -> dict[str, Any]:
+    """Scores and calibrations as plain values, the JSON of `run`; figures that are not finite become null."""
+    found: dict[str, Any] = json_ready(
+        {
+            "scenario": outcome.scenario.name,
+            "answer": outcome.answer().plain() | {"compare": compare_command(outcome)},
+            "ranking": outcome.ranking()[0],
+            "tracking": outcome.tracking and asdict(outcome.tracking),
+            "scores": _rows(outcome),
+            "calibrations": {key: calib.to_dict(c) for key, c in outcome.calibrations.items()},
+        }
+    )
+    return found
+
+
+def _rows(outcome: Outcome) -> dict[str, list[dict[str, Any]]]:
+    """Every score as plain values, with its ratio to the bound of what its calibrator is told, where one is known."""
+    told = {
+        key: knowledge_of(
+            key,
+            outcome.needs.get(key.split("@")[0], ()),
+            attitude_free=any(one.rotation_removed for one in outcome.scores.get(key, ())),
+            eddy=fit.eddy_s is not None,
+        )
+        for key, fit in outcome.calibrations.items()
+    }
+    least = _least(outcome, {knowledge for knowledge in told.values() if knowledge})
+    return {
+        key: [_row(one, least.get((told.get(key) or "", MEANINGS[one.name].column), np.nan)) for one in scores]
+        for key, scores in outcome.scores.items()
+    }
+
+
+def _row(one: Score, least: float) -> dict[str, Any]:
+    plain = {key: value for key, value in asdict(one).items() if key != "name"}
+    return {"score": one.name, **plain, "bound_ratio": bound_ratio(np.array([one.value]), np.array([least]))}
+
+
+def _least(outcome: Outcome, knowledges: set[str]) -> Leasts:
+    """The bound on this run's scores; empty for arrays, without noise, and where the truth does not say its chain."""
+    if outcome.sensors > 1 or not knowledges or "effect_order" not in outcome.truth.parameters:
+        return {}
+    truth, (effects, *_) = outcome.truth, _effects(outcome.truth)
+    enu_nT, name = np.array(truth.parameters["field_enu_nT"]), outcome.scenario.name
+    try:
+        known = true_experiment(outcome.recording, truth, effects, enu_nT, name, stated_noise_nT(effects))
+        return least_of(replace(known, colour=stated_colour(effects)), knowledges)
+    except InputError:
+        return {}
+
+
+def _effects(truth: Truth) -> list[tuple[Effect, ...]]:
+    """The true effects of each sensor, in the order of the chain."""
+    order = truth.parameters["effect_order"]
+    return [
+        effect_table.build(tables, [name for name in order if name in tables], "run")
+        for tables in truth.parameters["effects"]
+    ]

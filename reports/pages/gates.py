@@ -1,0 +1,41 @@
+"""What gates found, as one HTML page and as Markdown for a pull request."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from reports.pages.template import rendered
+from reports.plots.gates import draw_course
+from reports.plots.style import encoded
+from reports.words.gates import HEADS, advice, gate_rows, headline, seen, sentence
+from validation.gates.progress import Outcome
+from validation.text import figure
+
+
+def gates_html(outcomes: list[Outcome], title: str, false_fail_rate: float) -> str:
+    """The page: the table, and for each gate its trials and the evidence after each."""
+    gates = [
+        {
+            "name": one.plan.gate.name,
+            "verdict": one.verdict,
+            "sentences": [sentence(one), seen(one)],
+            "advice": advice(one),
+            "picture": encoded(partial(draw_course, one)),
+        }
+        for one in outcomes
+    ]
+    values = {"title": title, "headline": headline(outcomes), "runs": figure(1.0 / false_fail_rate)}
+    return rendered("gates.html", values | {"heads": HEADS, "rows": gate_rows(outcomes), "gates": gates})
+
+
+def gates_markdown(outcomes: list[Outcome], title: str) -> str:
+    """A small table, then a line for each gate that did not pass: why, and what to do."""
+    rows = [HEADS, ("---",) * len(HEADS), *gate_rows(outcomes)]
+    table = "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |\n" for row in rows)
+    unsettled = [one for one in outcomes if one.verdict != "pass"]
+    notes = "".join(f"- **{one.plan.gate.name}**: {sentence(one)}. {_capital(advice(one))}.\n" for one in unsettled)
+    return f"### {title}: {headline(outcomes)}\n\n{table}" + (f"\n{notes}" if notes else "")
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

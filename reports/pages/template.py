@@ -1,0 +1,37 @@
+"""The reports' HTML templates, and the scripts that make their tables sort and their plots zoom."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import plotly.offline
+
+from reports.pages.figure import PLOT
+from validation.text import digits, sentence
+
+TEMPLATES = Path(__file__).parent.parent / "templates"
+END = "</body>"
+
+
+def rendered(name: str, values: Mapping[str, Any]) -> str:
+    """The page that a template makes of these values; a value that the template wants and does not get is an error."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+    )
+    environment.filters["digits"] = digits
+    environment.filters["sentence"] = sentence
+    page = environment.get_template(name).render(values)
+    return page.replace(END, _scripts(page) + END)
+
+
+def _scripts(page: str) -> str:
+    """What the page runs: all of it is inside, so that it works where there is no network."""
+    library = [plotly.offline.get_plotlyjs()] if PLOT in page else []
+    own = (TEMPLATES / "page.js").read_text(encoding="utf-8")
+    return "".join(f"<script>{script}</script>\n" for script in (*library, own))

@@ -1,0 +1,77 @@
+"""The page of several recordings: what holds in all of them, each effect's coefficients, then each recording's gap."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from diagnosis.repair.model_diff import lines_of_diff
+from diagnosis.result import Reach
+from diagnosis.several.common_effects import Common
+from diagnosis.several.result import Together
+from diagnosis.several.sentence import reach_of
+from reports.pages.figure import on_page
+from reports.pages.template import rendered
+from reports.plots.together import draw_coefficients, draw_gaps
+from reports.words.together import agreement_line, gap_rows_together, value_rows
+from scenarios.toml import to_toml
+from validation.text import all_of, digits
+
+
+def together_html(found: Together, title: str, folders: tuple[str, ...]) -> str:
+    """The report as one HTML text; `folders` are those beside it that hold each recording's own."""
+    return rendered("together.html", _page(found, title, folders))
+
+
+def _page(found: Together, title: str, folders: tuple[str, ...]) -> dict[str, Any]:
+    first = found.each[0].problem
+    return {
+        "title": title,
+        "among": found.among,
+        "verdict": found.verdict,
+        "meaning": found.verdict.meaning,
+        "sentence": found.sentence,
+        "tiles": _tiles(found),
+        "advice": found.advice,
+        "effects": [_section(found, one) for one in found.common],
+        "single": [_section(found, one) for one in found.single],
+        "gaps": list(zip(gap_rows_together(found), (*folders, ""), strict=True)),
+        "picture": on_page(partial(draw_gaps, found), f"The gap of each {found.among.one}"),
+        "own": list(zip(found.names, folders, (one.sentence for one in found.each), strict=True)),
+        "left": found.left,
+        "where": found.where,
+        "not_observable": found.not_observable,
+        "diff": lines_of_diff(first.effects, found.model),
+        "model": to_toml(found.model),
+    }
+
+
+def _section(found: Together, one: Common) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "reach": found.among.reach[one.reach],
+        "bad": one.reach is not Reach.TRANSFERRED,
+        "words": reach_of(one, found.among),
+        "alternatives": one.named.others,
+        "test": agreement_line(one),
+        "how": one.named.how.words,
+        "nats": "" if one.named.nats is None else f"{digits(one.named.nats)} nats",
+        "rows": list(value_rows(found, one)),
+        "picture": on_page(partial(draw_coefficients, found, one), f"{one.name} by {found.among.one}"),
+    }
+
+
+def _tiles(found: Together) -> list[tuple[str, str]]:
+    """The answer in four tiles: (value, label)."""
+    by_reach = {reach: [one.name for one in found.common if one.reach is reach] for reach in Reach}
+    same = ", ".join(by_reach[Reach.TRANSFERRED]) or "nothing"
+    differs = ", ".join([*by_reach[Reach.NOT_TRANSFERRED], *by_reach[Reach.SOME]]) or "nothing"
+    gap = found.gap
+    share = "–" if gap.explained is None else f"{100 * max(gap.explained, 0):.0f} %"
+    alone = ", ".join(one.name for one in found.single) or "nothing"
+    return [
+        (same, f"missing in the model, the same in {all_of(len(found.names), found.among.key)}"),
+        (differs, "missing, but not the same in all"),
+        (alone, f"named by one {found.among.one} alone"),
+        (share, f"of the gap explained: {digits(gap.before_nT)} → {digits(gap.after_nT)} nT, {found.among.after}"),
+    ]

@@ -1,0 +1,110 @@
+"""Pictures of a comparison: scores over a swept value, their distributions, ranks, and failures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from reports.palette import INK, LINES, RAW, SOFT
+from reports.plots.style import WIDTH_IN
+from validation.comparison.statistics import Array, Interval, mean_ranks, median
+from validation.comparison.table import Table
+from validation.scoring.definitions import Meaning
+
+DASHES = ("-", "--", ":", "-.")
+DECADE = 10.0
+BOX = (5, 25, 50, 75, 95)
+"""Percentiles that a calibrator's distribution is drawn by: whiskers, box, median."""
+
+
+def draw_over(table: Table, score: Meaning, key: str) -> Figure:
+    """Median of a score with its interval over a swept value, a line a calibrator, and the uncorrected measurement."""
+    figure = Figure(figsize=(WIDTH_IN, 4.4), layout="constrained")
+    axis: Any = figure.subplots()
+    places = {point: values[key] for point, values in _line_of_points(table, key).items()}
+    x = _value_axis(axis, list(places.values()))
+    for number, name in enumerate(table.calibrators):
+        found = [median(table.values(score.column, name, point)) for point in places]
+        dash = DASHES[number // len(LINES) % len(DASHES)]
+        colour = LINES[number % len(LINES)] if name in table.candidates else RAW
+        _draw_medians(axis, x, found, color=colour, linestyle=dash, label=name)
+    axis.set(yscale="log", xlabel=key, ylabel=_title(score))
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def _value_axis(axis: Any, values: list[Any]) -> Array:
+    """Where swept values stand: numbers by size, on a logarithmic axis where they span a decade; words in a row."""
+    if not all(isinstance(value, int | float) for value in values):
+        axis.set_xticks(range(len(values)), [str(value) for value in values])
+        return np.arange(len(values), dtype=np.float64)
+    x = np.array(values, dtype=np.float64)
+    if x.min() > 0 and x.max() >= DECADE * x.min():
+        axis.set_xscale("log")
+    return x
+
+
+def _draw_medians(axis: Any, x: Array, found: list[Interval], **look: Any) -> None:
+    """Medians as dots on a line, each with its interval upright."""
+    axis.plot(x, _finite([one.value for one in found]), marker="o", markersize=4, **look)
+    for place, one in zip(x, found, strict=True):
+        axis.plot([place, place], _finite([one.low, one.high]), color=look["color"], linewidth=1.6, alpha=0.6)
+
+
+def _line_of_points(table: Table, key: str) -> dict[int, dict[str, Any]]:
+    """The points along one swept key, the others as at the first point."""
+    first = table.points[0]
+    return {
+        point: values
+        for point, values in table.points.items()
+        if all(values[other] == first[other] for other in table.swept if other != key)
+    }
+
+
+def draw_distributions(table: Table, score: Meaning, point: int) -> Figure:
+    """Each calibrator's score over the trials: 5th to 95th percentile as a line, quarters as a bar, median as a dot."""
+    names = table.calibrators
+    figure = Figure(figsize=(WIDTH_IN, 0.36 * len(names) + 1.1), layout="constrained")
+    axis: Any = figure.subplots()
+    for row, name in enumerate(names):
+        values = _finite(table.values(score.column, name, point))
+        values = values[np.isfinite(values) & (values > 0)]
+        if values.size:
+            least, low, middle, high, most = np.percentile(values, BOX)
+            colour = RAW if name not in table.candidates else LINES[0]
+            axis.plot([least, most], [row, row], color=colour, linewidth=1.2)
+            axis.plot([low, high], [row, row], color=colour, linewidth=7, solid_capstyle="butt", alpha=0.45)
+            axis.plot([middle], [row], "o", color=colour, markersize=5)
+    axis.set(xscale="log", xlabel=_title(score), ylim=(len(names) - 0.4, -0.6))
+    axis.set_yticks(range(len(names)), names)
+    axis.grid(visible=False, axis="y")
+    return figure
+
+
+def draw_ranks(table: Table, score: Meaning, point: int) -> Figure:
+    """Mean rank of each calibrator over the trials; bars join those whose difference may be chance (Nemenyi)."""
+    ranks = mean_ranks({name: table.values(score.column, name, point) for name in table.candidates})
+    ordered = sorted(ranks.mean.items(), key=lambda item: item[1])
+    figure = Figure(figsize=(WIDTH_IN, 0.34 * len(ordered) + 1.2), layout="constrained")
+    axis: Any = figure.subplots()
+    for row, (_, rank) in enumerate(ordered):
+        reach = [other for _, other in ordered[row:] if other - rank <= ranks.critical]
+        axis.plot([rank, max(reach)], [row, row], color=SOFT, linewidth=2.5, alpha=0.5)
+        axis.plot([rank], [row], "o", color=LINES[0], markersize=7)
+        axis.annotate(f"{rank:.2f}", (rank, row), xytext=(0, 7), textcoords="offset points", ha="center", color=INK)
+    axis.set(xlabel="mean rank, 1 is best", xlim=(0.5, len(ordered) + 0.5), ylim=(len(ordered) - 0.4, -0.9))
+    axis.set_yticks(range(len(ordered)), [name for name, _ in ordered])
+    axis.set_title(f"critical difference {ranks.critical:.2f}")
+    return figure
+
+
+def _title(score: Meaning) -> str:
+    return f"{score.short} ({score.unit})" if score.unit else score.short
+
+
+def _finite(values: Any) -> Array:
+    """Values (n,) with NaN for what has none: it is not drawn."""
+    array = np.asarray(values, dtype=np.float64)
+    return np.where(np.isfinite(array), array, np.nan)

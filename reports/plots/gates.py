@@ -1,0 +1,59 @@
+"""A gate's way to its verdict: what each trial measured, and the evidence after it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+
+from reports.palette import INK, LINES, RAW
+from reports.plots.style import WIDTH_IN
+from validation.gates.progress import Outcome
+
+KEPT, OVER = LINES[0], LINES[1]
+
+
+def draw_course(outcome: Outcome) -> Figure:
+    """Above: each trial's value and the limit. Below: evidence for either side, 1 where it decides."""
+    figure = Figure(figsize=(WIDTH_IN, 4.6))
+    values, evidence = figure.subplots(2, 1, sharex=True, gridspec_kw={"hspace": 0.12})
+    figure.subplots_adjust(left=0.08, right=0.99, top=0.97, bottom=0.1)
+    _draw_values(values, outcome)
+    _draw_evidence(evidence, outcome)
+    evidence.set_xlabel("trials looked at")
+    return figure
+
+
+def _draw_values(axis: Any, outcome: Outcome) -> None:
+    gate, over = outcome.plan.gate, outcome.decision.exceeded
+    trial = np.arange(1, len(over) + 1)
+    finite = np.isfinite(outcome.values)
+    for mask, colour, label in ((~over, KEPT, "within"), (over & finite, OVER, "over the limit")):
+        axis.plot(trial[mask], outcome.values[mask], "o", markersize=3, color=colour, label=label)
+    for where in trial[~finite]:
+        axis.axvline(where, color=OVER, linewidth=0.6, alpha=0.5)
+    axis.axhline(gate.factor, color=INK, linewidth=1.0, linestyle="--", label="limit")
+    if (outcome.values[finite] > 0).any():
+        axis.set_yscale("log")
+        axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.yaxis.set_major_formatter(ScalarFormatter())
+        axis.yaxis.set_minor_formatter(NullFormatter())
+    unit = gate.unit or ("" if gate.kind == "limit" else f"x {gate.reference or 'baseline'}")
+    axis.set_ylabel(", ".join(filter(None, (gate.meaning.short, unit))))
+    axis.legend(loc="upper right", ncols=3)
+
+
+def _draw_evidence(axis: Any, outcome: Outcome) -> None:
+    decision, test = outcome.decision, outcome.plan.test
+    trial = np.arange(1, decision.trials + 1)
+    for log_evidence, needed, colour, label in (
+        (decision.within, test.passing, KEPT, "that it keeps the limit"),
+        (decision.over, test.failing, OVER, "that it is over"),
+    ):
+        axis.plot(trial, log_evidence / needed, ".-", markersize=3, color=colour, label=label)
+    axis.axhline(1.0, color=INK, linewidth=1.0, linestyle="--")
+    axis.axhline(0.0, color=RAW, linewidth=0.6)
+    axis.set(ylim=(-1.2, 1.2), ylabel="ln of evidence / needed")
+    axis.legend(loc="lower left", ncols=2)

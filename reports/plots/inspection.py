@@ -1,0 +1,207 @@
+"""Pictures of a first look at a recording: coverage, strength, spectrum, Allan deviation, low digits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from calib.numerics.noise import white_noise_std
+from reports.palette import INK, RAW, SOFT, XYZ
+from reports.plots.style import WIDTH_IN, keep_readable, time_scale
+from validation.inspection.log import Array
+from validation.inspection.sensor_data import Look
+from validation.inspection.timing import find_gaps
+from validation.signals.noise import allan_deviation
+from validation.signals.sphere import cells, directions
+from validation.signals.thinning import envelope, every_nth
+from validation.signals.tones import Spectrum, Tone, mains_aliases, spectrum, tones
+
+MOST_POINTS = 6000
+CODES = 16
+EDGE_STEPS = 8
+"""Straight pieces that draw a cell's edge."""
+MOST_TONES = 8
+
+
+def draw_coverage(look: Look) -> Figure:
+    """The sphere of the field's directions in the body frame as two discs of equal area: cells seen, and points."""
+    figure = Figure(figsize=(WIDTH_IN, 5.2), layout="constrained")
+    corrected = look.corrected_nT
+    seen = directions(look.series.mag_nT if corrected is None else corrected)
+    entered = np.zeros(cells().total, np.bool_)
+    entered[cells().index(seen)] = True
+    for axis, sign, title in zip(figure.subplots(1, 2), (1, -1), ("upper half, +z", "lower half, −z"), strict=True):
+        _disc(axis, sign, entered)
+        half = seen[sign * seen[:, 2] >= 0]
+        axis.scatter(*_flat(half[every_nth(len(half), MOST_POINTS)]).T, s=3, color=INK, linewidths=0, rasterized=True)
+        axis.set_title(title)
+    return figure
+
+
+def _disc(axis: Any, sign: int, entered: Any) -> None:
+    """One half of the sphere: its cells, filled where entered, and the body axes."""
+    for filled, colour in ((True, "#cfe3f1"), (False, "white")):
+        rows = cells().edges()[entered == filled]
+        polygons = [_flat(_outline(*row)) for row in rows if sign * (row[2] + row[3]) > 0]
+        axis.add_collection(PolyCollection(polygons, facecolors=colour, edgecolors="#e3e7eb", linewidths=0.5))
+    angle = np.linspace(0, 2 * np.pi, 200)
+    axis.plot(np.cos(angle), np.sin(angle), color=SOFT, linewidth=0.8)
+    for x, y, name in ((1, 0, "+x"), (0, 1, "+y"), (-1, 0, "−x"), (0, -1, "−y")):
+        axis.annotate(name, (1.07 * x, 1.07 * y), ha="center", va="center", color=SOFT)
+    axis.set(xlim=(-1.15, 1.15), ylim=(-1.15, 1.15), aspect="equal")
+    axis.axis("off")
+
+
+def _outline(low: float, high: float, bottom: float, top: float) -> Array:
+    """Unit vectors (m, 3) along the edge of a cell."""
+    turn, height = np.linspace(low, high, EDGE_STEPS), np.linspace(bottom, top, EDGE_STEPS)
+    longitude = np.r_[turn, np.full(EDGE_STEPS, high), turn[::-1], np.full(EDGE_STEPS, low)]
+    z = np.r_[np.full(EDGE_STEPS, bottom), height, np.full(EDGE_STEPS, top), height[::-1]]
+    radius = np.sqrt(np.clip(1 - z**2, 0, 1))
+    return np.column_stack([radius * np.cos(longitude), radius * np.sin(longitude), z])
+
+
+def _flat(direction: Array) -> Array:
+    """Lambert's azimuthal equal-area map (n, 2) of unit vectors (n, 3), each half on the disc of its own pole."""
+    scale = 1.0 / np.sqrt(1.0 + np.minimum(np.abs(direction[:, 2]), 1.0))
+    return direction[:, :2] * scale[:, None]
+
+
+def draw_strength(look: Look) -> Figure:
+    """Components and strength over time, gaps shaded; the strength after the ellipsoid fit below."""
+    series, corrected = look.series, look.corrected_nT
+    figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
+    parts, whole = figure.subplots(2, 1, sharex=True)
+    for k, colour in enumerate(XYZ):
+        _line(parts, series.time_s, series.mag_nT[:, k], color=colour, label="xyz"[k])
+    strength = np.linalg.norm(series.mag_nT, axis=1)
+    _line(whole, series.time_s, strength, color=RAW, label="as measured")
+    if corrected is not None:
+        _line(whole, series.time_s, np.linalg.norm(corrected, axis=1), color=XYZ[0], label="after ellipsoid fit")
+    scale, unit = time_scale(series.time_s)
+    for axis, label in ((parts, "field (nT)"), (whole, "strength (nT)")):
+        for gap in find_gaps(series.time_s):
+            axis.axvspan(gap.after_s / scale, (gap.after_s + gap.length_s) / scale, color="#f2b8a0", alpha=0.6, lw=0)
+        axis.set_ylabel(label)
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    whole.set_xlabel(f"time ({unit}); gaps are shaded")
+    return figure
+
+
+def _line(axis: Any, time_s: Array, values: Array, **style: Any) -> None:
+    """A thinned line over time, broken at the gaps."""
+    scale, _ = time_scale(time_s)
+    cuts = [np.searchsorted(time_s, gap.after_s, side="right") for gap in find_gaps(time_s)][:200]
+    label = style.pop("label", None)
+    for times, part in zip(np.split(time_s, cuts), np.split(values, cuts), strict=True):
+        axis.plot(*envelope(times / scale, part), label=label, **style)
+        label = None
+
+
+def draw_residual(look: Look) -> Figure:
+    """What the base model leaves, over time."""
+    assert look.residual is not None
+    residual = look.residual
+    figure = Figure(figsize=(WIDTH_IN, 2.6), layout="constrained")
+    axis = figure.subplots()
+    for k, colour in enumerate(XYZ[: residual.values.shape[1]]):
+        _line(axis, residual.time_s, residual.values[:, k], color=colour, alpha=0.8, label=_label(look, k))
+    keep_readable(axis, residual.values)
+    axis.set(xlabel=f"time ({time_scale(residual.time_s)[1]})", ylabel="left (nT)")
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def _label(look: Look, k: int) -> str:
+    assert look.residual is not None
+    return "strength" if look.residual.base == "strength" else "xyz"[k]
+
+
+def draw_spectrum(look: Look) -> Figure:
+    """Amplitude density of the residual, its background, tones, and where the mains would appear."""
+    assert look.residual is not None
+    residual = look.residual
+    found = spectrum(residual.time_s, residual.values)
+    figure = Figure(figsize=(WIDTH_IN, 3.4), layout="constrained")
+    axis = figure.subplots()
+    if found is None:
+        return figure
+    _draw_density(axis, look, found)
+    _mark_tones(axis, tones(residual.time_s, residual.values)[:MOST_TONES])
+    _mark_mains(axis, look.rate_hz, float(found.frequency_hz[1]))
+    axis.set(xlabel="frequency (Hz)", ylabel="nT/√Hz", xlim=(found.frequency_hz[1], found.frequency_hz[-1]))
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def _draw_density(axis: Any, look: Look, found: Spectrum) -> None:
+    """Each axis' amplitude density, pale, and its local background, bold."""
+    for k, colour in enumerate(XYZ[: found.density.shape[1]]):
+        frequency, density = envelope(found.frequency_hz[1:], np.sqrt(found.density[1:, k]), 1500)
+        axis.loglog(frequency, density, color=colour, linewidth=0.5, alpha=0.6)
+        background = _thinned(found.frequency_hz[1:], np.sqrt(found.background[1:, k]))
+        axis.loglog(*background, color=colour, linewidth=1.6, label=_label(look, k))
+    floor = np.sqrt(found.background[found.background > 0])
+    if floor.size:
+        axis.set_ylim(bottom=floor.min() / 10)
+
+
+def _mark_tones(axis: Any, found: list[Tone]) -> None:
+    for tone in found:
+        axis.axvline(tone.frequency_hz, color=INK, linewidth=0.7, linestyle=(0, (2, 2)))
+        axis.annotate(
+            f"{tone.frequency_hz:.4g}", (tone.frequency_hz, 1), xycoords=("data", "axes fraction"), xytext=(2, -2),
+            textcoords="offset points", rotation=90, va="top", fontsize=7.5,
+        )  # fmt: skip
+
+
+def _mark_mains(axis: Any, rate_hz: float, lowest_hz: float) -> None:
+    """Where the mains would appear at this rate."""
+    for name, side in (("50 Hz", "right"), ("60 Hz", "left")):
+        alias = mains_aliases(rate_hz)[name]
+        if alias > lowest_hz:
+            axis.axvline(alias, ymax=0.05, color="#d55e00", linewidth=2)
+            axis.annotate(f" {name} ", (alias, 0.02), xycoords=("data", "axes fraction"), ha=side, fontsize=7.5)
+
+
+def _thinned(x: Array, y: Array) -> tuple[Array, Array]:
+    """About evenly spaced points of a curve on a logarithmic axis."""
+    rows = np.unique(np.round(np.geomspace(1, len(x), 400)).astype(int)) - 1
+    return x[rows], y[rows]
+
+
+def draw_allan(look: Look) -> Figure:
+    """Allan deviation of the residual against that of its white noise alone."""
+    assert look.residual is not None
+    residual = look.residual
+    figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
+    axis = figure.subplots()
+    interval_s = 1.0 / look.rate_hz
+    tau_s, deviation = allan_deviation(interval_s, residual.values)
+    for k, (colour, white) in enumerate(zip(XYZ, white_noise_std(residual.values), strict=False)):
+        axis.loglog(tau_s, deviation[:, k], color=colour, marker="o", markersize=3, label=_label(look, k))
+        axis.loglog(tau_s, white / np.sqrt(tau_s / interval_s), color=colour, linewidth=0.8, linestyle=(0, (4, 3)))
+    axis.set(xlabel="averaging time (s)", ylabel="Allan deviation (nT)")
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def draw_digits(look: Look) -> Figure:
+    """How often each low digit occurs: the converter's last four bits, or where values lie within the noise."""
+    figure = Figure(figsize=(WIDTH_IN, 2.6), layout="constrained")
+    for k, (axis, lattice) in enumerate(zip(figure.subplots(1, 3), look.lattices, strict=True)):
+        values = look.series.mag_nT[look.fresh, k]
+        if lattice is not None and not lattice.floating:
+            code = np.rint((values - lattice.offset) / lattice.step).astype(np.int64) % CODES
+            label = f"{'xyz'[k]}: code modulo {CODES}, a code {lattice.step:.4g} nT"
+        else:
+            unit = float(look.white_nT[k]) if np.isfinite(look.white_nT[k]) and look.white_nT[k] > 0 else 1.0
+            code = np.floor(values / unit * 4).astype(np.int64) % CODES
+            label = f"{'xyz'[k]}: value modulo {4 * unit:.3g} nT, in sixteenths"
+        axis.bar(np.arange(CODES), np.bincount(code, minlength=CODES), color=XYZ[k], width=0.8)
+        axis.axhline(len(code) / CODES, color=INK, linewidth=0.7, linestyle=(0, (4, 3)))
+        axis.set(xlabel=label, ylabel="samples" if k == 0 else "", xticks=range(0, CODES, 4))
+    return figure

@@ -1,0 +1,102 @@
+"""Pictures of the motion: path, attitude, temperature, motor currents."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from reports.palette import LINES, XYZ, phase_colours
+from reports.plots.style import WIDTH_IN, lines, phase_bands, time_axis, time_scale
+from validation.scoring.outcome import Array, Outcome
+from validation.signals.quaternion_conventions import euler_deg
+from validation.signals.thinning import every_nth
+
+STRETCH = 4.0
+"""A path longer than this many times its width is drawn with unequal axes."""
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A quantity over time: label of its axis, values (n,) or (n, k), their colours, and their names if several."""
+
+    label: str
+    values: Array
+    colours: tuple[str, ...]
+    names: tuple[str, ...] = ()
+
+
+def draw_path(outcome: Outcome) -> Figure:
+    """The true path: in space, from above, and height over time; coloured by phase."""
+    figure = Figure(figsize=(WIDTH_IN, 4.4), layout="constrained")
+    grid = figure.add_gridspec(1, 3, width_ratios=(1.45, 1, 1))
+    space: Any = figure.add_subplot(grid[0], projection="3d")
+    above, height = figure.add_subplot(grid[1]), figure.add_subplot(grid[2])
+    _draw_phases(outcome, space, above, height)
+    _frame_space(space, outcome.truth.pos_enu_m)
+    above.set(xlabel="east (m)", ylabel="north (m)", title="From above", aspect="equal", adjustable="datalim")
+    height.set(ylabel="up (m)", title="Height")
+    time_axis(height, outcome)
+    handles, labels = space.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure
+
+
+def _draw_phases(outcome: Outcome, space: Any, above: Any, height: Any) -> None:
+    """The path on three axes, a colour a phase; each label is named once."""
+    scale, _ = time_scale(outcome.recording.time_s)
+    colours, named = phase_colours(outcome), set[str]()
+    for label, first, last in outcome.phases():
+        part = every_nth(last - first, 3000)
+        xyz = outcome.truth.pos_enu_m[first : last + 1][part]
+        time = outcome.recording.time_s[first : last + 1][part] / scale
+        space.plot(*xyz.T, color=colours[label], label=None if label in named else label)
+        above.plot(xyz[:, 0], xyz[:, 1], color=colours[label])
+        height.plot(time, xyz[:, 2], color=colours[label])
+        named.add(label)
+
+
+def _frame_space(axis: Any, pos_m: Array) -> None:
+    extent = np.maximum(np.nanmax(pos_m, axis=0) - np.nanmin(pos_m, axis=0), 1e-3)
+    box = np.maximum(extent, extent.max() / STRETCH)
+    axis.set_box_aspect(tuple(box), zoom=0.8)
+    centre = (np.nanmax(pos_m, axis=0) + np.nanmin(pos_m, axis=0)) / 2
+    half = np.maximum(extent, 0.5) / 2
+    for set_limits, c, h in zip((axis.set_xlim, axis.set_ylim, axis.set_zlim), centre, half, strict=True):
+        set_limits(c - h, c + h)
+    stretched = "" if np.allclose(box, extent) else " (axes not to one scale)"
+    axis.set(xlabel="east (m)", ylabel="north (m)", zlabel="up (m)", title=f"In space{stretched}")
+    axis.tick_params(labelsize=7.5, pad=0)
+    axis.locator_params(nbins=4)
+
+
+def draw_vehicle(outcome: Outcome) -> Figure:
+    """Attitude, temperature and motor currents over time, as far as recorded."""
+    rows = _vehicle_rows(outcome)
+    figure = Figure(figsize=(WIDTH_IN, 1.55 * len(rows) + 0.4), layout="constrained")
+    axes = figure.subplots(len(rows), 1, sharex=True)
+    for axis, row in zip(axes, rows, strict=True):
+        lines(axis, outcome, row.values, row.colours, **({"labels": row.names} if row.names else {}))
+        axis.set_ylabel(row.label)
+        if row.names:
+            axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=1 + (len(row.names) > 6))
+    phase_bands(list(axes), outcome)
+    time_axis(axes[-1], outcome)
+    return figure
+
+
+def _vehicle_rows(outcome: Outcome) -> list[_Row]:
+    """What is recorded of the vehicle, a row a quantity."""
+    recording, attitude = outcome.recording, euler_deg(outcome.truth.q)
+    rows = [
+        _Row("yaw, unwrapped (°)", np.unwrap(attitude[:, 0], period=360), XYZ[:1]),
+        _Row("pitch, roll (°)", attitude[:, 1:], XYZ[1:], ("pitch", "roll")),
+    ]
+    if recording.temperature_degC is not None:
+        rows.append(_Row("temperature (°C)", recording.temperature_degC, XYZ[1:2]))
+    if recording.current_A is not None and recording.current_A.size:
+        motors = tuple(f"motor {k}" for k in recording.motors)
+        rows.append(_Row("motor current (A)", recording.current_A, LINES, motors))
+    return rows

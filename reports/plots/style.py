@@ -1,0 +1,122 @@
+"""How the report's pictures look, and how a figure becomes part of a page."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure as Figure
+
+from reports.palette import INK, SOFT, phase_colours
+from validation.scoring.outcome import Array, Outcome
+from validation.signals.thinning import envelope
+from validation.text import digits
+
+WIDTH_IN = 11.0
+SVG_POINTS = 10_000
+DPI, TALL_DPI, TALL_IN = 140, 100, 12.0
+Draw = Callable[[Outcome], Figure]
+STYLE: dict[str, Any] = {
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#9aa2ab",
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": "#e9ecef",
+    "grid.linewidth": 0.7,
+    "text.color": INK,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "lines.linewidth": 0.9,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "figure.facecolor": "white",
+    "path.simplify_threshold": 0.3,
+    "svg.hashsalt": "magbench",
+}
+
+
+def styled() -> AbstractContextManager[None]:
+    """Within, figures are drawn in the report's style."""
+    return matplotlib.rc_context(STYLE)
+
+
+def encoded(draw: Callable[[], Figure]) -> str:
+    """A figure, drawn in the report's style, as a data address."""
+    with styled():
+        return image(draw())
+
+
+def image(figure: Figure) -> str:
+    """A figure as a data address: SVG while its lines have few points, else PNG."""
+    points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
+    kind, mime = ("svg", "svg+xml") if points <= SVG_POINTS else ("png", "png")
+    file = io.BytesIO()
+    dpi = DPI if figure.get_figheight() < TALL_IN else TALL_DPI
+    figure.savefig(file, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else {"Software": None})
+    return f"data:image/{mime};base64,{base64.b64encode(file.getvalue()).decode()}"
+
+
+def time_scale(time_s: Array) -> tuple[float, str]:
+    """Seconds in the unit of a time axis, and its name."""
+    length_s = float(np.ptp(time_s)) if len(time_s) else 0.0
+    return (1.0, "s") if length_s < 600 else (60.0, "min") if length_s < 3 * 3600 else (3600.0, "h")
+
+
+def phase_bands(axes: list[Any], outcome: Outcome, *, labelled: bool = True) -> None:
+    """The motion's phases behind time axes, labelled above the first."""
+    scale, _ = time_scale(outcome.recording.time_s)
+    time = outcome.recording.time_s / scale
+    colours, stretches = phase_colours(outcome), outcome.phases()
+    for label, first, last in stretches if len(stretches) <= 60 else []:
+        low, high = time[first], time[min(last, len(time) - 1)]
+        for axis in axes:
+            axis.axvspan(low, high, color=colours[label], alpha=0.055, linewidth=0)
+        if labelled and (high - low) > 0.06 * (time[-1] - time[0]):
+            axes[0].annotate(
+                label, ((low + high) / 2, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
+                textcoords="offset points", ha="center", fontsize=8, color=colours[label],
+            )  # fmt: skip
+
+
+def lines(axis: Any, outcome: Outcome, values: Array, colours: tuple[str, ...], **style: Any) -> None:
+    """Values (n,) or (n, k) over time, thinned so that spikes stay visible."""
+    scale, _ = time_scale(outcome.recording.time_s)
+    time, thin = envelope(outcome.recording.time_s / scale, values)
+    columns = thin[:, None] if thin.ndim == 1 else thin
+    labels = style.pop("labels", (None,) * columns.shape[1])
+    for k in range(columns.shape[1]):
+        axis.plot(time, columns[:, k], color=colours[k % len(colours)], label=labels[k], **style)
+
+
+def time_axis(axis: Any, outcome: Outcome) -> None:
+    """Label and limits of a time axis."""
+    scale, unit = time_scale(outcome.recording.time_s)
+    time_s = outcome.recording.time_s
+    axis.set_xlabel(f"time ({unit})")
+    if time_s[-1] > time_s[0]:
+        axis.set_xlim(time_s[0] / scale, time_s[-1] / scale)
+
+
+def keep_readable(axis: Any, values: Array, outliers: float = 8.0) -> None:
+    """Cut the value axis where rare outliers would flatten the rest, and say on the plot how far they reach."""
+    size = np.abs(values[np.isfinite(values)])
+    usual, most = (float(np.quantile(size, 0.99)), float(size.max())) if size.size else (0.0, 0.0)
+    if 0 < outliers * usual < most:
+        axis.set_ylim(-3 * usual, 3 * usual)
+        note = f"outliers reach ±{digits(most)} nT, beyond this axis"
+        box = {"fc": "white", "ec": "none", "pad": 1.5}
+        axis.annotate(note, (1, 1), xytext=(-3, -3), xycoords="axes fraction", textcoords="offset points",
+                      ha="right", va="top", fontsize=8, color=SOFT, bbox=box)  # fmt: skip

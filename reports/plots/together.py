@@ -1,0 +1,109 @@
+"""Pictures of several recordings: each effect's coefficients by recording, and the gaps before and after."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from diagnosis.result import Named, parameters
+from diagnosis.several.common_effects import Common
+from diagnosis.several.result import Together
+from diagnosis.several.transfer import There
+from reports.palette import LINES, RAW, SOFT
+from reports.plots.diagnosis import AFTER, BEFORE
+from reports.plots.style import WIDTH_IN
+from reports.series import block_means, length_for
+from validation.scoring.outcome import Array
+from validation.text import symbol
+
+MOST_COLUMNS, FINE, COARSE = 3, 1500, 200
+"""Panels beside each other; points of the pale and of the bold lines over time."""
+
+
+def draw_coefficients(found: Together, one: Common) -> Figure:
+    """Every component of an effect's parameters by recording with its 95 % interval; the band is the pooled one's."""
+    panels = _panels(one)
+    columns = min(len(panels), MOST_COLUMNS)
+    rows = -(-len(panels) // columns)
+    height = 0.3 * len(found.names) + 1.1
+    figure = Figure(figsize=(WIDTH_IN, rows * height + 0.3), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
+    for axis in axes.ravel()[len(panels) :]:
+        axis.set_visible(False)
+    for axis, (name, index, label) in zip(axes.ravel(), panels, strict=False):
+        _draw_component(axis, found, one, name, index)
+        axis.set_xlabel(label)
+    for axis in axes[:, 0]:
+        axis.set_yticks(range(len(found.names)), found.names)
+        axis.set_ylim(len(found.names) - 0.4, -0.6)
+    return figure
+
+
+def _panels(one: Common) -> list[tuple[str, int, str]]:
+    """Parameter, component and label of what differs from zero anywhere; what has an interval, if anything has."""
+    known = parameters(one.named)
+    fitted = [name for name, p in known.items() if p["low"] is not None]
+    names = fitted or [name for name, p in known.items() if not isinstance(p["value"], str)]
+    panels = []
+    for name in names:
+        size = np.size(known[name]["value"])
+        unit = symbol(known[name]["unit"])
+        parts = _parts(name, size)
+        panels += [(name, i, f"{name} {part} ({unit})".replace(" ()", "")) for i, part in enumerate(parts)]
+    return panels
+
+
+def _parts(name: str, size: int) -> tuple[str, ...]:
+    axes = ("east", "north", "up") if "enu" in name else ("x", "y", "z")
+    if size == 1:
+        return ("",)
+    return axes if size == 3 else tuple(a + b for a in "xyz" for b in "xyz")
+
+
+def _component(one: Named, name: str, index: int) -> tuple[float, float, float]:
+    """Value and ends of the interval; the value itself where there is none."""
+    p = parameters(one)[name]
+    value = float(np.ravel(p["value"])[index])
+    if p["low"] is None:
+        return value, value, value
+    return value, float(np.ravel(p["low"])[index]), float(np.ravel(p["high"])[index])
+
+
+def _draw_component(axis: Any, found: Together, one: Common, name: str, index: int) -> None:
+    value, low, high = _component(one.named, name, index)
+    axis.axvspan(low, high, color=LINES[0], alpha=0.15, linewidth=0)
+    axis.axvline(value, color=LINES[0], linewidth=1.0)
+    axis.axvline(0.0, color=SOFT, linewidth=0.7, linestyle=":")
+    for row, (mine, says) in enumerate(zip(one.each, one.there, strict=True)):
+        if mine is None:
+            continue
+        v, a, b = _component(mine, name, index)
+        colour = {There.PRESENT: LINES[0], There.ABSENT: LINES[1]}.get(says, RAW)
+        axis.errorbar(v, row, xerr=[[v - a], [b - v]], fmt="o", color=colour, markersize=4, capsize=3)
+
+
+def draw_gaps(found: Together) -> Figure:
+    """Measured minus simulated over time, one row a recording: before, and after with the others' coefficients."""
+    figure = Figure(figsize=(WIDTH_IN, 1.6 * len(found.names) + 0.8), layout="constrained")
+    axes = figure.subplots(len(found.names), 1, squeeze=False)[:, 0]
+    for axis, name, own, before, after in zip(
+        axes, found.names, found.each, found.before_nT, found.after_nT, strict=True
+    ):
+        component = int(np.argmax((before**2).sum(axis=0)))
+        time_s = own.problem.state.time_s
+        for gap, colour, label in ((before, BEFORE, "before"), (after, AFTER, "after")):
+            _draw_line(axis, time_s, gap[:, component], own.problem.usable, colour, label)
+        axis.set_ylabel(f"{'xyz'[component] if before.shape[1] == 3 else 'strength'} (nT)")
+        axis.set_title(name)
+        axis.set_xlim(time_s[0], time_s[-1])
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    axes[-1].set_xlabel("time (s)")
+    return figure
+
+
+def _draw_line(axis: Any, time_s: Array, gap: Array, usable: Array, colour: str, label: str) -> None:
+    for most, style in ((FINE, {"alpha": 0.3}), (COARSE, {"linewidth": 1.6, "label": label})):
+        length = length_for(len(gap), most)
+        axis.plot(block_means(time_s, length), block_means(gap, length, usable), color=colour, **style)

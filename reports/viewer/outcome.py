@@ -1,0 +1,241 @@
+"""The rerun recording of one outcome: vehicle in motion, field on its sphere, every series at full resolution."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from recordings import Recording
+from reports.palette import LINES, RAW, phase_colours, rgb
+from reports.shapes import reach_m, solids
+from reports.viewer.stream import (
+    DIFFERENCE,
+    MEASURED,
+    MOST_POSES,
+    TRUE,
+    eye_on,
+    framed,
+    name_part,
+    recorded,
+    scalars,
+    send,
+    static,
+    time_view,
+    write_whole,
+    xyz,
+)
+from reports.words.outcome import notes_markdown
+from sim.vehicles import vehicle_for
+from sim.vehicles.base import Vehicle
+from validation.scoring.outcome import Outcome
+from validation.signals.thinning import envelope, every_nth
+
+MOST_POINTS, THIN_BUCKETS = 20_000, 25_000
+PLACE, VEHICLE = "world/place", "world/place/vehicle"
+"""The frame that moves with the vehicle but does not turn, so that a view of it follows; and the vehicle's own."""
+
+
+def write_recording(outcome: Outcome, path: Path) -> None:
+    """Write the recording as one .rrd file with its layout.
+
+    On the timeline `time` (seconds since the start of the run), each an entity of one row a sample:
+    `mag`, `true_field`, `effects/<name>`, `corrected/<calibrator>` (x, y, z in nT, body frame), `current` (A) and
+    `temperature` (degC) in float64 at full resolution; thinned by least and greatest value beyond 50 000 samples:
+    `norm/<what>`, `residual/<calibrator>` (see Outcome.residual_nT). In space, at most 20 000 poses: `world` (m, ENU)
+    and `cloud` (nT, body frame). Of an array it shows sensor 1.
+
+    The file is made in memory, written beside `path` and renamed; on failure nothing is left.
+    Raises InputError where it cannot be written.
+    """
+
+    def fill(stream: rr.RecordingStream) -> None:
+        _send_properties(stream, outcome)
+        _send_world(stream, outcome)
+        _send_clouds(stream, outcome)
+        _send_series(stream, outcome)
+
+    write_whole(path, recorded(outcome.scenario.name, _blueprint(outcome), fill))
+
+
+def _send_properties(stream: rr.RecordingStream, outcome: Outcome) -> None:
+    scenario = outcome.scenario
+    stream.send_recording_name(f"{scenario.name}, seed {scenario.seed}")
+    about = rr.AnyValues(name=scenario.name, summary=scenario.summary, seed=scenario.seed, sensors=outcome.sensors)
+    stream.send_property("scenario", about)
+    static(stream, "notes", rr.TextDocument(notes_markdown(outcome), media_type="text/markdown"))
+
+
+# the vehicle in space
+
+
+def _send_world(stream: rr.RecordingStream, outcome: Outcome) -> None:
+    static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    colours = phase_colours(outcome)
+    for k, (label, first, last) in enumerate(outcome.phases()):
+        pos_m = outcome.truth.pos_enu_m[first : last + 1]
+        strip = rr.LineStrips3D(
+            [pos_m[every_nth(len(pos_m), MOST_POSES)]],
+            colors=rgb(colours[label]),
+            radii=rr.Radius.ui_points(1.5),
+            labels=label,
+        )
+        static(stream, f"world/path/{k:03d}_{label}", strip)
+    keep = every_nth(len(outcome.recording), MOST_POSES)
+    _send_vehicle(stream, outcome, keep)
+    _send_arrows(stream, outcome, keep)
+
+
+def _send_vehicle(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> None:
+    time_s, pos_m, q = outcome.recording.time_s[keep], outcome.truth.pos_enu_m[keep], outcome.truth.q[keep]
+    vehicle = vehicle_for(outcome.scenario.vehicle)
+    for solid in solids(vehicle):
+        mesh = rr.Mesh3D(
+            vertex_positions=solid.corners_m, vertex_normals=solid.normals, albedo_factor=solid.colour,
+            triangle_indices=np.arange(len(solid.corners_m)).reshape(-1, 3),
+        )  # fmt: skip
+        static(stream, f"{_frame(vehicle, solid.body)}/{solid.name}", mesh)
+    send(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
+    for body, turned in vehicle.turns(q).items():
+        send(stream, _frame(vehicle, body), time_s, rr.Transform3D.columns(quaternion=turned[:, [1, 2, 3, 0]]))
+    here = rr.Points3D([[0, 0, 0]], radii=rr.Radius.ui_points(5), colors=rgb(LINES[4]))
+    static(stream, f"{PLACE}/here", here)
+
+
+def _frame(vehicle: Vehicle, body: str) -> str:
+    """Where the solids of a body of the model hang."""
+    return VEHICLE if body == vehicle.body else f"{PLACE}/{body}"
+
+
+def _reach_m(outcome: Outcome) -> float:
+    return reach_m(solids(vehicle_for(outcome.scenario.vehicle)))
+
+
+def _send_arrows(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> None:
+    """True and measured field as arrows of the vehicle, and their difference drawn to a scale of its own."""
+    reach = _reach_m(outcome)
+    true_nT, mag_nT = outcome.truth.field_nT[keep], outcome.recording.mag_nT[keep]
+    wrong_nT = mag_nT - true_nT
+    scale, usual = 1.6 * reach / outcome.field_strength_nT, float(np.nanmedian(np.linalg.norm(wrong_nT, axis=1)))
+    arrows = {
+        "true_field": (scale * true_nT, TRUE),
+        "measured": (scale * mag_nT, MEASURED),
+        "disturbance": (wrong_nT * (0.8 * reach / usual if usual > 0 else 0.0), DIFFERENCE),
+    }
+    for name, (vectors, colour) in arrows.items():
+        style = rr.Arrows3D.from_fields(colors=rgb(colour), radii=0.018 * reach)
+        static(stream, f"{VEHICLE}/field/{name}", style)
+        send(stream, f"{VEHICLE}/field/{name}", outcome.recording.time_s[keep], rr.Arrows3D.columns(vectors=vectors))
+
+
+def _send_clouds(stream: rr.RecordingStream, outcome: Outcome) -> None:
+    static(stream, "cloud", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    radius = outcome.field_strength_nT
+    sphere = rr.Ellipsoids3D(half_sizes=[[radius] * 3], colors=(150, 158, 166, 90), line_radii=rr.Radius.ui_points(0.5))
+    static(stream, "cloud/reference", sphere)
+    clouds = {
+        "raw": outcome.recording.mag_nT,
+        **{f"corrected/{name_part(n)}": outcome.corrected[n] for n in outcome.shown()},
+    }
+    keep = every_nth(len(outcome.recording), MOST_POINTS)
+    for (name, cloud), colour in zip(clouds.items(), _cycle(len(clouds)), strict=True):
+        points = rr.Points3D(cloud[keep], radii=rr.Radius.ui_points(1.5), colors=rgb(colour))
+        static(stream, f"cloud/{name}", points)
+    now = rr.Points3D.from_fields(radii=rr.Radius.ui_points(6), colors=rgb(LINES[4]))
+    static(stream, "cloud/now", now)
+    columns = rr.Points3D.columns(positions=outcome.recording.mag_nT[keep])
+    send(stream, "cloud/now", outcome.recording.time_s[keep], columns)
+
+
+# series
+
+
+def _send_series(stream: rr.RecordingStream, outcome: Outcome) -> None:
+    recording, truth = outcome.recording, outcome.truth
+    xyz(stream, "mag", recording.time_s, recording.mag_nT)
+    xyz(stream, "true_field", recording.time_s, truth.field_nT)
+    for name, value in outcome.effects.items():
+        xyz(stream, f"effects/{name_part(name)}", recording.time_s, value)
+    for name, value in outcome.corrected.items():
+        xyz(stream, f"corrected/{name_part(name)}", recording.time_s, value)
+        xyz(stream, f"residual/{name_part(name)}", *envelope(recording.time_s, outcome.residual_nT(name), THIN_BUCKETS))
+    _send_strengths(stream, outcome)
+    _send_channels(stream, recording)
+
+
+def _send_strengths(stream: rr.RecordingStream, outcome: Outcome) -> None:
+    """Strength of the raw, true and corrected fields."""
+    recording, truth = outcome.recording, outcome.truth
+    fields = {"raw": recording.mag_nT, "truth": truth.field_nT, **{n: outcome.corrected[n] for n in outcome.shown()}}
+    for (name, value), colour in zip(fields.items(), (RAW, TRUE, *_cycle(len(fields) - 1)[1:]), strict=True):
+        norm = envelope(recording.time_s, np.linalg.norm(value, axis=1), THIN_BUCKETS)
+        scalars(stream, f"norm/{name_part(name)}", *norm, [name], (colour,))
+
+
+def _send_channels(stream: rr.RecordingStream, recording: Recording) -> None:
+    if recording.temperature_degC is not None:
+        scalars(stream, "temperature", recording.time_s, recording.temperature_degC, ["temperature (°C)"], LINES[1:2])
+    if recording.current_A is not None and recording.current_A.size:
+        names = [f"motor {k} (A)" for k in recording.motors]
+        scalars(stream, "current", recording.time_s, recording.current_A, names, _cycle(len(names) + 1)[1:])
+
+
+def _cycle(count: int) -> tuple[str, ...]:
+    """Colours of `count` things: grey for the raw, then the palette round and round."""
+    return (RAW, *(LINES[k % len(LINES)] for k in range(count)))[:count]
+
+
+# layout
+
+
+def _blueprint(outcome: Outcome) -> rrb.Blueprint:
+    notes = rrb.TextDocumentView(origin="notes", name="Scores")
+    top = rrb.Horizontal(*_spaces(outcome))
+    bottom = rrb.Horizontal(rrb.Tabs(*_plots(outcome), active_tab=0), notes, column_shares=[3, 2])
+    return framed(rrb.Vertical(top, bottom, row_shares=[1, 1]))
+
+
+def _spaces(outcome: Outcome) -> list[rrb.Spatial3DView]:
+    reach, pos_m = _reach_m(outcome), outcome.truth.pos_enu_m
+    best = [f"cloud/corrected/{name_part(name)}" for name in outcome.shown()[:1]]
+    clouds = ["cloud/raw", "cloud/reference", "cloud/now", *best]
+    near = rrb.EyeControls3D(position=reach * np.array([-2.0, -2.6, 1.2]), look_target=(0, 0, -0.3 * reach))
+    legend = "Field: true (blue), measured (red), difference enlarged (pink)"
+    body = rrb.Spatial3DView(
+        origin=PLACE, contents=["world/**", f"- {PLACE}/here"], name=legend, line_grid=False, eye_controls=near
+    )
+    path = rrb.Spatial3DView(
+        origin="world",
+        contents=["world/path/**", f"{PLACE}/here"],
+        name="Path",
+        line_grid=False,
+        eye_controls=eye_on(pos_m, reach),
+    )
+    cloud = rrb.Spatial3DView(
+        origin="cloud", contents=clouds, name="Raw (grey), best corrected (blue), body frame, nT", line_grid=False
+    )
+    return [body, path, cloud] if outcome.travels else [body, cloud]
+
+
+def _plots(outcome: Outcome) -> list[rrb.TimeSeriesView | rrb.Grid]:
+    time_s = outcome.recording.time_s
+
+    def view(name: str, *contents: str) -> rrb.TimeSeriesView:
+        return time_view(name, time_s, *contents)
+
+    residuals = [view(f"{n}: corrected − truth (nT)", f"residual/{name_part(n)}") for n in outcome.shown()]
+    effects = [view(f"{n} (nT)", f"effects/{name_part(n)}") for n in outcome.effects]
+    return [
+        *_grid("Residuals", residuals),
+        view("Strength (nT)", "norm/**"),
+        view("Measured field (nT)", "mag"),
+        *_grid("Effects", effects),
+        *_grid("Vehicle data", [view("Motor current (A)", "current"), view("Temperature (°C)", "temperature")]),
+    ]
+
+
+def _grid(name: str, views: list[rrb.TimeSeriesView]) -> list[rrb.Grid]:
+    """Views side by side, none for none."""
+    return [rrb.Grid(*views, grid_columns=round(len(views) ** 0.5), name=name)] if views else []

@@ -1,0 +1,58 @@
+"""Recordings read back, checked, and shown: with rerun's reader and its own program."""
+
+from __future__ import annotations
+
+import subprocess
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rerun.chunk import RrdReader
+
+from reports.viewer.stream import TIMELINE
+from scenarios.errors import InputError
+from validation.scoring.outcome import Array
+
+SCALARS = "Scalars:scalars"
+
+
+def read_series(path: Path, entity: str) -> tuple[Array, Array]:
+    """A series of a recording: times (n,) in s, to the nanosecond, and values (n,) or (n, k) as written.
+
+    Raises InputError when the recording has no such series; the message lists those it has.
+    """
+    store = RrdReader(path).store()
+    found = [c.entity_path for c in store.schema().component_columns() if c.component == SCALARS]
+    series = {name.replace("\\", "").strip("/"): name for name in found}
+    if entity.strip("/") not in series:
+        raise InputError(f"no series {entity!r}", where=str(path), do=f"there are: {', '.join(sorted(series))}")
+    chunks = store.stream().filter(content=series[entity.strip("/")], components=SCALARS, is_static=False).to_chunks()
+    parts = [_columns(chunk.to_record_batch()) for chunk in chunks]
+    time_ns, values = np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+    order = np.argsort(time_ns, kind="stable")
+    return time_ns[order] / 1e9, values[order]
+
+
+def _columns(batch: Any) -> tuple[Any, Array]:
+    time_ns = batch.column(TIMELINE).to_numpy(zero_copy_only=False).astype("timedelta64[ns]").astype(np.int64)
+    flat = batch.column(SCALARS).flatten().to_numpy()
+    return time_ns, flat if len(flat) == len(time_ns) else flat.reshape(len(time_ns), -1)
+
+
+def viewer_program() -> Path:
+    """The program that rerun's package brings: viewer and file tools (its `rerun` script is only a launcher)."""
+    folder = Path(str(resources.files("rerun_cli")))
+    places = (folder / "rerun", folder / "rerun.exe", folder / "Rerun.app/Contents/MacOS/Rerun")
+    return next(place for place in places if place.exists())
+
+
+def verify(path: Path) -> None:
+    """Check with rerun's own command that a recording can be read; InputError says what is wrong with it."""
+    command = [str(viewer_program()), "rrd", "verify", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        reason = next(
+            (line for line in done.stderr.splitlines() if "rror" in line or path.name in line), "cannot be read"
+        )
+        raise InputError(reason.strip(), where=str(path), do="write the recording again")

@@ -1,0 +1,100 @@
+"""What every recording shares: made in memory and written whole, series of one row a sample, names of entities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from recordings.files import beside, system_errors_about
+from reports.palette import LINES, XYZ, rgb
+from scenarios.errors import InputError
+from validation.scoring.outcome import Array
+
+TIMELINE = "time"
+ROWS_A_CHUNK = 65_536
+MOST_POSES = 20_000
+TRUE, MEASURED, DIFFERENCE = LINES[5], LINES[1], LINES[3]
+"""Colours that show on the viewer's dark and on its light ground."""
+
+
+def recorded(name: str, blueprint: rrb.Blueprint, fill: Callable[[rr.RecordingStream], None]) -> bytes:
+    """The bytes of a recording that opens with a layout; `fill` sends what it holds. InputError where rerun is off."""
+    stream = rr.RecordingStream(f"magbench_{name}")
+    # rerun's own file writer does not say that a disk is full: it waits for ever, or leaves the file without its end.
+    memory = stream.memory_recording()
+    if stream.get_application_id() is None:
+        raise InputError("turns recordings off", where="environment variable RERUN", do="unset it")
+    try:
+        stream.send_blueprint(blueprint, make_active=False, make_default=True)
+        fill(stream)
+        return bytes(memory.drain_as_bytes())
+    finally:
+        stream.disconnect()
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file beside `path` and rename it; on failure nothing is left. InputError where it cannot be written."""
+    with beside(path) as part, system_errors_about(path):
+        part.write_bytes(content)
+
+
+def static(stream: rr.RecordingStream, entity: str, *archetypes: Any) -> None:
+    """Send what holds at all times."""
+    stream.log(entity, *archetypes, static=True, strict=True)
+
+
+def send(stream: rr.RecordingStream, entity: str, time_s: Array, columns: Any) -> None:
+    """Send columns of n rows at times (n,) in s, to the nanosecond."""
+    whole_ns = np.round(1e9 * time_s).astype("timedelta64[ns]")  # given seconds, rerun would cut, not round
+    stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=whole_ns)], columns, strict=True)
+
+
+def xyz(stream: rr.RecordingStream, entity: str, time_s: Array, values: Array) -> None:
+    """A series of vectors (n, 3): one entity, one row a sample."""
+    scalars(stream, entity, time_s, values, ["x", "y", "z"], XYZ)
+
+
+def scalars(
+    stream: rr.RecordingStream, entity: str, time_s: Array, values: Array, names: list[str], colours: tuple[str, ...]
+) -> None:
+    """A series (n,) or (n, k), one row a sample."""
+    static(stream, entity, rr.SeriesLines(names=names, colors=[rgb(c) for c in colours]))
+    for first in range(0, len(time_s), ROWS_A_CHUNK):
+        part = slice(first, first + ROWS_A_CHUNK)
+        send(stream, entity, time_s[part], rr.Scalars.columns(scalars=values[part]))
+
+
+def name_part(name: str) -> str:
+    """A name as one part of an entity path."""
+    return str(rr.escape_entity_path_part(name))
+
+
+def time_view(name: str, time_s: Array, *contents: str, low: float | None = None) -> rrb.TimeSeriesView:
+    """A plot over the whole time; `low` (below 0): the value axis runs from it to -low."""
+    whole = rr.TimeRange(*(rr.TimeRangeBoundary.absolute(seconds=float(t)) for t in (time_s[0], time_s[-1])))
+    axis_y = {} if low is None else {"axis_y": rrb.ScalarAxis(range=(low, -low), zoom_lock=False)}
+    axis_x = rrb.TimeAxis(view_range=whole)
+    return rrb.TimeSeriesView(origin="/", contents=list(contents), name=name, axis_x=axis_x, **axis_y)
+
+
+def framed(*parts: Any) -> rrb.Blueprint:
+    """A layout with the panels around it folded."""
+    return rrb.Blueprint(
+        *parts,
+        rrb.TimePanel(timeline=TIMELINE, state="collapsed", play_state="paused", playback_speed=10.0),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+    )
+
+
+def eye_on(pos_m: Array, least_m: float) -> rrb.EyeControls3D:
+    """An eye that sees all positions (n, 3)."""
+    low, high = np.nanmin(pos_m, axis=0), np.nanmax(pos_m, axis=0)
+    away = max(least_m, float(np.linalg.norm(high - low))) * np.array([-0.5, -0.65, 0.5])
+    return rrb.EyeControls3D(position=(low + high) / 2 + away, look_target=(low + high) / 2)

@@ -1,0 +1,80 @@
+"""A diagnosis in words and rows: what the report and the terminal share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from diagnosis.result import Diagnosis, Named, parameters
+from reports.series import rms_nT, sides
+from sim.effects.values import SWITCH
+from validation.text import digits, short
+
+
+def headline(found: Diagnosis) -> str:
+    """Verdict, sentence and what to do next."""
+    lines = [f"verdict: {found.verdict} ({found.verdict.meaning})", found.sentence]
+    if found.advice:
+        lines += ["", "what to do next", *(f"{i}. {line}" for i, line in enumerate(found.advice, start=1))]
+    return "\n".join(lines)
+
+
+def parameter_rows(one: Named) -> Iterator[tuple[str, str, str | None, str | None, str]]:
+    """Name, value, ends of the 95 % interval (None: not known) and unit of the parameters that are in use."""
+    for name, p in parameters(one).items():
+        if p["low"] is not None:
+            yield name, short(p["value"]), short(p["low"]), short(p["high"]), p["unit"]
+        elif isinstance(p["value"], str) or np.any(p["value"]):
+            yield name, short(p["value"]), None, None, p["unit"]
+    if one.effect.active_s is not None:
+        yield SWITCH.name, short(list(one.effect.active_s)), None, None, SWITCH.unit
+
+
+PART_HEADS = ("from, s", "to, s", "phase", "heading", "gap, nT rms", "over the noise")
+
+
+def part_rows(found: Diagnosis) -> list[tuple[str, ...]]:
+    """The parts of the run in which the gap's size is steady, in time: `PART_HEADS`; none where it is one."""
+    if len(found.parts) < 2:
+        return []
+    rows = [(one.stretch, one.rms_nT, one.rms_sigma) for one in found.parts]
+    return [
+        (
+            digits(when.from_s),
+            digits(when.to_s),
+            when.phase or "–",
+            "–" if when.heading_deg is None else f"{when.heading_deg:.0f}°",
+            digits(size_nT),
+            digits(size_sigma),
+        )
+        for when, size_nT, size_sigma in rows
+    ]
+
+
+CANDIDATE_HEADS = ("candidate", "evidence, nats", "needed, nats", "alone, nT", "outcome")
+
+
+def candidate_rows(found: Diagnosis) -> list[tuple[str, ...]]:
+    """Every candidate as it was judged, the strongest first: `CANDIDATE_HEADS`; alone: rms beside the refitted iron."""
+    noise = found.gap.noise_nT
+    return [
+        (one.name, digits(one.nats), digits(one.needed), digits(one.evidence.strength * noise), one.outcome)
+        for one in found.ranking
+    ]
+
+
+def gap_rows(found: Diagnosis) -> list[tuple[str, ...]]:
+    """The gap as rows: what, rms before and after in nT, and in units of the noise, and the share explained."""
+    gap = found.gap
+    share = "no gap" if gap.explained is None else f"{100 * gap.explained:.1f} %"
+    sizes = [digits(v) for v in (gap.before_nT, gap.after_nT, gap.before_sigma, gap.after_sigma)]
+    rows: list[tuple[str, ...]] = [("held-out segments, iron fitted anew", *sizes, share)]
+    if gap.explained is not None:
+        beyond = [digits(v) for v in gap.structure_nT]
+        rows.append((f"of this, structure beyond {digits(gap.noise_nT)} nT of noise", *beyond, "", "", ""))
+    if found.problem.mode == "vector":
+        both = sides(found)
+        sizes = [digits(rms_nT(found, both.measured_nT - side)) for side in (both.before_nT, both.after_nT)]
+        rows.append(("whole recording, models as they stand", *sizes, "", "", ""))
+    return rows

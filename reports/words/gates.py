@@ -1,0 +1,84 @@
+"""What gates say to people: a sentence a verdict, the smallest defect it could have seen, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from validation.gates.power import MOST_TRIALS
+from validation.gates.progress import Outcome
+from validation.text import counted, figure
+
+MARKS = {"pass": "✅", "fail": "❌", "inconclusive": "❔"}
+HEADS = ("gate", "verdict", "measured", "limit", "trials", "smallest defect seen")
+
+
+def headline(outcomes: Sequence[Outcome]) -> str:
+    """How many gates failed and were left undecided; else how many passed."""
+    number = {verdict: sum(one.verdict == verdict for one in outcomes) for verdict in MARKS}
+    parts = [f"{number['fail']} of {counted(len(outcomes), 'gate')} failed"] if number["fail"] else []
+    if number["inconclusive"]:
+        parts.append(f"{number['inconclusive']} left undecided")
+    return ", ".join(parts) or f"{counted(len(outcomes), 'gate')} passed"
+
+
+def gate_rows(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
+    """A row a gate, with HEADS."""
+    return [
+        (
+            one.plan.gate.name,
+            f"{MARKS[one.verdict]} {one.verdict}",
+            amount(one, one.measured) if np.isfinite(one.measured) else "no estimate",
+            amount(one, one.plan.gate.factor),
+            str(one.decision.trials),
+            _defect(one),
+        )
+        for one in outcomes
+    ]
+
+
+def sentence(outcome: Outcome) -> str:
+    """What was measured, the limit, and in how many trials it was exceeded."""
+    gate, k = outcome.plan.gate, int(outcome.decision.exceeded.sum())
+    quantile = "median" if gate.quantile == 0.5 else f"{100 * gate.quantile:g} % quantile of"
+    measured = f"is {amount(outcome, outcome.measured)}" if np.isfinite(outcome.measured) else "has no value"
+    limit, trials = amount(outcome, gate.factor), counted(outcome.decision.trials, "trial")
+    text = f"{quantile} {gate.meaning.name} {measured}, the limit {limit}, exceeded in {k} of {trials}"
+    if outcome.troubles:
+        text += f" (no estimate in {outcome.troubles.total()}, for instance {outcome.trouble})"
+    return text
+
+
+def seen(outcome: Outcome) -> str:
+    """The smallest defect that the gate could have seen, with which probability, within how many trials."""
+    chance = f"{100 * outcome.plan.gate.power:g} %, within {counted(outcome.plan.max_trials, 'trial')}"
+    factor = f": {figure(outcome.factor_seen)} times what was measured" if np.isfinite(outcome.smallest_seen) else ""
+    return f"smallest defect that this gate catches ({chance}): {_defect(outcome)}{factor}"
+
+
+def advice(outcome: Outcome) -> str:
+    """What to do about a verdict that is not `pass`."""
+    if outcome.verdict == "pass":
+        return ""
+    if outcome.verdict == "fail":
+        return "find what changed since it last passed; raise the limit only if the new score is meant"
+    more = outcome.more_trials
+    if more is None:
+        return f"no number of trials up to {MOST_TRIALS:,} decides at this rate; set a limit farther from the score"
+    total = outcome.decision.trials + more
+    return f"at this rate {counted(more, 'more trial')} would decide: max_trials = {total}, or a limit farther away"
+
+
+def amount(outcome: Outcome, value: float) -> str:
+    """A finite value that the limit is held against: in the score's unit, or as a multiple."""
+    gate = outcome.plan.gate
+    if gate.kind == "limit":
+        return f"{figure(value)} {gate.unit}".strip()
+    return f"{figure(value)} x {gate.reference or 'baseline'}"
+
+
+def _defect(outcome: Outcome) -> str:
+    if np.isfinite(outcome.smallest_seen):
+        return amount(outcome, outcome.smallest_seen)
+    return f"over it in {100 * outcome.exceedance_seen:.0f} % of trials"

@@ -1,0 +1,195 @@
+"""An outcome in words and numbers: what the report's text and the recording's notes share."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from calib import Calibration
+from scenarios.names import scenario_names
+from sim.tracking import warning
+from sim.vehicles import VEHICLES
+from validation.scoring.definitions import MEANINGS, Meaning
+from validation.scoring.outcome import Array, Outcome
+from validation.scoring.recommendation import Answer
+from validation.scoring.scores import Score
+from validation.text import digits, duration, plainly, sentence, symbol, words
+
+CALIBRATORS_A_TABLE = 4
+ALIGNED = "† after the rotation that the field's strength alone cannot tell was taken out."
+STATUS_WORDS = {
+    "ok": "ok", "not_converged": "not converged", "unobservable": "unobservable", "not_applicable": "not applicable",
+}  # fmt: skip
+
+
+def rms_length(values: Array) -> float:
+    """Root mean square of the finite values (n,); of vectors (n, 3), of their lengths."""
+    square = values**2 if values.ndim == 1 else np.sum(values**2, axis=1)
+    finite = square[np.isfinite(square)]
+    return float(np.sqrt(np.mean(finite))) if finite.size else float("nan")
+
+
+def duration_s(outcome: Outcome) -> float:
+    """Length of the recording."""
+    return float(outcome.recording.time_s[-1] - outcome.recording.time_s[0])
+
+
+def what_was_simulated(outcome: Outcome) -> str:
+    """The scenario in a few sentences."""
+    scenario, field = outcome.scenario, outcome.scenario.field
+    phases = ", ".join(dict.fromkeys(words(label) for label, _, _ in outcome.phases()))
+    place = (
+        f"a given field of {', '.join(plainly(v) for v in field.enu_nT)} nT (east, north, up)"
+        if field.enu_nT is not None
+        else f"the IGRF-14 field at {field.latitude_deg:g}° latitude, {field.longitude_deg:g}° longitude, {field.date},"
+    )
+    sensors = "one three-axis magnetometer" if outcome.sensors == 1 else f"{outcome.sensors} three-axis magnetometers"
+    names = [words(name) for name in outcome.effects]
+    injected = f"Effects injected ({len(names)}): {', '.join(names)}." if names else "No effect was injected."
+    moved, length = VEHICLES[scenario.vehicle.kind].noun, duration(duration_s(outcome))
+    return (
+        f"{moved[0].upper()}{moved[1:]} moved through {phases} in {place} for {length}, "
+        f"carrying {sensors} sampled at {scenario.sampling.rate_hz:g} Hz. {injected}"
+    )
+
+
+FAILED_LAST = "Failed, and so ranked last whatever the error:"
+"""What stands before the failures."""
+ONE_RUN = "This is one run. How sure it is, many tell:"
+"""What stands before the command that compares."""
+
+
+def headline(outcome: Outcome) -> str:
+    """The answer and what stands against it, as Markdown that a terminal can show too."""
+    found = outcome.answer()
+    paragraphs = [sentence(found.sentence)]
+    if found.failed:
+        paragraphs.append("\n".join([FAILED_LAST, "", *(f"- {who}: {why}" for who, why in failures(found))]))
+    paragraphs += [f"{text}." for text in found.closer]
+    return "\n\n".join([*paragraphs, f"{ONE_RUN} `{compare_command(outcome)}`"])
+
+
+def failures(found: Answer) -> list[tuple[str, str]]:
+    """Who failed, with the status, and why; best first."""
+    return [
+        (f"{name} ({STATUS_WORDS[status.kind]})", _one_line(status.reason)) for name, status in found.failed.items()
+    ]
+
+
+def compare_command(outcome: Outcome) -> str:
+    """The command that runs the scenario many times; one that is not in the catalogue is named by its file.
+
+    What else the run was given, such as --set, has to be given again.
+    """
+    name = outcome.scenario.name
+    return f"magbench compare {name if name in scenario_names() else 'SCENARIO.toml'} --trials 100"
+
+
+def score_table(outcome: Outcome) -> dict[str, Any]:
+    """Calibrators x scores: best first; the score that ranks first, in-sample scores last, as they rank nothing.
+
+    heads: name, unit, in_sample, ranks (orders the rows), meaning; rows: name, kind, status, time, cells;
+    by: the ordering score in words; aligned: whether a cell carries the mark of a removed rotation; meanings: of
+    every score in the table.
+    """
+    by = outcome.ranking()[1]
+    given = {s.name for s in _every_score(outcome)}
+    meanings = sorted((one for one in MEANINGS.values() if one.name in given), key=lambda one: one.name != by)
+    shown = [one for one in meanings if one.name not in SHOWN_ELSEWHERE]
+    return {
+        "heads": [_head(one, by) for one in shown],
+        "rows": [_table_row(outcome, name, shown) for name in outcome.rows()],
+        "by": MEANINGS[by].short if by else "",
+        "aligned": any(s.rotation_removed for s in _every_score(outcome)),
+        "time": MEANINGS["wall_time"],
+        "meanings": [one for one in meanings if one.name != "failure"],
+    }
+
+
+SHOWN_ELSEWHERE = ("failure", "wall_time")
+"""Scores that the table's own columns already say."""
+
+
+def _every_score(outcome: Outcome) -> Iterator[Score]:
+    return itertools.chain.from_iterable(outcome.scores.values())
+
+
+def _head(one: Meaning, by: str) -> dict[str, Any]:
+    """The head of a score's column."""
+    return {
+        "name": one.short,
+        "unit": symbol(one.unit),
+        "in_sample": one.in_sample,
+        "ranks": one.name == by,
+        "meaning": one.explained,
+    }
+
+
+def _table_row(outcome: Outcome, name: str, shown: Sequence[Meaning]) -> dict[str, Any]:
+    """The row of a calibrator, or of the raw measurement."""
+    scores = {s.name: s for s in outcome.scores.get(name, [])}
+    cells = [_cell(scores.get(one.name)) for one in shown]
+    return {"name": name, **_fit_in_words(outcome.calibrations.get(name)), "cells": cells}
+
+
+def _fit_in_words(calibration: Calibration | None) -> dict[str, Any]:
+    """Status and time of a fit; of the raw measurement, which is none, dashes."""
+    if calibration is None:
+        return {"kind": "", "status": "–", "time": NO_CELL}
+    status, wall_s = calibration.status, calibration.wall_s
+    return {"kind": status.kind, "status": STATUS_WORDS[status.kind], "time": Cell(digits(wall_s, 2), wall_s)}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What a table shows, and the number that sorts it; None for none."""
+
+    text: str
+    value: float | None
+
+
+NO_CELL = Cell("–", None)
+
+
+def _cell(score: Score | None) -> Cell:
+    if score is None:
+        return NO_CELL
+    counted = not score.unit and float(score.value).is_integer()
+    text = plainly(score.value) if counted else digits(score.value)
+    return Cell(text + ("†" if score.rotation_removed else ""), score.value if np.isfinite(score.value) else None)
+
+
+def notes_markdown(outcome: Outcome) -> str:
+    """What was simulated and how each calibrator did, as Markdown: a column a calibrator, a few to a table."""
+    table = score_table(outcome)
+    lines = [f"# {outcome.scenario.name}", "", headline(outcome), ""]
+    lines += [outcome.scenario.summary, "", what_was_simulated(outcome)]
+    if astray := warning([outcome.tracking]):
+        lines += ["", f"**Beware: {astray}.**"]
+    if outcome.sensors > 1:
+        lines += ["", f"Of the {outcome.sensors} magnetometers this recording shows sensor 1."]
+    for first in range(0, len(table["rows"]), CALIBRATORS_A_TABLE):
+        lines += ["", *_columns(table["heads"], table["rows"][first : first + CALIBRATORS_A_TABLE])]
+    lines += ["", *(f"- {one.short}: {one.explained}" for one in table["meanings"])]
+    lines += ["", "In-sample scores rank nothing." + (" " + ALIGNED if table["aligned"] else "")]
+    return "\n".join([*lines, "", f"Seed {outcome.scenario.seed}."]) + "\n"
+
+
+def _columns(heads: list[dict[str, Any]], rows: list[dict[str, Any]]) -> list[str]:
+    """Lines of a table with a column for each of these calibrators."""
+    names = [f"{h['name']} ({h['unit'] or '–'})" for h in heads]
+    cells = [_row([name, *(row["cells"][k].text for row in rows)]) for k, name in enumerate(names)]
+    top = [_row(["", *(row["name"] for row in rows)]), _row(["---"] * (1 + len(rows)))]
+    return [*top, _row(["status", *(row["status"] for row in rows)]), *cells]
+
+
+def _row(cells: list[str]) -> str:
+    return "| " + " | ".join(_one_line(cell).replace("|", "\\|") for cell in cells) + " |"
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

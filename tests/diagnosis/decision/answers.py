@@ -1,0 +1,44 @@
+"""Names, cases and diagnoses made by hand, to judge and to word."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from diagnosis.decision.verdict_rules import Case
+from diagnosis.evidence.residual_tests import Battery
+from diagnosis.evidence.rising_spectrum import Rise
+from diagnosis.result import Diagnosis, GapSize, How, Named
+from diagnosis.verdict import Verdict
+from sim.effects import EFFECTS
+from sim.effects.iron import HardIron, SoftIron
+from tests.diagnosis.synthetic import problem
+
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+POSED = problem()
+GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.97)
+EFFECT = DRIVEN(**{DRIVEN.linear[0]: (1.0, 0.0, 0.0)})
+FOUND = Named(EFFECT, (), How.HELD_OUT, 50.0, 1.0)
+IRON = Named(HardIron((3.0, 0.0, 0.0)), (), How.IRON, 50.0, 1.0)
+SEEN = replace(FOUND, how=How.DIRECT, nats=None)
+NOISE = Named(EFFECT, (), How.SPECTRUM, 50.0, 0.0)
+FAST = Rise(2.0, 4.0, hides=False)
+RISING = replace(FOUND, rivals=("temperature_degC",))
+TURN = Named(SoftIron(((0.0, 0.01, 0.0), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0))), (), How.IRON, 50.0, 1.0)
+
+
+def case_of(*named: Named, clean: bool = True, explained: float | None = 0.97, **changes: Any) -> Case:
+    case = Case(POSED, named, clean, replace(GAP, explained=explained), (), np.zeros_like(POSED.target))
+    return replace(case, **changes)
+
+
+def either(named: Named, *others: str) -> Named:
+    return replace(named, alternatives=others)
+
+
+def diagnosis_of(verdict: Verdict = Verdict.NAMED, *named: Named, **changes: Any) -> Diagnosis:
+    tests = Battery({}, (), 0.0, ("means over 5 s",))
+    made = Diagnosis(verdict, "", named, (), GAP, (), (), (), (), tests, tests, None, POSED, POSED.target, POSED.target)  # type: ignore[arg-type]
+    return replace(made, **changes)

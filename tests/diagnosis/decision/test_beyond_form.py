@@ -1,0 +1,104 @@
+"""What is only the form of an effect that is in does not end the search: beside it, what it hid is found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.decision.selection import _beyond_form, _grows_with_time, _settled_beside, select
+from diagnosis.decision.white_choice import Accepted
+from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.held_out import judge, judged_at
+from diagnosis.library.candidates import Candidate, proposed
+from sim.effects import EFFECTS
+from sim.effects.base import Effect
+from sim.effects.nonlinear import ROUNDED
+from tests.diagnosis.synthetic import problem, recording
+
+DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
+LOOP = next(
+    effect for effect in EFFECTS if len(effect.forms) and effect.clues.memory is False and "gain" in effect.linear
+)
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+TABLES = {DRIVEN.name: {DRIVEN.linear[0]: [3.0, -2.0, 4.0]}, LOOP.name: {"gain": [0.01] * 3, "threshold_nT": 1000.0}}
+SLOW = {DRIFT.name: {DRIFT.linear[0]: [200.0, -300.0, 150.0]}}
+
+
+def _best(ground: Ground, effect: type[Effect]) -> Accepted:
+    found = judge(ground, proposed(ground.problem)[effect.name])
+    assert found is not None
+    return Accepted(found, ())
+
+
+def _beyond(slow: dict[str, object]) -> Accepted | None:
+    """What is found beside a current's field and a loop, taken for the form of that, in a recording with both."""
+    start = Ground.of(problem(hidden=TABLES | slow))
+    first = _best(start, DRIVEN)
+    ground = start.beside(first.columns(start.problem))
+    return _beyond_form(ground, proposed(start.problem), [first], start, _best(ground, LOOP), [])
+
+
+def test_beside_a_form_what_is_slow_is_found() -> None:
+    chosen = _beyond(SLOW)
+    assert chosen is not None
+    assert DRIFT.name in (chosen.name, *chosen.alternatives)
+
+
+def test_where_a_form_is_all_that_is_left_nothing_is() -> None:
+    assert _beyond({}) is None
+
+
+def test_an_effect_is_settled_anew_beside_what_was_hidden() -> None:
+    """Beside a drift the best loop is another one."""
+    given = recording(hidden={LOOP.name: {"gain": [0.02] * 3, "threshold_nT": 1700.0}})
+    slow = np.outer(np.linspace(-300.0, 300.0, len(given)), [1.0, -1.0, 0.5])
+    start = Ground.of(problem(replace(given, mag_nT=given.mag_nT + slow)))
+    members = proposed(start.problem)
+    worst = judged_at(start, members[LOOP.name][:1])
+    assert worst is not None
+    drift = _best(start, DRIFT)
+    (settled,) = _settled_beside(drift, [Accepted(worst, ())], members, start)
+    assert settled.evidence.candidate == judge(start.beside(drift.columns(start.problem)), members[LOOP.name]).candidate  # type: ignore[union-attr]
+    assert settled.evidence.nats == worst.nats
+    assert settled.evidence.candidate != worst.candidate
+
+
+def test_a_current_whose_gain_fades_is_no_drift_beside_a_current() -> None:
+    """``g (1 - t / 2 T) I`` is not ``g I`` and a drift, though a drift leaves it clean; a real one has its name."""
+    quiet = recording(2000)
+    assert quiet.current_A is not None
+    current_A, fade = quiet.current_A[:, :1], np.linspace(1.0, 0.5, 2000)[:, None]
+    fading = replace(quiet, current_A=current_A, mag_nT=quiet.mag_nT + fade * current_A * np.array([2.0, -1.0, 1.5]))
+    assert [one.name for one in select(problem(fading)).found] == [DRIVEN.name]
+    drifting = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [4.0, -2.0, 3.0]}} | SLOW)
+    assert {one.name for one in select(drifting).found} == {DRIVEN.name, DRIFT.name}
+
+
+def test_a_loop_beside_a_current_is_no_growth_of_it() -> None:
+    """Its state at the start is foretold wildly where the start is held out; by all data it tells."""
+    core = {"rounded_gain": (0.004,) * 3, "rounded_threshold_nT": 3000.0, "rounded_start_nT": (-60.0, 40.0, 50.0)}
+    posed = problem(hidden=TABLES | {LOOP.name: core})
+    current = judged_at(Ground.of(posed), [Candidate(DRIVEN)])
+    assert current is not None
+    rounded = Candidate(LOOP, (("rounded_threshold_nT", 3000.0),), forms=(ROUNDED,))
+    ground = Ground.of(posed, [Candidate(DRIVEN).columns(posed)])
+    columns = rounded.columns(posed)
+    assert ground.evidence_of(columns) < 0 < ground.evidence_on_all(columns)
+    loop = Accepted(replace(current, candidate=rounded), ())
+    assert not _grows_with_time(loop, [Accepted(current, ())], ground)
+
+
+def test_a_drift_beside_a_current_that_fades_is_no_growth_of_it() -> None:
+    """The growth explains more than the drift, and leaves the drift what it explains."""
+    made = recording(2000, hidden={DRIFT.name: {DRIFT.linear[0]: [60.0, -90.0, 45.0]}})
+    assert made.current_A is not None
+    current_A, fade = made.current_A[:, :1] - 2.0, np.linspace(2.0, -2.0, 2000)[:, None]
+    fading = replace(made, current_A=current_A, mag_nT=made.mag_nT + fade * current_A * np.array([4.0, -2.0, 3.0]))
+    posed = problem(fading)
+    current, drift = Candidate(DRIVEN), Candidate(DRIFT)
+    ground = Ground.of(posed, [current.columns(posed)])
+    judged = [judged_at(ground, [drift]), judged_at(Ground.of(posed), [current])]
+    slow, driven = (Accepted(one, ()) for one in judged if one is not None)
+    assert 0 < ground.evidence_on_all(drift.columns(posed)) < 1000
+    assert not _grows_with_time(slow, [driven], ground)

@@ -1,0 +1,73 @@
+"""Which candidate stands, alone or beside another, and which are its look-alikes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.decision.coloured_choice import BY_ANOTHER, NOT_ALONG, OF_MANY_SIZES, Hearing, Trial
+from diagnosis.decision.screening import FirstLook
+from diagnosis.decision.selection import select
+from diagnosis.evidence.candidate_result import TOO_LITTLE
+from diagnosis.evidence.candidate_test import Standing
+from diagnosis.policy import STANDARD
+from sim.effects import EFFECTS
+from tests.diagnosis.synthetic import problem
+
+ERROR = {"error_enu_nT": [60.0, -40.0, 20.0]}
+
+
+@pytest.mark.parametrize("refusal", [NOT_ALONG, TOO_LITTLE])
+def test_of_two_effects_each_may_stand_beside_the_other_alone(refusal: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The larger is refused for what the other leaves, and is in once that one is; of too little nothing is asked."""
+    gradient = {"gradient_nT_m": [[0.4, -0.2, 0.1], [-0.2, 0.3, 0.5], [0.1, 0.5, -0.7]]}
+    jump = {"time_s": 120.0, "step_nT": [6.0, -6.0, 3.0]}
+    posed, of = problem(n=2000, hidden={"field_gradient": gradient, "offset_jump": jump}), Hearing.of
+
+    def refusing(self: Hearing, one: Standing) -> Trial:
+        sole = not self.ground.inside and one.evidence.name == "field_gradient"
+        return replace(of(self, one), refusal=refusal) if sole else of(self, one)
+
+    monkeypatch.setattr(Hearing, "of", refusing)
+    first = [one.name for one in select(posed).found][:1]
+    assert (first == ["field_gradient"]) is (refusal in BY_ANOTHER)
+
+
+def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = next(effect.name for effect in EFFECTS if any(p.name in ERROR for p in effect.parameters()))
+    posed = problem(n=1500, hidden={name: ERROR})
+    (first,) = select(posed).found
+    tried, of = [], Hearing.of
+
+    def refusing(self: Hearing, one: Standing) -> Trial:
+        tried.append(one.evidence.name)
+        return replace(of(self, one), refusal="for a reason") if len(tried) == 1 else of(self, one)
+
+    monkeypatch.setattr(Hearing, "of", refusing)
+    found = select(posed).found
+    assert tried[0] in {first.name, *first.alternatives}
+    assert found
+    assert tried[0] not in {found[0].name, *found[0].alternatives}
+
+
+def test_what_explains_next_to_nothing_takes_no_turn() -> None:
+    """Nats of a first look come from what fitted iron moves about too; squares do not."""
+    start: Any = SimpleNamespace(squares=4000.0, problem=SimpleNamespace(target=np.zeros((500, 3)), policy=STANDARD))
+    candidates: Any = [SimpleNamespace(name=f"{less}", squares=4000.0 - less) for less in (10.0, 2000.0, 500.0, 0.0)]
+    look = FirstLook(candidates, (), np.zeros(4), np.array([490.0, 30.0, 50.0, 500.0]))
+    assert look.in_turn(start, start) == [2, 1, 3, 0]
+
+
+def test_what_has_another_size_in_each_part_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What leaves a clean rest is held to the share for that."""
+    shares: dict[str, float] = {}
+    differs = "diagnosis.decision.coloured_choice.differs_along_the_run"
+    monkeypatch.setattr(differs, lambda one, beside, share: not shares.update({one.evidence.name: share}))
+    selection = select(problem(n=1500, hidden={"regional_field": ERROR}))
+    assert not selection.found
+    assert OF_MANY_SIZES in {one.outcome for one in selection.judged}
+    assert shares["regional_field"] == STANDARD.other_size

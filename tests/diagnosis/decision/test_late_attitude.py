@@ -1,0 +1,236 @@
+"""A log whose attitude comes late, made by turning at other times: a matter of time stamps, and no effect."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from diagnosis.decision import late_attitude
+from diagnosis.decision.late_attitude import (
+    _ahead,
+    _best_lead_s,
+    _by_gyro,
+    _course,
+    _free_of_kin,
+    _gap_nT,
+    _known,
+)
+from diagnosis.evidence.baseline import Ground
+from diagnosis.library.candidates import Candidate
+from diagnosis.policy import STANDARD
+from diagnosis.problem.formulation import pose
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.track import Track
+from diagnosis.result import Diagnosis
+from diagnosis.verdict import Verdict
+from diagnosis.workflow import diagnose
+from recordings import Recording
+from sim.effects.currents import EddyCurrent, MotorCurrent
+from sim.effects.dynamic import Latency
+from sim.effects.values import SWITCH
+from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
+from sim.scenario import ModelSpec
+from sim.state import Array
+
+FIELD_ENU_NT = np.array([1400.0, 18700.0, -45800.0])
+TIME_S = np.arange(0.0, 150.0, 0.04)
+NOISE_NT = 40.0
+OFFSET_NT = np.array([300.0, -200.0, 500.0])
+UNEVEN_S = 0.01 * np.array([[4.0, 1.0, -1.0], [0.0, 1.0, 1.0], [1.0, 0.0, 2.5]])
+
+
+def hand_q(time_s: Array) -> Array:
+    """A hand that turns about three axes, as quaternions (n, 4)."""
+    angles = np.stack([0.7 * np.sin(1.1 * time_s), 0.6 * np.sin(1.7 * time_s + 1), 1.5 * np.sin(0.6 * time_s)], axis=1)
+    x, y, z = (q_from_rotation_vector(angles[:, [axis]] * np.eye(3)[axis]) for axis in range(3))
+    return np.ascontiguousarray(multiply_q(z, multiply_q(y, x)))
+
+
+def field_at(time_s: Array) -> Array:
+    """The field (n, 3) that the hand's sensor is in."""
+    return to_body(matrix_from_q(hand_q(time_s)), FIELD_ENU_NT[None])
+
+
+def posed(mag_nT: Array, att_q: Array) -> LinearProblem:
+    return pose(Recording(time_s=TIME_S, mag_nT=mag_nT, att_q=att_q), FIELD_ENU_NT, 5e4, ())
+
+
+def found(mag_nT: Array, attitude_late_s: float = 0.0) -> Diagnosis:
+    noise = NOISE_NT * np.random.default_rng(1).normal(size=mag_nT.shape)
+    attitude = hand_q(TIME_S - attitude_late_s)
+    log = Recording(time_s=TIME_S, mag_nT=mag_nT + OFFSET_NT + noise, att_q=attitude)
+    return diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True)
+
+
+@pytest.mark.parametrize("late_s", [0.015, 0.09])
+def test_a_late_attitude_is_moved_to_its_time_and_nothing_is_missing(late_s: float) -> None:
+    told = found(field_at(TIME_S), late_s)
+    assert told.verdict is Verdict.NONE
+    assert told.sentence.startswith(f"The attitude comes {1e3 * late_s:.0f}")
+    assert "earlier the gap falls from" in told.advice[0]
+
+
+def test_an_attitude_whose_lateness_varies_is_moved_by_its_mean() -> None:
+    """What that leaves comes and goes with the turns, so that no name may be found for it."""
+    late_s = 0.06 * (1 + 0.3 * np.random.default_rng(2).uniform(-1, 1, size=len(TIME_S)))
+    selection: Any = SimpleNamespace(start=Ground.of(posed(field_at(TIME_S), hand_q(TIME_S - late_s))))
+    moved = _ahead(selection, None)
+    assert moved is not None
+    assert moved.instead[0].words.startswith("The attitude comes 60")
+
+
+def test_the_lead_leaves_no_delay_of_its_own() -> None:
+    """In a hand some microseconds show beside little noise."""
+    problem = posed(field_at(TIME_S) + OFFSET_NT, hand_q(TIME_S - 0.0307))
+    assert _best_lead_s(problem, _course(problem), 0.03) == pytest.approx(0.0307, abs=3e-6)
+
+
+def test_rows_of_an_unknown_attitude_are_not_reached_into() -> None:
+    """The last rows of a slower attitude stand, and are left out."""
+    problem = posed(field_at(TIME_S), hand_q(TIME_S)).without(np.arange(len(TIME_S)) >= len(TIME_S) - 5)
+    assert np.flatnonzero(~_known(problem, 0.1)).tolist() == list(range(len(TIME_S) - 8, len(TIME_S)))
+
+
+def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
+    change = np.linspace(-3000.0, 3000.0, len(TIME_S))[:, None] * [0.2, 1.0, 0.7]
+    mag_nT = to_body(matrix_from_q(hand_q(TIME_S)), FIELD_ENU_NT + change)
+    track = Track((50.0, 10.0, 5e5), change, np.zeros(len(TIME_S)))
+    problem = replace(posed(mag_nT, hand_q(TIME_S - 0.05)), track=track)
+    assert _gap_nT(problem, _course(problem), 0.05) < 1.0
+
+
+def test_samples_that_are_no_measurements_do_not_count_for_the_lead() -> None:
+    wrong = np.arange(len(TIME_S)) % 7 == 0
+    problem = posed(field_at(TIME_S) + 1e4 * wrong[:, None], hand_q(TIME_S - 0.05)).without(wrong)
+    assert _gap_nT(problem, _course(problem), 0.05) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("clean", "by_lead", "moved"), [(True, 22.0, True), (True, 25.0, False), (False, 25.0, True), (False, 32.0, False)]
+)
+def test_a_lead_explains_what_free_coefficients_do_but_for_an_error_of_form(
+    clean: bool, by_lead: float, moved: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """These leave 20 of 100; an error of form is larger beside a colour."""
+    powers, there = iter((100.0, 20.0, by_lead)), SimpleNamespace()
+    script = {"_first_lead_s": 1.0, "_course": None, "_best_lead_s": 1.0, "_moved": there}
+    for name, value in script.items():
+        monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
+    monkeypatch.setattr(late_attitude, "_power_nT2", lambda ground: next(powers))
+    monkeypatch.setattr(late_attitude.Ground, "of", lambda problem: None)
+    problem = SimpleNamespace(policy=STANDARD, state=SimpleNamespace(interval_s=0.1))
+    start = SimpleNamespace(problem=problem, beside=lambda columns: None)
+    selection: Any = SimpleNamespace(start=start, after=SimpleNamespace(clean=clean))
+    named: Any = SimpleNamespace(columns=lambda problem: None)
+    assert (_ahead(selection, named) is there) is moved
+
+
+@pytest.mark.parametrize(
+    ("again", "strength", "clean", "kept"),
+    [
+        ("eddy_current", 0.1, True, True),
+        ("latency", 0.1, True, True),
+        ("scale", 0.1, True, False),
+        ("eddy_current", 0.1, False, False),
+        ("eddy_current", 4.0, False, True),
+    ],
+)
+def test_an_attitude_is_late_where_no_name_for_it_is_left(
+    again: str, strength: float, clean: bool, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor may what is found beside it be that name; where the lead varies, a small part of it is what that leaves."""
+    problem = SimpleNamespace(turns=True, policy=STANDARD, sigma_nT=np.full(3, NOISE_NT))
+    start, after = SimpleNamespace(problem=problem), SimpleNamespace(clean=clean)
+    eddy = SimpleNamespace(name="eddy_current", alternatives=[], evidence=SimpleNamespace(strength=10.0))
+    alike = ["eddy_current"] * (again == "latency")
+    other = SimpleNamespace(name=again, alternatives=alike, evidence=SimpleNamespace(strength=strength))
+    found = SimpleNamespace(found=[other], start=start)
+    for name, value in {"_free_of_kin": eddy, "_ahead": 1, "select_jointly": found}.items():
+        monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
+    selection: Any = SimpleNamespace(without=frozenset(), start=start, after=after)
+    assert late_attitude.with_attitude_in_time(selection) is (selection if kept else found)
+
+
+def test_a_late_magnetometer_stays_a_delay() -> None:
+    told = found(field_at(TIME_S - 0.05))
+    assert told.problem.instead == ()
+    assert told.named[0].name == "latency"
+
+
+def test_uneven_eddy_currents_stay_what_they_are() -> None:
+    field_nT = field_at(TIME_S)
+    rate = np.gradient(field_nT, TIME_S, axis=0)
+    told = found(field_nT + rate @ UNEVEN_S.T)
+    assert told.problem.instead == ()
+    assert told.named[0].name == "eddy_current"
+
+
+def test_far_less_than_an_interval_is_no_matter_of_time_stamps() -> None:
+    field_nT = field_at(TIME_S)
+    told = found(field_nT + 0.006 * np.gradient(field_nT, TIME_S, axis=0))
+    assert told.problem.instead == ()
+    assert told.named[0].name == "eddy_current"
+
+
+def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
+    """Without one the field's rate is the measurement's own."""
+    noise = NOISE_NT * np.random.default_rng(1).normal(size=(len(TIME_S), 3))
+    rate = -cross(np.full((len(TIME_S), 3), 0.4), field_at(TIME_S))
+    log = Recording(time_s=TIME_S, mag_nT=field_at(TIME_S) + 0.03 * rate + noise)
+    assert diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True).problem.instead == ()
+
+
+@pytest.mark.parametrize(
+    ("named", "asked"),
+    [
+        (Candidate(EddyCurrent), True),
+        (Candidate(Latency, (("delay_s", 0.1),)), False),
+        (Candidate(EddyCurrent).at({SWITCH.name: (20.0, 50.0)}), False),
+        (Candidate(MotorCurrent), False),
+    ],
+    ids=["free", "of one size", "in a part", "of no kin"],
+)
+def test_what_is_free_to_be_ahead_of_the_field_may_be_a_late_attitude(named: Candidate, asked: bool) -> None:
+    one = SimpleNamespace(evidence=SimpleNamespace(candidate=named))
+    selection: Any = SimpleNamespace(found=[one])
+    assert (_free_of_kin(selection) is one) is asked
+
+
+@pytest.mark.parametrize(
+    ("left", "by_gyro", "moved"), [(0.3, False, True), (0.4, False, False), (0.9, True, True), (1.1, True, False)]
+)
+def test_where_no_name_is_found_a_lead_must_lower_the_gap_as_a_misread_reference_does_or_be_the_gyros_too(
+    left: float, by_gyro: bool, moved: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = {"_first_lead_s": 1.0, "_course": None, "_best_lead_s": 1.0, "_moved": "moved", "_by_gyro": by_gyro}
+    for name, value in script.items():
+        monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
+    monkeypatch.setattr(late_attitude, "_gap_nT", lambda problem, q_at, lead_s: left if lead_s else 1.0)
+    problem = SimpleNamespace(policy=STANDARD, state=SimpleNamespace(interval_s=0.1))
+    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=problem))
+    assert (_ahead(selection, None) == "moved") is moved
+
+
+@pytest.mark.parametrize(("late_s", "agrees"), [(0.12, True), (0.16, True), (0.3, False), (0.0, False)])
+def test_a_gyro_says_by_how_much_an_attitude_is_late(late_s: float, agrees: bool) -> None:
+    """The field is asked for a lead of 0.12 s; the gyro's rate is that of the true turn, the attitude's is late."""
+    turn = Rotation.from_quat(hand_q(TIME_S), scalar_first=True)
+    gyro_rad_s = np.zeros((len(TIME_S), 3))
+    gyro_rad_s[1:-1] = (turn[:-2].inv() * turn[2:]).as_rotvec() / (TIME_S[2] - TIME_S[0])
+    log = Recording(TIME_S, field_at(TIME_S), gyro_rad_s=gyro_rad_s, att_q=hand_q(TIME_S - late_s))
+    assert _by_gyro(pose(log, FIELD_ENU_NT, 5e4, ()), 0.12) is agrees
+    assert not _by_gyro(posed(field_at(TIME_S), hand_q(TIME_S - 0.12)), 0.12)
+
+
+@pytest.mark.parametrize("turns", [True, False])
+def test_only_an_attitude_that_shows_a_turn_can_be_late(turns: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[object] = []
+    monkeypatch.setattr(late_attitude, "_ahead", lambda *given: asked.append(given))
+    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=SimpleNamespace(turns=turns)), found=[])
+    assert late_attitude.with_attitude_in_time(selection) is selection
+    assert bool(asked) is turns

@@ -1,0 +1,113 @@
+"""Several motors: a gain of each where their wires run differently, one gain where they do not; a throttle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.decision import motors
+from diagnosis.decision.motors import _parts, each_by_itself
+from diagnosis.decision.white_choice import Accepted
+from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.held_out import judge
+from diagnosis.library.candidates import proposed
+from diagnosis.problem.actuators import with_actuators
+from diagnosis.result import Diagnosis
+from diagnosis.workflow import diagnose
+from recordings import Recording
+from sim.effects.kernels import first_order_lag
+from sim.scenario import ModelSpec
+from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
+
+MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})
+UNEQUAL = np.array([[2.0, -1.0, 3.0], [-1.0, 2.0, 1.0], [3.0, 1.0, -2.0], [0.5, -2.0, 1.0]])
+EQUAL = np.tile([2.0, -1.0, 3.0], (4, 1))
+
+
+def driven(gains: np.ndarray, n: int = 1500) -> Recording:
+    """A flight with four motors of these gains (4, 3)."""
+    quiet = recording(n)
+    t = quiet.time_s
+    currents = [2 + np.sin((0.11 + 0.13 * k) * t + k) + 0.4 * np.sin((0.7 + 0.2 * k) * t) for k in range(4)]
+    current_A = np.stack(currents, axis=1)
+    return replace(quiet, mag_nT=quiet.mag_nT + current_A @ gains, current_A=current_A)
+
+
+def gains_of(found: Diagnosis) -> dict[int, tuple[float, ...]]:
+    (one,) = found.named
+    assert one.name == "motor_current"
+    return {effect.motor: effect.gain_nT_A for effect in one.effects}  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("attitude", [True, False])
+def test_motors_whose_wires_run_differently_have_a_gain_each_and_one_name(attitude: bool) -> None:
+    given = driven(2 * UNEQUAL)
+    if attitude:
+        found = diagnose(given, MODEL, field_enu_nT=FIELD_ENU_NT)
+    else:
+        found = diagnose(without_attitude(given), MODEL, strength_nT=STRENGTH_NT, fitted_base=True)
+    assert found.verdict == "named"
+    for motor, gain in gains_of(found).items():
+        assert gain == pytest.approx(2 * UNEQUAL[motor - 1], abs=0.5)
+    assert len(gains_of(found)) == 4
+    assert len(found.model.effects["motor_current"]) == 4
+
+
+@pytest.mark.parametrize(("gains", "first"), [(2 * UNEQUAL, 4), (EQUAL, 1)])
+def test_motors_that_were_found_first_are_asked_again_beside_a_second_effect(gains: np.ndarray, first: int) -> None:
+    start = Ground.of(problem(driven(gains)))
+    found = [judge(start, proposed(start.problem)[name]) for name in ("motor_current", "temperature_offset")]
+    tests: Any = lambda ground: SimpleNamespace(clean=False)  # noqa: E731
+    split = each_by_itself([Accepted(one, ()) for one in found if one is not None], start, tests)
+    assert [one.name for one in split] == [*first * ["motor_current"], "temperature_offset"]
+
+
+def test_motors_of_one_gain_have_one() -> None:
+    assert list(gains_of(diagnose(driven(EQUAL), MODEL, field_enu_nT=FIELD_ENU_NT))) == [0]
+
+
+def test_motors_of_one_gain_have_one_beside_a_wander_too() -> None:
+    given = driven(EQUAL)
+    walk_nT = np.cumsum(np.random.default_rng(3).normal(scale=0.5, size=given.mag_nT.shape), axis=0)
+    found = diagnose(replace(given, mag_nT=given.mag_nT + walk_nT), MODEL, field_enu_nT=FIELD_ENU_NT)
+    (one,) = (one for one in found.named if one.name == "motor_current")
+    assert [effect.motor for effect in one.effects] == [0]  # type: ignore[attr-defined]
+
+
+def test_a_motor_that_does_nothing_beside_the_others_is_left_out() -> None:
+    some = UNEQUAL * np.array([[1.0], [1.0], [1.0], [0.0]])
+    assert set(gains_of(diagnose(driven(some), MODEL, field_enu_nT=FIELD_ENU_NT))) == {1, 2, 3}
+
+
+def test_a_throttle_is_ahead_of_the_current_and_its_unit_does_not_matter() -> None:
+    quiet = recording(1500)
+    throttle = np.repeat(np.random.default_rng(4).uniform(0, 1, 38), 40)[:1500]
+    current_A = first_order_lag(throttle[:, None], 1.2, 0.1, {})
+    given = replace(quiet, mag_nT=quiet.mag_nT + current_A * [8.0, -5.0, 12.0], channels={"throttle": 1e-3 * throttle})
+    given = with_actuators(replace(given, current_A=None), ["throttle"], Path("log"))
+    found = diagnose(given, MODEL, field_enu_nT=FIELD_ENU_NT)
+    (one,) = found.named
+    assert (found.verdict, one.name) == ("named", "motor_current")
+    assert one.effect.lag_s == pytest.approx(1.2, rel=0.1)  # type: ignore[attr-defined]
+    assert one.effect.gain_nT_A == pytest.approx((8e3, -5e3, 12e3), rel=0.05)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("kept_nats", "kept"), [(900.0, 4), (400.0, 0)])
+def test_of_motors_that_run_alike_the_one_that_was_found_stays(
+    kept_nats: float, kept: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that are kept beside all others must do better than it too: 900 nats together are not theirs."""
+    posed = problem(driven(UNEQUAL))
+    found = judge(Ground.of(posed), proposed(posed, frozenset())["motor_current"])
+    assert found is not None
+    together = iter([900.0, 500.0, kept_nats, 500.0])
+    monkeypatch.setattr(motors, "judged_at", lambda *_: replace(found, gain=500.0, V=1.0))
+    monkeypatch.setattr(motors, "inflation", lambda *_: 1.0)
+    monkeypatch.setattr(Ground, "held_gain", lambda *_: next(together))
+    settings = [found.candidate.at({"motor": motor}) for motor in posed.state.motors]
+    assert len(_parts(Ground.of(posed), settings, found)) == kept

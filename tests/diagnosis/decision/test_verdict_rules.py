@@ -1,0 +1,248 @@
+"""Every rule of the verdict and every doubt of a name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from diagnosis.decision import verdict_rules as judgement
+from diagnosis.decision.verdict_rules import (
+    Case,
+    at_its_bounds,
+    channel_is_left,
+    doubts_of,
+    motion_is_left,
+    verdict_of,
+)
+from diagnosis.evidence.localise import Share
+from diagnosis.result import GapSize, How, Named
+from diagnosis.verdict import Verdict
+from sim.effects import EFFECTS
+from sim.effects.iron import HardIron, SoftIron
+from sim.effects.nonlinear import Hysteresis
+from tests.diagnosis.decision.answers import (
+    FAST,
+    FOUND,
+    GAP,
+    IRON,
+    NOISE,
+    POSED,
+    RISING,
+    SEEN,
+    TURN,
+    case_of,
+    either,
+)
+from tests.diagnosis.synthetic import problem, recording
+
+
+@pytest.mark.parametrize(
+    ("case", "verdict"),
+    [
+        (case_of(), Verdict.NONE),
+        (case_of(clean=False), Verdict.UNKNOWN),
+        (case_of(FOUND), Verdict.NAMED),
+        (case_of(either(FOUND, "bandwidth")), Verdict.CLASS),
+        (case_of(FOUND, IRON), Verdict.COMPOSITE),
+        (case_of(FOUND, clean=False), Verdict.PARTIAL),
+        (case_of(FOUND, clean=False, explained=0.4), Verdict.PARTIAL),
+        (case_of(FOUND, clean=False, explained=0.15), Verdict.UNKNOWN),
+        (case_of(FOUND, clean=False, explained=None), Verdict.UNKNOWN),
+        (case_of(SEEN, clean=False, explained=None), Verdict.PARTIAL),
+        (case_of(rise=FAST), Verdict.UNKNOWN),
+        (case_of(FOUND, explained=0.0, rise=FAST), Verdict.PARTIAL),
+        (case_of(IRON, explained=None, rise=FAST), Verdict.PARTIAL),
+        (case_of(IRON), Verdict.NAMED),
+        (case_of(either(IRON, "soft_iron")), Verdict.CLASS),
+        (case_of(either(IRON, "eddy_current")), Verdict.NOT_OBSERVABLE),
+        (case_of(RISING, IRON), Verdict.CLASS),
+        (case_of(NOISE, RISING), Verdict.CLASS),
+        (case_of(RISING, TURN), Verdict.COMPOSITE),
+        (case_of(RISING, FOUND), Verdict.COMPOSITE),
+        (case_of(RISING, RISING), Verdict.COMPOSITE),
+        (case_of(NOISE), Verdict.NAMED),
+        (case_of(either(NOISE, "offset_jump")), Verdict.GENERIC),
+    ],
+)
+def test_rules_in_their_order(case: Case, verdict: Verdict) -> None:
+    assert verdict_of(case) is verdict
+
+
+def _still_driven(share: float) -> Case:
+    """A case whose rest goes with the current by some share of its power."""
+    current = POSED.state.current_A[:, 0] - POSED.state.current_A[:, 0].mean()
+    noise = np.random.default_rng(0).normal(size=POSED.target.shape)
+    left = noise * 1e-3 + np.sqrt(share) * (current / current.std())[:, None]
+    where = (Share("current_1_A", "body", 0.9),)
+    return case_of(FOUND, clean=False, explained=0.7, where=where, left=left)
+
+
+@pytest.mark.parametrize(("nats", "explained", "verdict"), [
+    (49.0, 0.1, Verdict.UNKNOWN), (51.0, 0.1, Verdict.PARTIAL), (51.0, None, Verdict.PARTIAL),
+    (51.0, -0.01, Verdict.UNKNOWN),
+])  # fmt: skip
+def test_beside_noise_a_sure_name_stands_however_little_it_explains(
+    nats: float, explained: float | None, verdict: Verdict
+) -> None:
+    """But not beside what goes with a channel, of which it may be a piece; nor does one that is sure lend its name.
+
+    Nor where the gap is larger with it than without.
+    """
+    sure = replace(FOUND, nats=nats)
+    assert verdict_of(case_of(sure, clean=False, explained=explained)) is verdict
+    driven = replace(_still_driven(1.0), named=(sure,), gap=replace(GAP, explained=explained))
+    assert verdict_of(driven) is Verdict.UNKNOWN
+    other = replace(FOUND, nats=30.0)
+    assert verdict_of(case_of(sure, other, clean=False, explained=explained)) is Verdict.UNKNOWN
+
+
+def test_a_name_after_which_the_channel_is_still_there_only_resembles_the_cause() -> None:
+    assert channel_is_left(_still_driven(1.0)) == "what is left still goes with current_1_A"
+    assert doubts_of(_still_driven(1.0), Verdict.PARTIAL)
+    assert channel_is_left(replace(_still_driven(1.0), left=np.random.default_rng(1).normal(size=(4000, 3)))) is None
+    assert channel_is_left(replace(_still_driven(1.0), gap=replace(GAP, explained=0.99))) is None
+    assert channel_is_left(replace(_still_driven(1.0), where=())) is None
+
+
+def test_any_channel_but_the_first_must_be_left_well_beyond_time() -> None:
+    kept = _still_driven(1.0)
+    slow = np.sin(0.02 * POSED.state.time_s)[:, None] * np.ones(3)
+    near = replace(kept, gap=replace(GAP, explained=0.0), left=kept.left + 1.7 * slow)
+    first, second = Share("rate_x", "body", 0.65), Share("current_1_A", "body", 0.65)
+    assert channel_is_left(replace(near, where=(second, first))) == "what is left still goes with current_1_A"
+    assert channel_is_left(replace(near, where=(first, second))) is None
+    assert channel_is_left(replace(kept, where=(first, second))) == "what is left still goes with current_1_A"
+    little = Share("current_1_A", "body", 0.3)  # of the gap goes with it, of what is left much more: it did not lead
+    assert channel_is_left(replace(kept, where=(first, little))) is None
+
+
+def test_what_acts_while_a_motion_is_on_and_leaves_more_of_it_is_a_piece_of_its_course() -> None:
+    """A window's constant is a piece of what goes with a rate: not where another leads, or it is on beside."""
+    n = len(POSED.target)
+    on = (np.arange(n) > 0.3 * n) & (np.arange(n) < 0.7 * n)
+    rate = on * (1.0 + 0.2 * np.sin(np.arange(n) / 90.0))
+    state = replace(POSED.state, channels={**POSED.state.channels, "rate": rate})
+    time_s = POSED.state.time_s
+    acts = replace(FOUND, effect=SoftIron(active_s=(time_s[on][0], time_s[on][-1])))
+    left = (on * np.sin(np.arange(n) / 90.0))[:, None] * np.ones(3)
+    leads = Share("rate", "body", 0.7)
+    case = case_of(acts, clean=False, problem=replace(POSED, state=state), where=(leads,), left=left)
+    assert motion_is_left(case) == "acts while rate is on, and what is left goes with that too"
+    assert motion_is_left(case) in doubts_of(case, Verdict.PARTIAL)
+    assert motion_is_left(replace(case, where=(Share("pitch", "body", 0.8), leads))) is None
+    assert motion_is_left(replace(case, left=0 * left)) is None
+    assert motion_is_left(replace(case, named=(FOUND,))) is None
+    shorter = replace(acts, effect=SoftIron(active_s=(time_s[on][0], time_s[n // 2])))
+    assert motion_is_left(replace(case, named=(shorter,))) is None
+
+
+def test_what_goes_with_time_as_well_speaks_against_no_name() -> None:
+    slow = np.sin(0.02 * POSED.state.time_s)[:, None] * np.ones(3)
+    assert channel_is_left(case_of(FOUND, explained=0.7, where=(Share("time_s", "body", 0.9),), left=slow)) is None
+    current = _still_driven(1.0)
+    assert channel_is_left(replace(current, left=current.left + 9 * slow)) is None
+
+
+def test_a_channel_that_only_rises_speaks_against_no_name() -> None:
+    """A supply that sags, and with the load a little more: a slow rest goes with it by chance more than with time."""
+    part = POSED.state.time_s / POSED.state.time_s[-1]
+    sags = 12 - part - 0.02 * np.sin(90 * part)
+    left = np.sin(20 * sags)[:, None] * np.ones(3)
+    where = (Share("supply_V", "body", 0.9),)
+    case = case_of(FOUND, clean=False, explained=0.5, where=where, left=left)
+    assert channel_is_left(replace(case, problem=problem(replace(recording(), channels={"supply_V": sags})))) is None
+    periodic = np.sin(90 * part)
+    driven = replace(recording(), channels={"supply_V": periodic})
+    assert channel_is_left(replace(case, problem=problem(driven), left=periodic[:, None] * np.ones(3)))
+
+
+def test_verdicts_that_leave_nothing_are_not_doubted() -> None:
+    assert doubts_of(_still_driven(1.0), Verdict.NAMED) == ()
+    assert doubts_of(replace(_still_driven(1.0), gap=replace(GAP, explained=None)), Verdict.PARTIAL) == ()
+    noisy = replace(_still_driven(1.0), clean=True, named=(FOUND, NOISE))
+    assert doubts_of(noisy, Verdict.COMPOSITE)
+    assert all(doubts_of(noisy, verdict) == () for verdict in (Verdict.PARTIAL, Verdict.GENERIC, Verdict.NAMED))
+
+
+def test_in_a_field_that_turns_too_fast_no_name_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(judgement, "turns_too_fast", lambda posed: posed is POSED)
+    assert doubts_of(case_of(FOUND), Verdict.NAMED) == ("the field turns faster than a vehicle does",)
+
+
+def test_only_names_that_act_where_something_fast_is_left_are_doubted() -> None:
+    """However much of the gap that is: a drift beside a rotor's tone stands, a tone that is a part of it does not."""
+    fast = case_of(FOUND, explained=0.02, rise=FAST)
+    assert doubts_of(fast, Verdict.PARTIAL) == ()
+    assert doubts_of(replace(_still_driven(1.0), clean=True, rise=FAST), Verdict.PARTIAL) == ()
+    hidden = replace(FAST, hides=True)
+    assert "structure between 2 and 4 Hz" in doubts_of(replace(fast, rise=hidden), Verdict.PARTIAL)[0]
+    assert doubts_of(case_of(IRON, rise=hidden), Verdict.PARTIAL) == ()
+
+
+def test_what_would_have_to_be_larger_than_it_can_be_is_doubted_but_for_its_fuller_form() -> None:
+    """What a core had before the run dies out, and says nothing of its loop."""
+    least = {p.name: p.low for p in Hysteresis.parameters()}
+    loop, begun = (Hysteresis(**{name: (least[name], 0.0, 0.0)}) for name in ("gain", "rounded_start_nT"))
+    assert at_its_bounds(case_of(replace(FOUND, effect=loop)))
+    assert at_its_bounds(case_of(replace(FOUND, effect=begun))) is None
+
+
+def test_names_that_make_the_gap_larger_are_doubted() -> None:
+    larger = replace(GAP, after_sigma=1.2 * GAP.before_sigma)
+    assert doubts_of(replace(case_of(FOUND), gap=larger), Verdict.NAMED)
+    assert doubts_of(replace(case_of(SEEN), gap=larger), Verdict.NAMED) == ()
+    hardly = replace(GAP, after_sigma=1.05 * GAP.before_sigma)
+    assert doubts_of(replace(case_of(FOUND), gap=hardly), Verdict.NAMED) == ()
+
+
+@pytest.mark.parametrize(("share", "doubted"), [(0.79, False), (0.81, True)])
+def test_iron_that_follows_a_channel_leaves_half_of_what_names_leave(
+    share: float, doubted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = SimpleNamespace(share=share, channel="depth")
+    monkeypatch.setattr(judgement, "unnamed_channels", lambda case: {"depth"})
+    monkeypatch.setattr(judgement, "iron_follows", lambda ground, asked: found)
+    case = case_of(FOUND, clean=False, explained=0.6, where=(Share("depth", "body", 0.9),))
+    assert (judgement.iron_follows_a_channel(case) is not None) is doubted
+
+
+@pytest.mark.parametrize(
+    ("first", "other", "kept"),
+    [((0.8, 0.19), (0.3, 0.3), ""), ((0.8, 0.21), (0.3, 0.3), "lead"), ((0.8, 0.0), (0.5, 0.2), "beside")],
+)
+def test_a_channel_keeps_a_quarter_of_its_share_where_a_name_is_wrong(
+    first: tuple[float, float], other: tuple[float, float], kept: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first, and one of at least half its share; (share of the gap, of what is left)."""
+    left = [Share("lead", "body", first[1]), Share("beside", "body", other[1])]
+    monkeypatch.setattr(judgement, "localise", lambda *_: left)
+    monkeypatch.setattr(judgement, "channels_of_time", lambda _: set())
+    where = (Share("lead", "body", first[0]), Share("beside", "body", other[0]))
+    told = channel_is_left(case_of(FOUND, clean=False, explained=0.0, where=where))
+    assert (told or "").removeprefix("what is left still goes with ") == kept
+
+
+def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
+    """(g0^2 - g1^2) / (g0^2 - 1): from 3 to 2 sigma, five eighths."""
+    size = GapSize.of(np.full((9, 1), 3.0), np.full((9, 1), 2.0), np.array([10.0]), POSED.policy)
+    assert (size.before_nT, size.after_nT) == (30.0, 20.0)
+    assert size.explained == pytest.approx(5 / 8)
+    assert GapSize.of(np.ones((9, 1)), np.ones((9, 1)), np.ones(1), POSED.policy).explained is None
+
+
+def test_a_leading_name_at_the_ends_of_what_it_can_be_is_doubted() -> None:
+    cls = next(effect for effect in EFFECTS if effect.name == "hysteresis")
+    loop = Named(cls(gain=(0.01, -1.0, 0.0), threshold_nT=500.0), (), How.HELD_OUT, 50.0, 20.0)
+    beside = replace(FOUND, strength=21.0)
+    assert "hysteresis would have to be larger" in doubts_of(case_of(loop, beside, clean=False), Verdict.PARTIAL)[0]
+    small = replace(loop, strength=1.0)
+    assert not doubts_of(case_of(small, beside, clean=False), Verdict.PARTIAL)
+    within = replace(loop, effect=cls(gain=(0.01, -0.9, 0.0), threshold_nT=500.0))
+    assert not doubts_of(case_of(within, beside, clean=False), Verdict.PARTIAL)
+    above = replace(loop, effect=cls(gain=(0.01, 1.0, 0.0), threshold_nT=500.0))
+    assert doubts_of(case_of(above, beside, clean=False), Verdict.PARTIAL)
+    iron = replace(IRON, effect=HardIron((-1e6, 0.0, 0.0)), strength=100.0)  # fitted in any case, and no name of a gap
+    assert not doubts_of(case_of(beside, iron, clean=False), Verdict.PARTIAL)

@@ -1,0 +1,43 @@
+"""A current has one gain all along, to a tenth too, and in a part of the run; one that turns round has none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.candidate_test import Beside
+from diagnosis.evidence.constancy import differs_along_the_run
+from diagnosis.evidence.held_out import judge
+from diagnosis.library.candidates import proposed
+from sim.effects import EFFECTS
+from sim.state import Array
+from tests.diagnosis.synthetic import problem, recording
+
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+N = 1500
+GAIN_NT_A = np.array([3.0, -2.0, 1.0])
+TIME = np.linspace(0, 1, N)
+
+
+@pytest.mark.parametrize(
+    ("gain", "differs"),
+    [
+        (np.ones(N), False),
+        (1 + 0.1 * np.sin(2 * np.pi * TIME), False),
+        (np.where(TIME < 0.6, 1.0, -1.0), True),
+        (TIME < 0.5, True),
+    ],
+)
+def test_a_gain_that_changes_is_none(gain: Array, differs: bool) -> None:
+    given = recording(N)
+    assert given.current_A is not None
+    added_nT = (gain * given.current_A[:, 0])[:, None] * GAIN_NT_A
+    posed = problem(replace(given, mag_nT=given.mag_nT + added_nT))
+    evidence = judge(Ground.of(posed), proposed(posed)[DRIVEN.name])
+    assert evidence is not None
+    beside = Beside.of(posed, ())
+    one = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
+    assert differs_along_the_run(one, beside, posed.policy.other_size) is differs

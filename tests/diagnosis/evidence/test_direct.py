@@ -1,0 +1,244 @@
+"""What the values show by themselves: rounding, full scale, held and wrong values, and more noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.direct import (
+    _across_the_field,
+    _beside,
+    _quiet,
+    _spike_law,
+    direct_evidence,
+    held_rows,
+)
+from diagnosis.evidence.localise import TIME, channels, explained_share, localise
+from diagnosis.evidence.white_noise import more_noise
+from diagnosis.policy import STANDARD, Policy
+from recordings import Recording
+from sim.effects.base import Effect
+from sim.effects.currents import MotorCurrent
+from sim.effects.electronics import Quantisation, Saturation
+from sim.effects.faults import Dropouts, Spikes
+from sim.effects.noise import WhiteNoise
+from sim.state import current_name
+from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording, without_attitude
+from validation.signals.faults import spikes
+
+FAULTS: dict[type[Effect], dict[str, Any]] = {
+    Quantisation: {"step_nT": 4.0},
+    Saturation: {"full_scale_nT": 30_000.0},
+    Dropouts: {"rate_hz": 0.02, "mean_duration_s": 4.0},
+    Spikes: {"rate_hz": 0.1, "amplitude_nT": 300.0},
+}
+
+
+@pytest.mark.parametrize("effect", FAULTS, ids=lambda e: e.name)
+def test_a_fault_is_seen_with_its_size(effect: type[Effect]) -> None:
+    posed = problem(hidden={effect.name: FAULTS[effect]}, n=8000)
+    (found,) = direct_evidence(posed)
+    assert type(found.effect) is effect
+    for name, value in FAULTS[effect].items():
+        assert getattr(found.effect, name) == pytest.approx(value, rel=0.5 if effect in (Dropouts, Spikes) else 0.01)
+
+
+def test_a_clock_that_errs_now_and_then_makes_no_wrong_values() -> None:
+    """The attitude of another moment turns the field: what it leaves lies across the field alone."""
+    given, rng = recording(8000), np.random.default_rng(6)
+    assert given.att_q is not None
+    late = np.repeat(rng.random(4000) < 0.01, 2)
+    posed = problem(replace(given, att_q=given.att_q[np.maximum(np.arange(8000) - late, 0)]))
+    assert direct_evidence(posed) == []
+    assert direct_evidence(replace(posed, policy=Policy(off_along=1e-6))) != []
+
+
+def _rounded(model: tuple[Effect, ...] = (), policy: Policy = STANDARD):  # type: ignore[no-untyped-def]
+    given = recording()
+    return problem(replace(given, mag_nT=4.0 * np.round(given.mag_nT / 4.0)), model, policy)
+
+
+def test_clean_values_show_nothing() -> None:
+    assert direct_evidence(problem()) == []
+
+
+def test_what_the_model_has_or_the_library_has_not_is_not_found() -> None:
+    assert direct_evidence(_rounded((Quantisation(4.0),))) == []
+    assert direct_evidence(_rounded((Quantisation(2.0),))) != []
+    assert direct_evidence(_rounded(), frozenset({Quantisation.name})) == []
+    spiked = problem(hidden={Spikes.name: FAULTS[Spikes]}, model=(Spikes(rate_hz=0.1, amplitude_nT=300.0),))
+    assert direct_evidence(spiked) == []
+
+
+def test_a_number_of_the_policy_changes_what_is_seen() -> None:
+    assert direct_evidence(_rounded(policy=Policy(least_step_sigma=10.0))) == []
+
+
+def test_a_gap_is_quiet_by_its_size_in_noises() -> None:
+    limit = np.full((5, 3), STANDARD.quiet_sigma)
+    assert _quiet(0.9 * limit, STANDARD)
+    assert not _quiet(1.1 * limit, STANDARD)
+
+
+def test_wrong_samples_are_those_that_were_made_wrong() -> None:
+    given = recording()
+    mag = given.mag_nT.copy()
+    where = np.array([300, 1200, 1900, 2800, 3500])
+    mag[where, 1] += [200.0, -150.0, 300.0, 180.0, -220.0]
+    (found,) = direct_evidence(problem(replace(given, mag_nT=mag)))
+    assert found.samples[where].all()
+    assert np.count_nonzero(found.samples) <= len(where) + 2
+
+
+def test_more_white_noise_is_what_the_model_lacks() -> None:
+    """sqrt(5^2 - 3^2) = 4; rounding to q has q^2 / 12 of its own."""
+    posed = problem(noise_nT=5.0, model=(WhiteNoise((3.0, 3.0, 3.0)),))
+    left = Ground.of(posed).residual()
+    found = more_noise(posed, left, ())
+    assert isinstance(found, WhiteNoise)
+    assert found.std_nT == pytest.approx((4.0,) * 3, rel=0.06)
+    assert more_noise(posed, left, (Quantisation(float(np.sqrt(12 * 16))),)) is None
+    assert more_noise(problem(noise_nT=5.0, model=(WhiteNoise((4.9, 4.9, 4.9)),)), left, ()) is None
+    assert more_noise(problem(noise_nT=5.0), left, ()) is None
+
+
+def test_the_noise_of_a_current_is_no_noise_of_the_magnetometer() -> None:
+    """0.1 A of noise beside 50 nT/A are 5 nT, as of a field that the current does not follow so fast."""
+    made = recording(noise_nT=5.0)
+    noisy = made.current_A + 0.1 * np.random.default_rng(1).normal(size=made.current_A.shape)
+    posed = problem(replace(made, current_A=noisy), model=(WhiteNoise((3.0, 3.0, 3.0)),))
+    posed = replace(posed, state=replace(posed.state, channels={**posed.state.channels, current_name(1): noisy[:, 0]}))
+    follows = MotorCurrent(gain_nT_A=(50.0, 50.0, 50.0), motor=1)
+    left = Ground.of(posed).residual()
+    assert more_noise(posed, left, (follows,)) is None
+    assert more_noise(posed, left, (replace(follows, gain_nT_A=(5.0, 5.0, 5.0)),)) is not None
+
+
+def test_a_gap_goes_first_with_the_channel_that_drives_it() -> None:
+    posed = problem(replace(recording(), channels={"pump": np.sin(0.9 * recording().time_s) > 0.3}))
+    for name, values in channels(posed):
+        if name != TIME and not name.startswith("field"):
+            left = np.asarray(values)[:, None] * np.array([1.0, 0.5, -0.5]) / np.std(values)
+            first = localise(posed, left - left.mean(axis=0))[0]
+            assert first.channel == name
+            assert first.share > 0.9
+
+
+def test_the_share_of_a_channel_that_has_nothing_to_do_with_it_is_none() -> None:
+    rng = np.random.default_rng(6)
+    shares = [explained_share(rng.normal(size=800), rng.normal(size=(800, 3)), STANDARD) for _ in range(40)]
+    assert max(shares) < STANDARD.least_channel_share
+    assert explained_share(np.full(800, 3.0), rng.normal(size=(800, 3)), STANDARD) == 0.0
+
+
+def test_an_error_of_the_earths_frame_is_told_by_its_frame() -> None:
+    posed = problem()
+    wave = np.sin(0.02 * posed.state.time_s)[:, None] * np.array([3.0, -2.0, 1.0])
+    left = np.einsum("nji,nj->ni", posed.state.R_wb, wave)
+    time = next(one for one in localise(posed, left) if one.channel == TIME)
+    assert time.frame == "earth"
+
+
+def test_rows_that_a_slower_sensor_repeats_are_no_measurements() -> None:
+    given = recording()
+    slower = np.repeat(given.mag_nT[::2], 2, axis=0)[: len(given)]
+    held = held_rows(problem(replace(given, mag_nT=slower)))
+    assert held.mean() == pytest.approx(0.5, abs=0.01)
+    assert not held[::2].any()
+    assert not held_rows(problem(given)).any()
+
+
+def test_rows_that_rounding_repeats_are_measurements() -> None:
+    still = recording()
+    rounded = np.round((still.mag_nT[:1] + np.random.default_rng(0).normal(size=(len(still), 3))) / 4.0) * 4.0
+    att = np.tile(still.att_q[:1], (len(still), 1))  # type: ignore[index]
+    assert not held_rows(problem(replace(still, mag_nT=rounded, att_q=att))).any()
+
+
+@pytest.mark.parametrize("attitude", [True, False])
+def test_held_rows_are_no_noise(attitude: bool) -> None:
+    """In a field that turns by 50 nT a sample a held row is off by as much: that is no noise of the sensor."""
+    given = recording()
+    again = np.random.default_rng(3).random(len(given)) < 1 / 3
+    last = np.maximum.accumulate(np.where(again, 0, np.arange(len(given))))
+    slower = replace(given, mag_nT=given.mag_nT[last])
+    posed = problem(slower if attitude else without_attitude(slower))
+    assert posed.sigma_nT == pytest.approx(NOISE_NT, rel=0.08)
+    assert held_rows(posed).mean() == pytest.approx(1 / 3, abs=0.02)
+
+
+@pytest.mark.parametrize("seed", [28, 33, 58])
+def test_turns_between_samples_far_apart_are_no_spikes(seed: int) -> None:
+    """Every 15 s, irregularly, in a swinging motion, of which only the field's strength is known."""
+    rng = np.random.default_rng(100 + seed)
+    time_s = np.cumsum(rng.uniform(8.0, 22.0, 2500))
+    f_hz, phase = rng.uniform(4e-4, 2e-3, (3, 6)), rng.uniform(0.0, 6.28, (3, 6))
+    waves = np.sin(2 * np.pi * f_hz * time_s[:, None, None] + phase).sum(axis=2)
+    swing = Rotation.from_euler("ZYX", waves * [0.9, 0.2, 0.26] + time_s[:, None] * [1.6e-3, 0.0, 0.0])
+    mag_nT = swing.inv().apply(FIELD_ENU_NT) + 2 * NOISE_NT * rng.normal(size=(len(time_s), 3))
+    assert np.count_nonzero(spikes(mag_nT)) >= STANDARD.least_spikes  # as the values stand
+    assert direct_evidence(problem(Recording(time_s=time_s, mag_nT=mag_nT))) == []
+
+
+def test_rows_that_are_left_out_hold_no_spikes() -> None:
+    spiked = problem(hidden={Spikes.name: FAULTS[Spikes]})
+    (found,) = direct_evidence(spiked)
+    assert direct_evidence(spiked.without(found.samples)) == []
+
+
+def test_a_spike_is_seen_in_the_strength_too() -> None:
+    given = without_attitude(recording())
+    mag = given.mag_nT.copy()
+    where = np.array([300, 1200, 1900, 2800, 3500])
+    mag[where] += np.outer([200.0, -150.0, 300.0, 180.0, -220.0], np.ones(3))
+    (found,) = direct_evidence(problem(replace(given, mag_nT=mag)))
+    assert found.effect.name == Spikes.name
+    assert found.samples[where].sum() >= 4
+
+
+@pytest.mark.parametrize(("step_sigma", "found"), [(0.04, False), (0.06, True)])
+def test_rounding_that_is_small_beside_the_noise_is_of_no_account(step_sigma: float, found: bool) -> None:
+    given, step_nT = recording(), step_sigma * NOISE_NT
+    assert bool(direct_evidence(problem(replace(given, mag_nT=step_nT * np.round(given.mag_nT / step_nT))))) is found
+
+
+@pytest.mark.parametrize(("off", "found"), [(0.005, False), (0.02, True)])
+def test_a_step_is_the_models_within_a_hundredth_and_a_full_scale_within_a_tenth_of_that(
+    off: float, found: bool
+) -> None:
+    assert bool(direct_evidence(_rounded((Quantisation(4.0 * (1 + off)),)))) is found
+    full_nT = FAULTS[Saturation]["full_scale_nT"]
+    clipped = recording(hidden={Saturation.name: FAULTS[Saturation]})
+    model = (Saturation(full_nT * (1 + off / 10)),)
+    assert any(isinstance(one.effect, Saturation) for one in direct_evidence(problem(clipped, model))) is found
+
+
+@pytest.mark.parametrize(("above", "mean"), [(0.2, 100.0), (0.3, 30.0)])
+def test_wrong_values_of_nearly_one_size_are_all_that_there_are(above: float, mean: float) -> None:
+    """Of a hundred in the mean, so much of it above the least."""
+    size_nT = 100.0 * (1 + above * np.linspace(-1.0, 1.0, 101))
+    rate_hz, mean_nT = _spike_law(size_nT, 101.0, STANDARD.one_size)
+    assert mean_nT == pytest.approx(mean)
+    assert (rate_hz == 1.0) is (mean == 100.0)
+
+
+@pytest.mark.parametrize(("share", "across"), [(0.08, True), (0.12, False)])
+def test_what_is_off_across_the_field_alone_is_an_error_of_the_attitude(share: float, across: bool) -> None:
+    """But for a tenth of it."""
+    posed = problem(n=1000)
+    samples = np.arange(1000) % 100 == 50
+    along = posed.direction
+    side = np.cross(along, [0.3, -0.5, 0.8])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    off_nT = samples[:, None] * 300.0 * (share * along + np.sqrt(1 - share**2) * side)
+    assert _across_the_field(posed, off_nT @ posed.turn.T, samples) is across
+
+
+def test_two_samples_beside_a_wrong_one_are_left_out_with_it() -> None:
+    samples = np.arange(1000) == 500
+    assert np.flatnonzero(_beside(problem(n=1000), samples)).tolist() == [498, 499, 500, 501, 502]

@@ -1,0 +1,198 @@
+"""Slow noises of known size are told by name; errors of the attitude and driven gaps are none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from diagnosis.evidence import slow_noise as slow_noise_module
+from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.block_steps import Steps
+from diagnosis.evidence.localise import TIME, Share
+from diagnosis.evidence.model_noise import as_stated
+from diagnosis.evidence.slow_noise import along_field, slow_along_earth, slow_noise, turns_the_field, wander
+from diagnosis.evidence.slow_spectrum import SlowSpectrum
+from diagnosis.policy import STANDARD
+from diagnosis.problem.linear import LinearProblem
+from sim.effects import BY_NAME, EFFECTS
+from sim.state import Array
+from tests.diagnosis.synthetic import NOISE_NT, problem, recording
+from validation.signals.bands import Bands
+
+SLOW = [effect.name for effect in EFFECTS if effect.clues.spectrum is not None]
+SIZES = {name: 0.5 if BY_NAME[name].clues.spectrum(np.array([0.1]))[0] > 3 else 2.0 for name in SLOW}  # type: ignore[misc]
+
+BANDS = (STANDARD.first_line, STANDARD.bands)
+
+
+def _hidden(name: str, seed: int = 0) -> LinearProblem:
+    level = BY_NAME[name].with_role("level")
+    return problem(hidden={name: {level: [SIZES[name]] * 3}}, seed=seed)
+
+
+def _left(posed: LinearProblem) -> Array:
+    return Ground.of(posed).residual()
+
+
+def _turned(error_deg: float) -> LinearProblem:
+    """A recording whose attitude wanders."""
+    given = recording()
+    rng = np.random.default_rng(4)
+    walk = np.cumsum(rng.normal(size=(len(given), 3)), axis=0)
+    walk *= np.radians(error_deg) / walk.std()
+    assert given.att_q is not None
+    q = (Rotation.from_quat(given.att_q, scalar_first=True) * Rotation.from_rotvec(walk)).as_quat(scalar_first=True)
+    return problem(replace(given, att_q=q, gyro_rad_s=None))
+
+
+@pytest.mark.parametrize("name", SLOW)
+def test_a_slow_noise_is_told_with_its_size(name: str) -> None:
+    posed = _hidden(name)
+    found = slow_noise(posed, _left(posed))
+    assert found is not None
+    assert name in (found.effect.name, *found.alternatives)
+    assert found.fits
+    if found.effect.name == name:
+        level = BY_NAME[name].with_role("level")
+        assert level is not None
+        assert np.mean(getattr(found.effect, level)) == pytest.approx(SIZES[name], rel=0.3)
+
+
+@pytest.mark.parametrize(("part", "told"), [(1.0, True), (0.2, False)])
+@pytest.mark.parametrize("name", SLOW)
+def test_a_small_slow_noise_does_not_show_its_nature(name: str, part: float, told: bool) -> None:
+    """It stands out of the white noise at too few frequencies."""
+    level = BY_NAME[name].with_role("level")
+    posed = problem(hidden={name: {level: [part * SIZES[name]] * 3}})
+    found = slow_noise(posed, _left(posed))
+    assert found is not None
+    assert found.identified == told
+
+
+def test_white_noise_is_no_slow_one() -> None:
+    posed = problem()
+    assert slow_noise(posed, _left(posed)) is None
+
+
+def test_the_score_of_white_noise_is_below_that_of_the_slow_noise_that_is_there() -> None:
+    posed = _hidden(SLOW[0])
+    found = slow_noise(posed, _left(posed))
+    assert found is not None
+
+
+def test_an_error_of_the_attitude_has_nothing_along_the_field_and_is_no_noise() -> None:
+    posed = _turned(0.05)
+    assert along_field(posed, _left(posed)) < 0.02
+    assert turns_the_field(posed, _left(posed))
+    assert slow_noise(posed, _left(posed)) is None
+    assert along_field(problem(), np.random.default_rng(0).normal(size=(4000, 3))) == pytest.approx(1 / 3, abs=0.1)
+
+
+def test_a_gap_that_goes_with_a_channel_is_no_wander() -> None:
+    given = recording()
+    assert given.pos_enu_m is not None
+    driven = replace(given, mag_nT=given.mag_nT + 0.02 * given.pos_enu_m[:, :1] ** 2 * np.array([1.0, -0.5, 0.5]))
+    posed = problem(driven)
+    assert wander(posed, _left(posed)) is None
+
+
+@pytest.mark.parametrize("of_the_field", [True, False])
+def test_slow_noise_turns_with_the_sensor_and_a_field_that_walks_does_not(of_the_field: bool) -> None:
+    """The same walk along the earth's axes and along the sensor's."""
+    given = recording()
+    walk_nT = np.cumsum(np.random.default_rng(6).normal(size=(len(given), 3)), axis=0) * 0.05
+    assert given.att_q is not None
+    turn = Rotation.from_quat(given.att_q, scalar_first=True).inv()
+    posed = problem(replace(given, mag_nT=given.mag_nT + (turn.apply(walk_nT) if of_the_field else walk_nT)))
+    assert slow_along_earth(posed, _left(posed)) is of_the_field
+    assert (slow_noise(posed, _left(posed)) is None) is of_the_field
+
+
+def test_slow_noise_that_hides_the_white_one_has_a_level_and_a_likelihood() -> None:
+    """Flicker of three sigma that is white nowhere in the band: the best level underflows to nothing."""
+    bands = Bands.of(np.random.default_rng(5).normal(size=(20_000, 3)), 0.1, *BANDS)
+    steep = 1 / bands.f**3
+    _, level, _ = replace(bands, power=steep).fit(0.2, steep)
+    assert level >= 2e-5
+    steps = Steps(np.random.default_rng(6).normal(size=(90, 1)), 5.0)
+    assert np.isfinite(steps.fit(level, lambda f: 1 / f)[0])
+
+
+def test_what_the_model_states_of_its_attitude_is_no_gap_and_more_is() -> None:
+    posed = _turned(0.01)
+    left = _left(posed)
+    stated = replace(posed, attitude_std_rad=np.radians(0.01))
+    less = replace(posed, attitude_std_rad=np.radians(0.002))
+    assert not as_stated(posed, left)
+    assert as_stated(stated, left)
+    assert not as_stated(less, left)
+
+
+def test_a_stated_attitude_error_excuses_nothing_along_the_field() -> None:
+    posed = replace(_hidden(SLOW[0]), attitude_std_rad=np.radians(1.0))
+    assert not as_stated(posed, _left(posed))
+
+
+@pytest.mark.parametrize("name", SLOW)
+def test_a_wander_that_the_model_has_is_stated(name: str) -> None:
+    level = BY_NAME[name].with_role("level")
+    assert level is not None
+    posed = _hidden(name)
+    known = replace(posed, effects=(BY_NAME[name](**{level: (SIZES[name],) * 3}),))
+    small = replace(posed, effects=(BY_NAME[name](**{level: (SIZES[name] / 10,) * 3}),))
+    assert as_stated(known, _left(posed))
+    assert not as_stated(small, _left(posed))
+    assert pytest.approx(float(posed.sigma_nT.mean()), rel=0.1) == NOISE_NT
+
+
+@pytest.mark.parametrize(("share", "turns"), [(0.1, True), (0.14, False)])
+def test_an_error_of_the_attitude_has_an_eighth_along_the_field_at_most(
+    share: float, turns: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slow_noise_module, "along_field", lambda *_: share)
+    assert turns_the_field(problem(n=400), np.zeros((400, 3))) is turns
+
+
+@pytest.mark.parametrize(("beyond", "wanders"), [(0.08, True), (0.12, False)])
+def test_what_goes_with_a_channel_more_than_with_time_is_no_wander(
+    beyond: float, wanders: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shares = [Share(TIME, "body", 0.3), Share("depth", "body", 0.3 + beyond)]
+    monkeypatch.setattr(slow_noise_module, "localise", lambda *_: shares)
+    monkeypatch.setattr(slow_noise_module, "slow_noise", lambda *_: "a wander")
+    assert (wander(problem(n=400), np.zeros((400, 3))) is not None) is wanders
+
+
+@pytest.mark.parametrize(("lines", "told"), [(25.0, False), (35.0, True)])
+def test_a_nature_is_told_at_thirty_frequencies(lines: float, told: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SlowSpectrum, "lines_above_white", lambda *_: lines)
+    posed = _hidden(SLOW[0])
+    found = slow_noise(posed, _left(posed))
+    assert found is not None
+    assert found.identified is told
+
+
+def _spectrum(odds: float) -> SlowSpectrum:
+    """Ten bands of one line each, in which slow noise is from 1.8 times the white one down."""
+    bands = SimpleNamespace(
+        f=np.arange(10.0), shape=np.ones(10), power=np.ones(10), odds=lambda ratio: np.full(10, odds)
+    )
+    return SlowSpectrum(bands, EFFECTS[0], lambda f: 0.8 + 0.2 * (f < 3) * 2, (), 1.0, 1.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("odds", "agrees"), [(2e-4, True), (5e-5, False)])
+def test_a_spectrum_agrees_unless_a_band_is_as_far_off_once_in_a_thousand(odds: float, agrees: bool) -> None:
+    assert _spectrum(odds).agrees(STANDARD) is agrees
+    assert _spectrum(odds).lines_above_white(STANDARD) == 3  # by a factor of two
+
+
+def test_a_constant_is_in_no_band_and_a_wave_of_two_periods_is() -> None:
+    """The window carries a mean into the first line."""
+    t = np.arange(4000.0) / 4000
+    slow = 1e3 * np.sin(4 * np.pi * t)
+    constant, wave = (Bands.of(one[:, None], 0.1, *BANDS).power.max() for one in (0 * t + 1e3, slow))
+    assert constant < 1e-6 * wave

@@ -1,0 +1,85 @@
+"""Iron from the strength alone, beside a prior."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter1d
+
+from diagnosis.policy import STANDARD
+from diagnosis.problem.iron_by_strength import ByStrength, fitted_iron
+from diagnosis.problem.iron_fit import unit_of
+from sim.state import Array
+
+FIELD_NT, NOISE_NT, BLOCK = 50_000.0, 20.0, 50
+KNOWN_NT = np.full(4000, FIELD_NT)
+MATRIX = np.array([[1.05, 0.02, -0.01], [0.02, 0.97, 0.03], [-0.01, 0.03, 1.02]])
+OFFSET_NT = np.array([800.0, -1500.0, 2500.0])
+
+
+def _measured(rng: np.random.Generator, least_up: float = -1.0, most_up: float = 1.0) -> Array:
+    """Directions with their vertical part between two limits, as an instrument with iron measures them."""
+    up, heading = rng.uniform(least_up, most_up, 4000), np.cumsum(rng.normal(0, 0.05, 4000))
+    level = np.sqrt(1 - up**2)
+    field = FIELD_NT * np.column_stack([level * np.cos(heading), level * np.sin(heading), up])
+    return np.asarray(field @ np.linalg.inv(MATRIX) + OFFSET_NT + NOISE_NT * rng.normal(size=field.shape))
+
+
+def test_over_the_whole_sphere_the_iron_is_the_true_one() -> None:
+    iron = fitted_iron(_measured(np.random.default_rng(0)), KNOWN_NT, BLOCK, STANDARD)
+    assert np.allclose(iron.matrix, MATRIX, atol=2e-4)
+    assert np.allclose(iron.offset_nT, OFFSET_NT, atol=5.0)
+
+
+def test_far_values_do_not_bend_it() -> None:
+    rng = np.random.default_rng(1)
+    measured = _measured(rng)
+    measured[rng.random(len(measured)) < 0.02] += 30_000.0
+    iron = fitted_iron(measured, KNOWN_NT, BLOCK, STANDARD)
+    assert np.allclose(iron.matrix, MATRIX, atol=5e-4)
+
+
+@pytest.mark.parametrize("wander_nT", [0.0, 300.0])
+def test_in_a_plane_the_prior_stands_for_what_the_motion_does_not_show(wander_nT: float) -> None:
+    rng = np.random.default_rng(2)
+    walk = gaussian_filter1d(rng.normal(size=(4000, 3)), 200, axis=0)
+    iron = fitted_iron(_measured(rng, -0.9, -0.899) + wander_nT * walk / walk.std(), KNOWN_NT, BLOCK, STANDARD)
+    size = np.linalg.svd(iron.matrix)[1]
+    assert 0.5 < size.min() < size.max() < 1.5
+    assert np.linalg.norm(iron.offset_nT) < FIELD_NT
+
+
+def test_a_strong_disturbance_in_a_plane_does_not_carry_the_offset_away() -> None:
+    rng = np.random.default_rng(5)
+    switched = 3000.0 * np.sign(np.sin(np.arange(4000) / 150.0))[:, None] * [0.6, -0.3, 0.74]
+    iron = fitted_iron(_measured(rng, -0.9, -0.899) + switched, KNOWN_NT, BLOCK, STANDARD)
+    assert np.linalg.norm(iron.offset_nT) < 2 * FIELD_NT
+
+
+def test_measurements_in_another_unit_are_brought_to_the_field_s() -> None:
+    measured = _measured(np.random.default_rng(3))
+    counts, same = (fitted_iron(values, KNOWN_NT, BLOCK, STANDARD) for values in (measured / 100, measured))
+    assert np.allclose(counts.matrix / 100, same.matrix, rtol=1e-3, atol=1e-4)
+
+
+def test_slopes_are_those_of_small_differences() -> None:
+    rng = np.random.default_rng(4)
+    theta, y = np.r_[1.1, 0.9, 1.0, 0.02, -0.01, 0.03, 0.1, -0.2, 0.05], rng.normal(size=(20, 3))
+    task = ByStrength(y, np.ones(20), STANDARD)
+    differences = [(task.left(theta + one) - task.left(theta - one)) / 2e-6 for one in 1e-6 * np.eye(9)]
+    assert np.allclose(task.slopes(theta), np.stack(differences, axis=2), atol=1e-8)
+
+
+def test_what_one_attitude_shows_is_shared_between_matrix_and_offset_as_little_as_either_is_expected() -> None:
+    """A tenth too much: least squares of a / 0.25 and o / 0.5, in strengths, with ``(1 + a) (1.1 - o) = 1``."""
+    a = np.linspace(-0.1, 0.0, 10_001)
+    expected = a[np.argmin((a / 0.25) ** 2 + ((1.1 - 1 / (1 + a)) / 0.5) ** 2)]
+    measured = np.tile([1.1 * FIELD_NT, 0.0, 0.0], (100, 1))
+    iron = fitted_iron(measured, np.full(100, FIELD_NT), BLOCK, STANDARD)
+    assert iron.matrix[0, 0] - 1 == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize(("times", "unit"), [(1.8, 1.0), (2.2, 1 / 2.2), (0.55, 1.0), (0.45, 1 / 0.45)])
+def test_what_is_off_by_more_than_a_factor_of_two_is_in_another_unit(times: float, unit: float) -> None:
+    measured = times * np.array([[3e4, 0.0, 4e4]])
+    assert unit_of(measured, np.array([5e4]), STANDARD)[0] == pytest.approx(unit)

@@ -1,0 +1,52 @@
+"""Noise of neighbours where nearly every row repeats the one before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.policy import STANDARD
+from diagnosis.problem.formulation import pose
+from diagnosis.problem.linear import pauses_after
+from diagnosis.problem.repeated_rows import held
+from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording
+
+
+def test_a_leg_at_rest_without_noise_poses_a_problem() -> None:
+    """The simulator's vehicle at rest: the same values for all but the rounding of a few."""
+    turning = recording(400, noise_nT=1e-3)
+    assert turning.att_q is not None
+    mag_nT = np.tile(turning.mag_nT[:1], (400, 1))
+    mag_nT[200, 2] += 1e-11
+    resting = replace(turning, mag_nT=mag_nT, att_q=np.tile(turning.att_q[:1], (400, 1)))
+    posed = pose(resting, FIELD_ENU_NT, STRENGTH_NT, ())
+    assert (posed.sigma_nT > 0).all()
+    assert np.isfinite(posed.turn).all()
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.015, False), (0.03, True)])
+def test_a_few_rows_that_are_repeated_are_no_held_ones(share: float, found: bool) -> None:
+    """A fiftieth of them may be: of values that no rounding brings together."""
+    mag_nT = np.random.default_rng(0).normal(size=(2000, 3))
+    again = np.arange(1, 2000, round(1 / share))
+    mag_nT[again] = mag_nT[again - 1]
+    assert held(mag_nT, mag_nT, STANDARD).any() == found
+
+
+@pytest.mark.parametrize(("times", "found"), [(3, False), (8, True)])
+def test_rows_are_held_beyond_what_rounding_repeats(times: int, found: bool) -> None:
+    """Noise of 1 rounded to 1 repeats 2 % of its rows: 0.28 of each axis."""
+    mag_nT = np.round(np.random.default_rng(0).normal(size=(4000, 3)))
+    chance = 1 / (2 * np.sqrt(np.pi)) ** 3
+    again = np.arange(1, 4000, round(1 / ((times - 1) * chance)))
+    mag_nT[again] = mag_nT[again - 1]
+    assert held(mag_nT, mag_nT, STANDARD).any() == found
+
+
+@pytest.mark.parametrize(("intervals", "count"), [(4.0, 0), (6.0, 1)])
+def test_a_gap_of_some_intervals_is_a_pause(intervals: float, count: int) -> None:
+    time_s = np.arange(100.0)
+    time_s[50:] += intervals - 1.0
+    assert len(pauses_after(time_s, STANDARD)) == count

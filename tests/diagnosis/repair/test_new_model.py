@@ -1,0 +1,158 @@
+"""The model that is written where none was given, held against another recording of the same instrument."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.policy import STANDARD
+from diagnosis.problem.formulation import pose
+from diagnosis.problem.level import Level
+from diagnosis.problem.linear import Instead, LinearProblem
+from diagnosis.repair.new_model import patched
+from diagnosis.repair.refinement import refined
+from diagnosis.result import How, Named
+from scenarios.toml import as_dict
+from sim.chain import apply_deterministic
+from sim.effects.base import Effect
+from sim.effects.drift import OffsetRandomWalk
+from sim.effects.dynamic import Latency
+from sim.effects.earth import RegionalField
+from sim.effects.electronics import Saturation
+from sim.effects.geometry import Scale
+from sim.effects.iron import HardIron, HardIronDrift
+from sim.effects.noise import WhiteNoise
+from sim.effects.values import SWITCH
+from sim.scenario import Model, ModelSpec, Scenario, load
+from tests.diagnosis.repair.test_repair import DRIVEN
+from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
+
+N = 3000
+OFFSET_NT = [1200.0, 800.0, -2000.0]
+IRON = {
+    "soft_iron": {"matrix": [[0.3, 0.1, 0.0], [0.1, -0.2, 0.0], [0.0, 0.1, 0.2]]},
+    "hard_iron": {"offset_nT": OFFSET_NT},
+}
+GAIN = (200.0, -100.0, 400.0)
+FIRST, SECOND = (0.0, 100.0), (0.0, 300.0)
+MADE = [
+    DRIVEN(**{DRIVEN.linear[0]: GAIN}),
+    DRIVEN(**{DRIVEN.linear[0]: GAIN, SWITCH.name: FIRST}),
+    HardIronDrift(rate_nT_h=(3000.0, -6000.0, 4000.0)),
+    RegionalField(error_enu_nT=(300.0, -200.0, 100.0)),
+    Latency(delay_s=0.1),
+]
+
+
+def _hidden(effect: Effect) -> dict[str, dict[str, object]]:
+    values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
+    window = {} if effect.active_s is None else {SWITCH.name: effect.active_s}
+    return {effect.name: {name: value for name, value in values.items() if value is not None} | window}
+
+
+def _posed(effect: Effect) -> LinearProblem:
+    return replace(problem(recording(N, hidden=IRON | _hidden(effect))), iron_known=False)
+
+
+@pytest.mark.parametrize("effect", MADE, ids=lambda one: f"{one.name} {one.active_s or ''}")
+def test_a_model_without_one_given_predicts_another_recording(effect: Effect) -> None:
+    """The iron is fitted beside the effect, which stands where the simulator has it."""
+    posed = _posed(effect)
+    fine = refined(posed, [effect], np.ones(N, bool)).effects[0]
+    chain = patched(ModelSpec(), [Named(fine, (), How.HELD_OUT, 100.0, 1.0)], posed).chain()
+    other = problem(recording(2 * N, seed=1, hidden=IRON | _hidden(effect)))
+    left_nT = other.recording.mag_nT - apply_deterministic(chain, other.state)[0]
+    assert np.sqrt((left_nT**2).mean()) == pytest.approx(2.0, rel=0.05)
+
+
+def test_without_attitude_the_iron_is_fitted_beside_the_effect() -> None:
+    """Whose mean is no hard iron."""
+    effect = DRIVEN(**{DRIVEN.linear[0]: GAIN})
+    given = recording(N, hidden={"hard_iron": {"offset_nT": OFFSET_NT}} | _hidden(effect))
+    posed = replace(problem(without_attitude(given)), iron_known=False)
+    chain = patched(ModelSpec(), [Named(effect, (), How.HELD_OUT, 100.0, 1.0)], posed).chain()
+    offset_nT = next(one for one in chain if one.name == "hard_iron").coefficients()
+    assert offset_nT == pytest.approx(OFFSET_NT, abs=10.0)
+
+
+SPREAD = {"uniform": [-100.0, 100.0]}
+WALK = OffsetRandomWalk((2.0,) * 3)
+IN_PART = HardIron((5.0, 3.0, 1.0), active_s=(1.0, 9.0))
+
+
+def _patched(new: Effect, given: tuple[Effect, ...], model: Model | None = None, instead: bool = False) -> Scenario:
+    done = (Instead("", "", np.array([1e3, 2e4, -4e4])),) if instead else ()
+    posed = replace(problem(recording(300), given), instead=done)
+    return patched(model or ModelSpec(), [Named(new, (), How.HELD_OUT, 100.0, 1.0)], posed)
+
+
+@pytest.mark.parametrize(
+    ("new", "given", "made"),
+    [
+        (HardIron((5.0, 3.0, 1.0)), HardIron((100.0, 0.0, 0.0)), [HardIron((105.0, 3.0, 1.0))]),
+        (IN_PART, HardIron((100.0, 0.0, 0.0)), [HardIron((100.0, 0.0, 0.0)), IN_PART]),
+        (
+            OffsetRandomWalk((1.0,) * 3),
+            OffsetRandomWalk((2.0,) * 3),
+            [OffsetRandomWalk((2.0,) * 3), OffsetRandomWalk((1.0,) * 3)],
+        ),
+        (WALK, WALK, [WALK, WALK]),
+        (Saturation(1e6), Saturation(1e6), [Saturation(1e6), Saturation(1e6)]),
+        (Scale((0.1, 0.0, 0.0)), Scale((0.2, 0.0, 0.0)), [Scale((0.2, 0.0, 0.0)), Scale((0.1, 0.0, 0.0))]),
+    ],
+)
+def test_two_of_a_name_are_one_where_they_only_add(new: Effect, given: Effect, made: list[Effect]) -> None:
+    noise = WhiteNoise((1.0, 1.0, 1.0))
+    assert [*_patched(new, (given, noise)).chain()] == [*made, noise]
+
+
+def test_a_model_without_noise_gets_that_of_the_recording() -> None:
+    (noise,) = (one for one in _patched(IN_PART, ()).chain() if isinstance(one, WhiteNoise))
+    assert noise.std_nT == pytest.approx([2.0] * 3, rel=0.2)
+
+
+def test_a_written_model_has_the_field_that_holds_and_a_motion_that_shows_the_effect() -> None:
+    flown = load("auv-spiral")
+    dated = ModelSpec.model_validate({"field": {"enu_nT": [1.0, 2e4, 3.0]}})
+    for model, instead, east_nT in ((None, False, 1000.0), (dated, False, 1.0), (dated, True, 1e3), (flown, True, 1e3)):
+        field = _patched(IN_PART, (), model, instead).field
+        assert field is not None
+        assert field.enu_nT is not None
+        assert field.enu_nT[0] == east_nT
+    assert _patched(IN_PART, (), flown).field == flown.field
+    assert _patched(IN_PART, ()).vehicle.kind == "turntable"
+    assert _patched(DRIVEN(**{DRIVEN.linear[0]: GAIN}), ()).vehicle.kind == "auv"
+
+
+def test_without_a_heading_the_noise_is_that_of_the_strength() -> None:
+    """The dip, an angle times the field, has also the noise of roll and pitch."""
+    given = recording(300)
+    level = Level.of(problem(given).state.R_wb, FIELD_ENU_NT, STANDARD)
+    posed = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
+    named = [Named(IN_PART, (), How.HELD_OUT, 100.0, 1.0)]
+    (noise,) = (
+        one
+        for one in patched(ModelSpec(), named, replace(posed, sigma_nT=np.array([2.0, 9.0]))).chain()
+        if isinstance(one, WhiteNoise)
+    )
+    assert noise.std_nT == (2.0, 2.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("of_all", "own"),
+    [
+        ({"kind": "rm3100"}, {}),
+        (None, {"kind": "rm3100"}),
+        (None, {"effects": {"scale": {"error": [0.1, 0.0, 0.0]}}}),
+    ],
+)
+def test_what_a_scenario_says_of_its_sensors_is_in_the_written_chain_and_nowhere_else(of_all, own) -> None:  # type: ignore[no-untyped-def]
+    """Their kinds, effects of their own, and what varies from run to run: this is one instrument."""
+    table = as_dict(load("auv-spiral")) | {"sensors": [own, own], "vary": {"effects.hard_iron.offset_nT": SPREAD}}
+    table |= {} if of_all is None else {"sensor": of_all}
+    written = _patched(IN_PART, (WhiteNoise((1.0, 1.0, 1.0)),), Scenario.model_validate(table))
+    read = Scenario.model_validate(as_dict(written))
+    assert [one.name for k in (0, 1) for one in read.chain(k)] == ["hard_iron", "white_noise"] * 2
+    assert not read.vary

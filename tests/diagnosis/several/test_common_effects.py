@@ -1,0 +1,166 @@
+"""What a lot makes of one course in every recording, and of iron that differs in each."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.library.candidates import Candidate
+from diagnosis.policy import STANDARD
+from diagnosis.problem.formulation import posed
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.result import How, Named, Reach
+from diagnosis.several.coefficients import Estimate, agreement
+from diagnosis.several.common_effects import (
+    Common,
+    _ratios,
+    _reach,
+    changes_of_iron,
+    fitted_effect,
+    of_one_course,
+    seen_by_values,
+)
+from diagnosis.several.transfer import There
+from diagnosis.workflow import examined
+from sim.effects import EFFECTS
+from sim.effects.iron import HardIron, HardIronDrift
+from sim.effects.noise import WhiteNoise
+from sim.scenario import ModelSpec
+from sim.state import TEMPERATURE
+from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
+
+N = 2000
+DRIFT = Named(HardIronDrift(rate_nT_h=(900.0, 200.0, 400.0)), (), How.HELD_OUT, 100.0, 1.0)
+MODEL = ModelSpec.model_validate(
+    {"effects": {"white_noise": {"std_nT": [2.0] * 3}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
+)
+UP = np.linspace(0.0, 1.0, N)
+
+
+def flown(temperature_degC: np.ndarray) -> LinearProblem:
+    return problem(replace(recording(N), temperature_degC=temperature_degC))
+
+
+RISES, COMES_BACK = flown(15 + 5 * np.sqrt(UP)), flown(15 + 5 * np.sin(7 * UP))
+
+
+@pytest.mark.parametrize(
+    ("problems", "there", "rivals"),
+    [
+        ((RISES, RISES), (There.PRESENT, There.PRESENT), (TEMPERATURE,)),
+        ((RISES, COMES_BACK), (There.PRESENT, There.PRESENT), ()),
+        ((RISES, COMES_BACK), (There.PRESENT, There.ABSENT), (TEMPERATURE,)),
+    ],
+)
+def test_a_channel_is_a_rival_where_it_goes_the_same_way_in_all_that_have_the_effect(problems, there, rivals) -> None:
+    one = Common(DRIFT, (DRIFT, DRIFT), there, None, 0, None)
+    assert of_one_course(one, problems).rivals == rivals
+
+
+@pytest.mark.parametrize(("offsets_nT", "names"), [((2.0, 2.6), ["hard_iron"]), ((2.0, -2.0), [])])
+def test_iron_that_differs_to_either_side_is_no_name(offsets_nT, names) -> None:
+    """As the mean of a slow wander does."""
+    hidden = [{"hard_iron": {"offset_nT": [by, 0.0, 0.0]}} for by in offsets_nT]
+    problems = [posed(recording(N, seed=i, hidden=one), MODEL, None, None) for i, one in enumerate(hidden)]
+    each = [examined(one, MODEL).belief.iron for one in problems]
+    assert [[one.name for one in found] for found in each] == [["hard_iron"], ["hard_iron"]]
+    assert [one.name for one in changes_of_iron(each, problems)] == names
+
+
+@pytest.mark.parametrize(("along", "ratio"), [((13.0, 0.0), 1.3), ((5.0, 12.0), None), ((-10.0, 0.0), None)])
+def test_a_size_is_held_against_the_others_where_its_course_is_theirs(along, ratio) -> None:
+    first, second = (Estimate(np.diag([10.0, 10.0]), np.array(g)) for g in ((10.0, 0.0), along))
+    found = _ratios([first, second])[1]
+    assert (None if found is None else round(found[0], 9)) == ratio
+
+
+@pytest.mark.parametrize(
+    ("same", "each", "found"),
+    [
+        (True, ["a", "b"], Reach.TRANSFERRED),
+        (True, ["a", None], Reach.SOME),
+        (False, ["a", "b"], Reach.NOT_TRANSFERRED),
+    ],
+)
+def test_what_some_show_reaches_as_far_as_it_is_the_same(same, each, found) -> None:
+    assert _reach(same, each) is found
+
+
+def test_an_effect_of_a_lot_says_what_each_recording_does_and_which_channels_go_with_it() -> None:
+    """Nats over their inflation; nothing of a recording that has not been asked, or says nothing of it."""
+    own = Estimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
+    asked = SimpleNamespace(held=60.0, inflation=2.0, strength=0.5)
+    joint = SimpleNamespace(
+        candidate=Candidate(HardIronDrift), asked=(asked, asked, None, asked), estimates=(own, own, own, None)
+    )
+    there = (There.PRESENT, There.PRESENT, There.UNASKED, There.OPEN)
+    finding = SimpleNamespace(
+        joint=joint, agreement=agreement([own, own], 0.0), nats=90.0, reach=Reach.SOME, there=there
+    )
+    chosen: Any = SimpleNamespace(finding=finding, alternatives=(), strength=0.5)
+    one = fitted_effect(chosen, (RISES, RISES, COMES_BACK, COMES_BACK))
+    assert [None if each is None else each.nats for each in one.each] == [30.0, 30.0, None, None]
+    assert one.named.rivals == (TEMPERATURE,)
+
+
+def _iron(x_nT: float, *, V: float = 1.0, alternatives: tuple[str, ...] = ()) -> Any:
+    """A hard iron of so much, known to 0.1 nT if what is left is white."""
+    fit = SimpleNamespace(covariance=0.01 * np.eye(5))
+    evidence = SimpleNamespace(
+        candidate=Candidate(HardIron), width=3, fit=fit, V=V, coefficients=np.array([x_nT, 0.0, 0.0]), nats=x_nT,
+        strength=1.0,
+    )  # fmt: skip
+    return SimpleNamespace(name="hard_iron", evidence=evidence, alternatives=alternatives)
+
+
+@pytest.mark.parametrize(
+    ("several", "reach"),
+    [
+        ([[_iron(20.0)], [_iron(20.6)]], Reach.TRANSFERRED),
+        ([[_iron(20.0)], [_iron(26.0)]], Reach.NOT_TRANSFERRED),
+        ([[_iron(20.0, V=1e3)], [_iron(26.0, V=1e3)]], Reach.TRANSFERRED),
+        ([[_iron(20.0)], [_iron(20.6)], []], Reach.SOME),
+        ([[_iron(20.0)], []], None),
+    ],
+)
+def test_iron_is_the_same_within_its_error_beside_what_is_left(several, reach) -> None:
+    """In two recordings at least; 0.6 nT are an error of form, 6 nT are not unless a wander makes them."""
+    found = changes_of_iron(several, [RISES] * len(several))
+    assert [one.reach for one in found] == ([] if reach is None else [reach])
+    assert all(one.named.nats == sum(iron.evidence.nats for each in several for iron in each) for one in found)
+
+
+def test_iron_is_mistaken_for_what_it_is_in_every_recording() -> None:
+    first, second = _iron(20.0, alternatives=("sensor_offset", "scale")), _iron(20.0, alternatives=("sensor_offset",))
+    (one,) = changes_of_iron([[first], [second]], [RISES, RISES])
+    assert one.named.alternatives == ("sensor_offset",)
+
+
+@pytest.mark.parametrize(
+    ("stds_nT", "reach"),
+    [
+        ((1.4, 1.0, 1.2), Reach.TRANSFERRED),
+        ((1.6, 1.0, 1.2), Reach.NOT_TRANSFERRED),
+        ((1.0, None, 1.2, 1.4), Reach.SOME),
+        ((1.0, None), None),
+    ],
+)
+def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, reach) -> None:
+    """Within half; it is told by the middle one of two recordings at least."""
+    several = [
+        [] if std is None else [Named(WhiteNoise(std_nT=(std,) * 3), (), How.SPECTRUM, None, 1.0)] for std in stds_nT
+    ]
+    found = seen_by_values(several, STANDARD)
+    assert [one.reach for one in found] == ([] if reach is None else [reach])
+    assert all(one.named.effect == WhiteNoise(std_nT=(1.2,) * 3) for one in found)
+
+
+@pytest.mark.parametrize(("more", "count"), [(-0.5, 0), (0.5, 1)])
+def test_iron_is_told_where_each_foretells_the_other_beyond_a_thousandth(more: float, count: int) -> None:
+    """Over all names: ``x^2`` hundred nats of two, each known to a tenth of a nT."""
+    x_nT = float(np.sqrt((np.log(len(EFFECTS) / 0.001) + more) / 100))
+    assert len(changes_of_iron([[_iron(x_nT)], [_iron(x_nT)]], [RISES, RISES])) == count

@@ -1,0 +1,130 @@
+"""Every number that decides stands in the policy, with words, and changing one changes a decision."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from diagnosis.decision.selection import select
+from diagnosis.policy import STANDARD, Policy, changed
+from diagnosis.problem.blocks import Cut
+from scenarios.errors import InputError
+from sim.effects import EFFECTS
+from tests.conftest import ROOT
+from tests.diagnosis.synthetic import problem
+
+FILES = sorted((ROOT / "diagnosis").rglob("*.py"))
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+GUARDS = {
+    "pose.py": {"NOMINAL_NT"},
+    "reference.py": {"MISREAD", "LEAST_SHOWN_NT"},
+    "track.py": {"NODES", "ANY_DATE", "HIGHEST_M"},
+    "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
+    "strength.py": {"TURN_STEP_S"},
+    "late_attitude.py": {"FARTHEST", "SETTLED_S"},
+    "hypothesis.py": {"GONE", "SAME_NATS", "FAR_NATS"},
+    "windows.py": {"NOTHING"},
+    "iron_by_dip.py": {"FIELD_ERROR_RAD"},
+    "iron_by_strength.py": {"PAIRS"},
+    "iron_task.py": {"MOST_STEPS", "SETTLED", "FIRST_DAMPING", "DAMPING_FACTOR", "ROUNDS"},
+    "level.py": {"LEAST_LEVEL"},
+    "linear.py": {"LEAST_NOISE"},
+    "coefficients.py": {"OPEN"},
+    "values.py": {"STEP"},
+    "candidates.py": {"HEADROOM"},
+    "moments.py": {"PIECE", "OWN_NOISE"},
+    "drivers.py": {"ROUNDING", "LEAST_RANGE"},
+    "pulses.py": {"ROWS", "TOGETHER", "FINER", "ROUNDS"},
+    "places.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
+    "battery.py": {"MOST_TONES"},
+    "spectrum.py": {"WINDOW_LINES", "LEAST_WHITE"},
+    "steps.py": {"LOG_SIZES"},
+    "when.py": {"NORMAL_MAD"},
+    "advice.py": {"MINUTE_S", "MOST_TIMES"},
+    "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
+    "result.py": {"NORMAL_95"},
+    "remarks.py": {"EARTH_RADIUS_M", "AXES"},
+    "wording.py": {"LISTED_CHANNELS"},
+    "next_steps.py": {"TRIED_CHANNELS"},
+    "iron.py": {"STEPS"},
+    "refine.py": {"ROUNDS", "CHAINS", "IMPOSSIBLE"},
+    "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "FLOOR", "ROWS"},
+    "throughout.py": {"OPEN"},
+    "known.py": {"STEPS"},
+    "rest.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW", "SAME_STEP", "SETTLED"},
+}
+"""Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""
+COUNTS = {0, 1, 2, 3, 24}
+"""Numbers that may be compared with: signs, shapes, whether there are several; 24 / n is a kurtosis' variance."""
+ROUNDING = 1e-6
+"""Numbers below only keep a division or a comparison from failing."""
+
+
+def _numbers(node: ast.AST) -> Iterator[float]:
+    for part in ast.walk(node):
+        if isinstance(part, ast.Constant) and isinstance(part.value, int | float) and not isinstance(part.value, bool):
+            yield part.value
+
+
+def _constants(tree: ast.Module) -> set[str]:
+    """Names of module constants that hold a number."""
+    made = [node for node in tree.body if isinstance(node, ast.Assign) and any(_numbers(node.value))]
+    names = (name for node in made for target in node.targets for name in ast.walk(target))
+    return {name.id for name in names if isinstance(name, ast.Name)}
+
+
+@pytest.mark.parametrize("path", [f for f in FILES if f.name != "policy.py"], ids=lambda p: p.name)
+def test_no_number_that_decides_stands_elsewhere(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert _constants(tree) <= GUARDS.get(path.name, set())
+    compared = [
+        number
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Compare)
+        for side in (node.left, *node.comparators)
+        if not isinstance(side, ast.Call | ast.Subscript)
+        for number in _numbers(side)
+    ]
+    assert {number for number in compared if number > ROUNDING} <= COUNTS
+
+
+def test_every_number_has_its_words() -> None:
+    for one in fields(Policy):
+        assert len(one.metadata["meaning"].split()) >= 4, one.name
+        assert one.metadata["alarms"], one.name
+        assert one.metadata["run"], one.name
+
+
+def test_every_number_is_used() -> None:
+    text = "".join(path.read_text(encoding="utf-8") for path in FILES)
+    for one in fields(Policy):
+        assert f"policy.{one.name}" in text or f"self.{one.name}" in text, one.name
+
+
+def test_a_stricter_policy_names_less() -> None:
+    posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [0.2, -0.15, 0.2]}})
+    strict = problem(posed.recording, policy=Policy(alpha=1e-300))
+    assert [one.name for one in select(posed).found] == [DRIVEN.name]
+    assert select(strict).found == ()
+
+
+def test_blocks_follow_the_policy() -> None:
+    assert Cut.of(10_000, 0.1, STANDARD).length == 50
+    assert Cut.of(10_000, 0.1, changed(STANDARD, ["block_s=2"])).length == 20
+    assert Cut.of(1_000, 0.1, STANDARD).length == 10
+
+
+def test_numbers_are_read_as_their_kind() -> None:
+    made = changed(STANDARD, ["alpha=0.001", "splits=4", "colour_blocks=1,4"])
+    assert (made.alpha, made.splits, made.colour_blocks) == (0.001, 4, (1, 4))
+    assert made.apart > STANDARD.apart
+
+
+@pytest.mark.parametrize("text", ["nonsense=1", "alpha=much", "splits=2.5", "alpha", "alpha=-1", "half=inf"])
+def test_what_is_no_number_of_the_policy_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match=text.partition("=")[0]):
+        changed(STANDARD, [text])

@@ -1,0 +1,131 @@
+"""The bound in words and as JSON."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from math import isfinite
+from typing import Any
+
+from scenarios.plain import json_ready
+from validation.bound.colour import Colour
+from validation.bound.information import AXES
+from validation.bound.limit import Limit
+from validation.bound.query import Answer, WhatIf
+from validation.bound.score_bounds import Use
+from validation.bound.unobservable import observable
+from validation.text import figure, listed, quantity, short, symbol
+
+Row = tuple[str, ...]
+NOT_TOLD = "not told"
+"""Of a figure of which the motion says nothing."""
+
+
+def summary(found: Answer) -> dict[str, Any]:
+    """What `--json` prints; null where a motion says nothing."""
+    told = {
+        "knowledge": found.bound.knowledge,
+        "noise_std_nT": found.known.noise_std_nT,
+        "samples": len(found.known.field_nT),
+        "offset_std_nT": found.bound.offset_std_nT,
+        "offset_rms_nT": found.bound.offset_rms_nT,
+        "matrix_std": found.bound.matrix_std,
+        **({} if found.bound.information.eddy_std_s is None else {"eddy_std_s": found.bound.information.eddy_std_s}),
+        **({} if found.known.colour is None else asdict(found.known.colour)),
+        "scores": {one.meaning.column: one.value for one in found.used},
+        "observable": observable(found.known, found.bound),
+        "unobservable": [asdict(one) for one in found.weak],
+        **({} if found.limit is None else {"limit": limit_summary(found.limit)}),
+    }
+    return json_ready(told)  # type: ignore[no-any-return]
+
+
+def limit_summary(least: Limit) -> dict[str, Any]:
+    """The limit of tilts, and how sure it is."""
+    return {**asdict(least.tilts), least.goal.name: least.value, "duality_gap": least.gap}
+
+
+def what_if_summary(found: WhatIf) -> dict[str, Any]:
+    """The swept key, and the answer at each of its values."""
+    points = [{"value": value, **summary(one)} for value, one in zip(found.values, found.answers, strict=True)]
+    return {"key": found.key, "points": points}
+
+
+def headline(found: Answer) -> str:
+    """The answer in a sentence, and for each weak direction what, why and what helps."""
+    size = found.bound.offset_rms_nT
+    told = (
+        f"no method can find the offset to less than {figure(size)} nT rms"
+        if isfinite(size)
+        else "no method can find the whole offset"
+    )
+    samples, noise = len(found.known.field_nT), figure(found.known.noise_std_nT)
+    lines = [f"{told} from {samples:,} samples with {noise} nT of white noise{_beside(found.known.colour)}"]
+    lines += [f"not told apart: {one.what}; {one.why}" for one in found.weak]
+    lines += list(dict.fromkeys(one.remedy for one in found.weak))
+    lines += [] if found.limit is None else [_limit(found.limit, size)]
+    return "\n".join(lines)
+
+
+def _beside(colour: Colour | None) -> str:
+    """What there is beside the white noise."""
+    if colour is None:
+        return ""
+    flicker = f"{figure(colour.flicker_nT_sqrt_hz)} nT/sqrt(Hz) of flicker noise" if colour.flicker_nT_sqrt_hz else ""
+    walk = f"a random walk of {figure(colour.walk_nT_sqrt_s)} nT/sqrt(s)" if colour.walk_nT_sqrt_s else ""
+    return " and " + listed([one for one in (flicker, walk) if one])
+
+
+def _limit(least: Limit, size: float) -> str:
+    """The limit in a sentence, and how many times it the bound is."""
+    within = f"within a roll of {least.tilts.roll_deg:g} and a pitch of {least.tilts.pitch_deg:g} degrees"
+    if not isfinite(least.value):
+        return f"{within} no motion tells the offset"
+    told = f"{within} no motion of as many samples can do better than {figure(least.value)} nT rms"
+    gap = f"duality gap {figure(100 * least.gap, 2)} %"
+    times = f"; this one allows {figure(size / least.value)} times that" if isfinite(size) else ""
+    return f"{told} ({gap}){times}"
+
+
+def rows(found: Answer) -> list[Row]:
+    """A row an axis: the standard deviations of the offset's component and of the matrix's row."""
+    told = zip(AXES, found.bound.offset_std_nT, found.bound.matrix_std, strict=True)
+    return [(axis, figure(offset), *(f"{value:.3g}" for value in matrix)) for axis, offset, matrix in told]
+
+
+def use_rows(used: tuple[Use, ...]) -> list[Row]:
+    """A row a score: its name, the least of it, and what it is."""
+    return [(one.meaning.short, _told(one.value, one.meaning.unit), one.meaning.explained) for one in used]
+
+
+def what_if_heads(found: WhatIf) -> Row:
+    """The titles of `what_if_rows`."""
+    used = [f"{one.meaning.short}, {symbol(one.meaning.unit)}" for one in found.answers[0].used]
+    return (found.key, *(f"offset {axis}, nT" for axis in AXES), "offset, nT rms", *used, "weak")
+
+
+def what_if_rows(found: WhatIf) -> list[Row]:
+    """A row a value: the offset's standard deviations, the least errors, and how many directions are weak."""
+    return [
+        (
+            short(value),
+            *(_told(std) for std in one.bound.offset_std_nT),
+            _told(one.bound.offset_rms_nT),
+            *(_told(use.value) for use in one.used),
+            str(len(one.weak)),
+        )
+        for value, one in zip(found.values, found.answers, strict=True)
+    ]
+
+
+def what_if_headline(found: WhatIf) -> str:
+    """The best value of those tried, against the worst that tells the offset."""
+    sizes = {short(value): one.bound.offset_rms_nT for value, one in zip(found.values, found.answers, strict=True)}
+    best, worst = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
+    if not isfinite(sizes[best]):
+        return f"at none of these values of {found.key} can the whole offset be told"
+    other = f"at {worst} {_told(sizes[worst], 'nT')}"
+    return f"the offset is told best at {found.key} = {best}: {_told(sizes[best], 'nT')} rms; {other}"
+
+
+def _told(value: float, unit: str = "") -> str:
+    return quantity(value, unit) if isfinite(value) else NOT_TOLD

@@ -1,0 +1,139 @@
+"""Which calibrator to use, and how sure that is: a comparison's trials read for one score."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from validation.comparison.statistics import Array, Difference, Interval, differences, median, rate
+from validation.comparison.table import Table
+from validation.scoring.definitions import Meaning
+from validation.scoring.evaluation import UNCORRECTED
+from validation.text import counted, figure, listed
+
+MOST_FAILED = 0.5
+"""A calibrator that fails in more than this share of the trials ranks behind all others, whatever its score."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """One calibrator at one point: median of the score, number of failures and their rate, the commonest reason."""
+
+    calibrator: str
+    median: Interval
+    failures: int
+    failure_rate: Interval
+    reason: str
+
+    @property
+    def place(self) -> tuple[bool, float]:
+        """What orders calibrators: those that mostly fail come last, the rest by their median."""
+        return self.failure_rate.value > MOST_FAILED, self.median.value
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The calibrators at one point, best first, with every pair's difference and what is left without any."""
+
+    score: Meaning
+    trials: int
+    standings: tuple[Standing, ...]
+    differences: tuple[Difference, ...]
+    uncorrected: Interval
+    better_than_none: int
+    """Trials in which the best is better than no correction."""
+
+    @property
+    def best(self) -> Standing:
+        """The first."""
+        return self.standings[0]
+
+    @property
+    def rivals(self) -> list[str]:
+        """Those of which it is not clear that they are worse than the best."""
+        usable = [one.calibrator for one in self.standings[1:] if not one.place[0]]
+        return [name for name in usable if not self.against(name).clear]
+
+    def against(self, other: str) -> Difference:
+        """The best one's difference from another, counted from the best one's side."""
+        for found in self.differences:
+            if {found.one, found.other} == {self.best.calibrator, other}:
+                return found if found.other == other else found.turned()
+        raise KeyError(other)
+
+    @property
+    def sentence(self) -> str:
+        """What to do, in one sentence."""
+        best, n = self.best, self.trials
+        if best.place[0]:
+            why = f": {best.reason}" if best.reason else ""
+            return f"none can be used here: {best.calibrator} fails in {best.failures} of {n} trials{why}"
+        if not best.median.value < self.uncorrected.value:
+            left = f"{self._with_ends(best.median)}, without correction {self._with_ends(self.uncorrected)}"
+            return f"use none of them: {best.calibrator} leaves {left} {self.score.setting}"
+        return f"use {self._names()}: {self._with_ends(best.median)} {self.score.setting}, {self._compared()}; " + (
+            f"fails in {best.failures} of {n}"
+        )
+
+    def _names(self) -> str:
+        names = [self.best.calibrator, *self.rivals]
+        return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+
+    def _compared(self) -> str:
+        """The best beside the next one, or beside no correction where it is alone."""
+        n = self.trials
+        if len(self.standings) == 1:
+            return f"better than no correction in {self.better_than_none} of {n} trials"
+        if not self.rivals:
+            second = self.standings[1].calibrator
+            return f"better than {second} in {self.against(second).better} of {n} trials"
+        wins = [f"better than {name} in {self.against(name).better} of {n} trials" for name in self.rivals]
+        return f"no clear difference ({best_of(self.best.calibrator, wins)})"
+
+    def _with_ends(self, found: Interval) -> str:
+        unit = f" {self.score.unit}" if self.score.unit else ""
+        return f"{figure(found.value)}{unit} [{figure(found.low)}, {figure(found.high)}]"
+
+
+def best_of(name: str, wins: list[str]) -> str:
+    """ "ellipsoid better than a in 5 of 9 trials and ..."."""
+    return f"{name} {listed(wins)}"
+
+
+def answer(table: Table, score: Meaning, point: int = 0) -> Answer:
+    """Who stands where by one score at one point."""
+    values = {name: table.values(score.column, name, point) for name in table.candidates}
+    standings = sorted((_standing(table, name, values[name], point) for name in values), key=lambda one: one.place)
+    best = standings[0].calibrator
+    raw = table.values(score.column, without_correction(best), point)
+    better = int(np.sum(values[best] < raw))
+    return Answer(score, len(raw), tuple(standings), tuple(differences(values)), median(raw), better)
+
+
+def without_correction(name: str) -> str:
+    """The row of the raw measurement beside a calibrator's, of the same sensor."""
+    _, at, sensor = name.partition("@")
+    return f"{UNCORRECTED}{at}{sensor}"
+
+
+def _standing(table: Table, name: str, values: Array, point: int) -> Standing:
+    failed = table.failed(name, point)
+    reasons = Counter(text for text, bad in zip(table.texts("reason", name, point), failed, strict=True) if bad)
+    failures, (reason, _) = int(failed.sum()), next(iter(reasons.most_common(1)), ("", 0))
+    return Standing(name, median(values), failures, rate(failures, len(values)), reason)
+
+
+def overall(answers: Sequence[Answer], points: Sequence[str]) -> str:
+    """The first sentence of a comparison: of one point its own, of several who is best where, then each."""
+    if len(answers) == 1:
+        return answers[0].sentence
+    wins = Counter(one.best.calibrator for one in answers if not one.best.place[0])
+    if not wins:
+        return f"none can be used at any of {counted(len(answers), 'point')}: {answers[0].sentence}"
+    name, most = wins.most_common(1)[0]
+    where = "every one" if most == len(answers) else f"{most}"
+    at = "; ".join(f"at {point} {one.sentence}" for point, one in zip(points, answers, strict=True))
+    return f"use {name}, the best at {where} of {counted(len(answers), 'point')}: {at}"

@@ -1,0 +1,113 @@
+"""Claimed standard deviations against how much the offset moves when legs are left out in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from calib import CALIBRATORS, Calibration, Reference
+from calib.models.response import strength_columns
+from calib.numerics.points import lengths
+from calib.numerics.rates import world_to_body
+from recordings import Recording
+from validation.cross_validation.legs import Legs, legs_of
+from validation.text import figure
+
+Array = NDArray[np.float64]
+MOST = 1.5
+"""Times the claim that the offset may scatter without a word about it."""
+TURNED = "S_yx"
+"""A parameter that only those fits have which tell the sensor's rotation, from attitude and field vector."""
+SMALLEST = 1e-14
+"""Eigenvalue of the scaled normal matrix that is rounding."""
+FULL = 1.0 - 1e-6
+"""Share of a direction that one leg tells; a leg that tells it alone leaves nothing of its noise there."""
+CHANCE = 0.99
+"""Of recordings whose noise is white scatter less than the limit."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """Rms over the axes of the offset's scatter in units of its claimed standard deviation, and the legs it is of.
+
+    limit : what white noise stays below
+    """
+
+    ratio: float
+    limit: float
+    legs: int
+
+    @property
+    def sentence(self) -> str:
+        """What that means, where there is something to say; else ""."""
+        times = figure(self.ratio, 2)
+        what = f"the offset scatters {times} times as much as claimed, by {self.legs} legs"
+        if self.ratio <= MOST:
+            return ""
+        if self.ratio <= self.limit:
+            return f"{what}; white noise may do that with so few (up to {figure(self.limit, 2)} times)"
+        return f"{what}: the noise is not white, or the model lacks something; take the claim times {times}"
+
+
+def claim_of(fit: Calibration, recording: Recording, reference: Reference, legs: Legs) -> Claim | None:
+    """A fit's claim against its legs; None where it claims nothing of the offset, or another model fits it.
+
+    var b = N^-1 (sum_j g_j g_j^T) N^-1,  g_j = J_j^T (1 - J_j N^-1 J_j^T)^(-1/2) r_j,  N = sum_j J_j^T J_j
+
+    Unbiased in white noise, whatever the legs' weights [BellMcCaffrey2002]; the limit is that of a chi squared with the
+    same mean and variance.
+    """
+    claimed = fit.offset_covariance_nT2
+    if claimed is None or fit.eddy_s is not None or fit.segments or fit.status.kind != "ok":
+        return None
+    scatter, each = _by_legs(*_rows(fit, recording, reference), legs)
+    std = np.sqrt(np.diag(each.sum(axis=0)))
+    free = 9.0 / float(np.sum((each / np.outer(std, std)) ** 2))
+    limit = float(np.sqrt(chi2.ppf(CHANCE, free) / free))
+    return Claim(float(np.sqrt(np.mean(np.diag(scatter) / np.diag(claimed)))), limit, legs.count)
+
+
+def claims_of(fits: Mapping[str, Calibration], recording: Recording, reference: Reference) -> dict[str, Claim]:
+    """The claims of magbench's own batch methods on one magnetometer, by the key of the fit, where there is one."""
+    if recording.array_mag_nT is not None:
+        return {}
+    legs = legs_of(recording)
+    batch = {name: fit for name, fit in fits.items() if name in CALIBRATORS and not CALIBRATORS[name].sequential}
+    alone = {name: fit for name, fit in batch.items() if not {"gyro", "scalar"} & set(CALIBRATORS[name].needs)}
+    found = {name: claim_of(fit, recording, reference, legs) for name, fit in alone.items()}
+    return {name: claim for name, claim in found.items() if claim is not None}
+
+
+def _by_legs(rows: Array, misfit: Array, legs: Legs) -> tuple[Array, Array]:
+    """Covariance (3, 3) of the offset by its legs, and what each leg (legs, 3, 3) adds to it in white noise of one.
+
+    rows (n, r, k), misfit (n, r)
+    """
+    squares = legs.squares(np.concatenate([rows, misfit[:, :, None]], axis=2))
+    total = squares.sum(axis=0)[:-1, :-1]
+    size = np.sqrt(np.diag(total))
+    values, axes = np.linalg.eigh(total / np.outer(size, size))
+    root = axes / np.sqrt(values.clip(SMALLEST)) / size[:, None]
+    own = np.einsum("ki,lkm,mj->lij", root, squares[:, :-1, :-1], root, optimize=True)
+    share, along = np.linalg.eigh(own)
+    slope = np.einsum("lik,li->lk", along, squares[:, :-1, -1] @ root) / np.sqrt(1.0 - share.clip(0.0, FULL))
+    moved = np.einsum("lik,lk->li", along, slope) @ root[:3].T
+    return moved.T @ moved, np.einsum("ai,lij,bj->lab", root[:3], own, root[:3], optimize=True)
+
+
+def _rows(fit: Calibration, recording: Recording, reference: Reference) -> tuple[Array, Array]:
+    """Columns (n, r, k) of offset and S about the fit, and what it leaves (n, r), in nT of the measurement."""
+    field_nT = fit.apply(recording)
+    if TURNED in fit.covariance_names:
+        assert recording.att_q is not None
+        known = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
+        x = np.column_stack([np.ones(len(known)), known / reference.strength_nT])
+        columns = np.einsum("nj,ab->najb", x, np.eye(3)).reshape(len(x), 3, 12)
+        return columns, (field_nT - known) @ np.linalg.inv(fit.matrix).T
+    a, J, _ = strength_columns(fit, field_nT, reference.strength_nT)
+    gain = lengths(a)
+    return (J / gain[:, None])[:, None, :], ((lengths(field_nT) - reference.strength_nT) / gain)[:, None]

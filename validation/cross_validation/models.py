@@ -1,0 +1,207 @@
+"""Models of growing size of the same measurements, each linear in its parameters, fitted in one way.
+
+m_i = Y(h_i) p + v_i,  Y's columns 1, h, and what is added to them
+
+With attitude and field vector h_i is known, and all of m - Y p is misfit. With the strength alone |h_i| = F: h_i is the
+direction that the model itself gives, and n . (m - Y p) the misfit, n the normal of the surface S h + b: the distance
+to it. A misfit in units of the corrected field would vanish with S^-1, and the best offset were at infinity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib import Reference
+from calib.models.ellipsoid import UPPER
+from calib.numerics.points import lengths
+from calib.numerics.rates import world_to_body
+from recordings import Recording
+from validation.cross_validation.legs import Legs
+
+Array = NDArray[np.float64]
+OFFSET, ELLIPSOID, FULL, EDDY, TEMPERATURE = "offset", "ellipsoid", "full matrix", "eddy currents", "temperature"
+"""What models are called by."""
+STEPS, SETTLED = 30, 1e-5
+"""Most Gauss-Newton steps, and the share of the cost by which the last may still gain."""
+HALVINGS = 8
+"""Of a step that does not gain."""
+AS_FORETOLD = 0.1
+"""Share of a step's foretold gain by which the gain may differ for the step to need no second."""
+SINGULAR = 1e-12
+"""Eigenvalue of the normal matrix, in units of its largest with columns of length one, that is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A model of measurements (n, 3), its columns that need no direction, and the parameters of a fit to all samples.
+
+    parameters p : offset (3,), entries of S, one for each of `slots` (k, 3, 3), then those of `more` (n, 3, l)
+    known : (n, 3) the field in the body frame, over F; None where only its strength is known
+    All in units of F.
+    """
+
+    name: str
+    mag: Array
+    known: Array | None
+    slots: Array
+    more: Array
+    found: Array
+
+    @property
+    def count(self) -> int:
+        """Number of parameters."""
+        return len(self.found)
+
+    def of(self, samples: NDArray[np.bool_]) -> Model:
+        """The same model of some of the samples (n,)."""
+        known = None if self.known is None else self.known[samples]
+        return replace(self, mag=self.mag[samples], known=known, more=self.more[samples])
+
+    def misfit(self) -> Array:
+        """What the parameters leave, over F: (n, 1) distances, or (n, 3) of the vector."""
+        return self._seen()[0]
+
+    def field(self) -> Array:
+        """The corrected field (n, 3), over F."""
+        return np.asarray(self._static() @ np.linalg.inv(self._matrix).T)
+
+    def fitted(self) -> Model:
+        """With the parameters of least squares, found from those that there are."""
+        now, before = self, np.inf
+        for _ in range(STEPS):
+            misfit, J = now._linear()
+            cost = float(np.sum(misfit**2))
+            if not cost < before * (1.0 - SETTLED):
+                break
+            flat, before = J.reshape(-1, self.count), cost
+            now = now._gained(_solved(flat.T @ flat, flat.T @ misfit.reshape(-1)), cost)
+        return now
+
+    def unseen(self, legs: Legs) -> Iterator[Array]:
+        """The misfit of each leg by the parameters that all others give.
+
+        One step from the fit to all, by the sums that are left; where it does not do what it foretells, more.
+        """
+        misfit, J = self._linear()
+        squares = legs.squares(np.concatenate([J, misfit[:, :, None]], axis=2))
+        for leg, square in enumerate(squares.sum(axis=0) - squares):
+            found = self.of(legs.number != leg)._from_sums(square).found
+            yield replace(self.of(legs.number == leg), found=found).misfit()
+
+    def _from_sums(self, square: Array) -> Model:
+        """Fitted from parameters at which the columns and the misfit have this square (k + 1, k + 1)."""
+        step = _solved(square[:-1, :-1], square[:-1, -1])
+        further, foretold = replace(self, found=self.found + step), float(step @ square[:-1, -1])
+        if self.known is not None:
+            return further
+        gain = float(square[-1, -1] - np.sum(further.misfit() ** 2))
+        return further if abs(gain - foretold) <= AS_FORETOLD * foretold else self.fitted()
+
+    def richer(self, name: str, *, slots: Array | None = None, more: Array | None = None) -> Model:
+        """With other entries of S, or with more columns (n, 3, l) beside; fitted from here."""
+        entries = self.slots if slots is None else slots
+        columns = self.more if more is None else np.concatenate([self.more, more], axis=2)
+        inner = self.found[3 : 3 + len(self.slots)]
+        wanted = np.tensordot(inner, self.slots, 1).ravel()
+        start = np.linalg.lstsq(entries.reshape(len(entries), 9).T, wanted, rcond=None)[0]
+        rest = np.zeros(columns.shape[2])
+        rest[: self.more.shape[2]] = self.found[3 + len(self.slots) :]
+        found = np.concatenate([self.found[:3], start, rest])
+        return replace(self, name=name, slots=entries, more=columns, found=found).fitted()
+
+    @property
+    def _matrix(self) -> Array:
+        return np.asarray(np.tensordot(self.found[3 : 3 + len(self.slots)], self.slots, 1))
+
+    @property
+    def _is_one(self) -> bool:
+        """Whether S h is an ellipsoid, where it has to be."""
+        return self.known is not None or bool(np.linalg.eigvalsh(self._matrix)[0] > 0)
+
+    def _static(self) -> Array:
+        """S h (n, 3): the measurements without offset and all beside it."""
+        return np.asarray(self.mag - self.found[:3] - self.more @ self.found[3 + len(self.slots) :])
+
+    def _seen(self) -> tuple[Array, Array, Array | None]:
+        """Misfit (n, r), the field h (n, 3), and the normal (n, 3) where the direction is the model's own."""
+        static, S = self._static(), self._matrix
+        if self.known is not None:
+            return static - self.known @ S.T, self.known, None
+        inverse = np.linalg.inv(S)
+        h = static @ inverse.T
+        h /= lengths(h)[:, None]
+        normal = h @ inverse
+        normal /= lengths(normal)[:, None]
+        return np.sum(normal * (static - h @ S.T), axis=1)[:, None], h, normal
+
+    def _linear(self) -> tuple[Array, Array]:
+        """Misfit (n, r), and the columns J (n, r, k) that explain it."""
+        misfit, h, normal = self._seen()
+        across = np.broadcast_to(np.eye(3), (len(h), 3, 3)) if normal is None else normal[:, None, :]
+        entries = (across[:, :, :, None] * h[:, None, None, :]).reshape(len(h), -1, 9) @ self.slots.reshape(-1, 9).T
+        return misfit, np.concatenate([across, entries, across @ self.more], axis=2)
+
+    def _gained(self, step: Array, cost: float) -> Model:
+        """A step further, halved until it gains; where it never does, as it was."""
+        for halving in range(HALVINGS):
+            further = replace(self, found=self.found + step / 2**halving)
+            if further._is_one and np.sum(further.misfit() ** 2) < cost:
+                return further
+        return self
+
+
+def _solved(square: Array, slope: Array) -> Array:
+    """The step (k,) of normal equations, of least length in the directions that say nothing."""
+    size = np.sqrt(np.diag(square).clip(0.0))
+    size = np.where(size > 0, size, 1.0)
+    inverse = np.linalg.pinv(square / np.outer(size, size), rcond=SINGULAR, hermitian=True)
+    return np.asarray(inverse @ (slope / size) / size)
+
+
+def offset(recording: Recording, reference: Reference) -> Model:
+    """An offset and one scale, S = s I; from the sphere through the measurements."""
+    mag = recording.mag_nT / reference.strength_nT
+    middle = mag.mean(axis=0)
+    centred = mag - middle
+    design = np.column_stack([2.0 * centred, np.ones(len(mag))])
+    centre = np.linalg.lstsq(design, np.einsum("ni,ni->n", centred, centred), rcond=None)[0][:3]
+    radius = float(np.sqrt(np.mean(np.sum((centred - centre) ** 2, axis=1))))
+    known = None
+    if recording.att_q is not None and reference.field_enu_nT is not None:
+        known = world_to_body(recording.att_q, np.array(reference.field_enu_nT)) / reference.strength_nT
+    nothing = np.zeros((len(mag), 3, 0))
+    return Model(OFFSET, mag, known, np.eye(3)[None], nothing, np.append(middle + centre, radius)).fitted()
+
+
+def with_iron(model: Model) -> Model:
+    """Soft iron beside the scale: S symmetric, from the strength; all nine entries, from the vector."""
+    units = np.eye(9).reshape(9, 3, 3)
+    if model.known is not None:
+        return model.richer(FULL, slots=units)
+    both = units + units.transpose(0, 2, 1)
+    upper = [3 * i + j for i, j in zip(*UPPER, strict=True)]
+    return model.richer(ELLIPSOID, slots=np.minimum(both[upper], 1.0))
+
+
+def with_warmth(model: Model, warmth: Array) -> Model:
+    """An offset that grows with a signal (n,)."""
+    off = warmth - warmth.mean()
+    more = (off / np.sqrt(np.mean(off**2)))[:, None, None] * np.eye(3)
+    return model.richer(_with(model, TEMPERATURE), more=more)
+
+
+def with_eddy(model: Model, rate_rad_s: Array) -> Model:
+    """Eddy currents, B dh/dt with dh/dt = -omega x h, omega (n, 3)."""
+    change = -np.cross(rate_rad_s, model.field() if model.known is None else model.known)
+    rms = float(np.sqrt(np.mean(np.sum(change**2, axis=1)))) or 1.0
+    more = np.einsum("ai,nj->naij", np.eye(3), change / rms).reshape(len(change), 3, 9)
+    return model.richer(_with(model, EDDY), more=more)
+
+
+def _with(model: Model, what: str) -> str:
+    """The name of a model with more in it."""
+    return f"{model.name} {'and' if model.more.shape[2] else 'with'} {what}"

@@ -1,0 +1,87 @@
+"""Whether soft iron, eddy currents and temperature are worth their parameters on a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from calib import Reference, get
+from recordings import Recording
+from scenarios.errors import InputError
+from validation.calibrating.fitting import sensors
+from validation.cross_validation.extensions import extras
+from validation.cross_validation.legs import Legs, legs_of
+from validation.cross_validation.models import Model, offset, with_iron
+from validation.cross_validation.paired_legs import Pair, Unseen
+from validation.signals.thinning import every_nth
+
+LEAST_SAMPLES = 24
+"""Twice the parameters of the larger base: fewer leave nothing to hold out."""
+UNTOLD = "this motion does not tell the offset"
+MOST_SAMPLES = 10_000
+"""Of a longer recording every second, third, ... sample is taken: what the models leave hangs on the motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class Worth:
+    """Pairs of a simpler and a richer model: offset and matrix first, then what is added to the better of them.
+
+    keep : the name of the model that all of them leave; "" where the motion does not tell its offset
+    """
+
+    sensor: str
+    knowledge: str
+    legs: Legs
+    pairs: tuple[Pair, ...]
+    keep: str
+
+
+def worth(recording: Recording, reference: Reference) -> tuple[Worth, ...]:
+    """Which models predict unseen legs better, of each sensor; InputError for a recording that is too short."""
+    if len(recording) < LEAST_SAMPLES:
+        what = f"{len(recording)} samples are too few to hold some of them out"
+        raise InputError(what, where="--worth", do=f"record {LEAST_SAMPLES} or more")
+    thinned = recording.taken(every_nth(len(recording), MOST_SAMPLES))
+    return tuple(_of_sensor(key, one, reference) for key, one in sensors(thinned, "sensor").items())
+
+
+def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> Worth:
+    """With attitude and the field's vector all of the misfit counts, else the distance that the strength tells.
+
+    Soft iron is asked for again beside what else was worth it: what is left out can pass for it.
+    """
+    legs, strength_nT, simple = legs_of(recording), reference.strength_nT, offset(recording, reference)
+    pair, doubt = (simple, with_iron(simple)), _doubt(simple, recording, reference)
+    found = [_paired(pair, doubt, legs, strength_nT)]
+    now = found[0].kept
+    for extra in extras(recording):
+        found.append(extra.pair(now, legs, strength_nT))
+        if found[-1].kept is not now:
+            now, pair = found[-1].kept, (extra.add(pair[0]), extra.add(pair[1]))
+    if pair[0] is not simple:
+        found.append(_paired(pair, doubt, legs, strength_nT))
+        now = found[-1].kept
+    return Worth(
+        sensor,
+        "strength" if simple.known is None else "vector",
+        legs,
+        tuple(found),
+        _kept(now.model, recording, reference),
+    )
+
+
+def _paired(models: tuple[Model, Model], doubt: str, legs: Legs, strength_nT: float) -> Pair:
+    simpler, richer = (Unseen.of(one, legs, strength_nT) for one in models)
+    return Pair(simpler, richer, doubt)
+
+
+def _doubt(simple: Model, recording: Recording, reference: Reference) -> str:
+    """Why soft iron is not to be taken though it predicts better: a calibrator of it finds the motion too little."""
+    method = get("ellipsoid" if simple.known is None else "vector_least_squares")
+    return UNTOLD if method.fit(recording, reference).status.kind == "unobservable" else ""
+
+
+def _kept(model: Model, recording: Recording, reference: Reference) -> str:
+    """The model's name; none for an offset that a calibrator of the offset alone finds unobservable."""
+    alone = model.known is None and len(model.slots) == 1
+    lost = alone and get("sphere").fit(recording, reference).status.kind == "unobservable"
+    return "" if lost else model.name

@@ -1,0 +1,63 @@
+"""The legs after a recording in words and as JSON."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+from scenarios.plain import json_ready
+from validation.planning.next_leg import Next, Onward
+from validation.planning.summary import PERFECT, leg_summary, limit_of, row, times_s
+from validation.text import duration, quantity
+
+
+def summary(found: Onward, scenario: str) -> dict[str, Any]:
+    """What `--json` prints; scenario: the file that flies the legs, "" where none pays."""
+    goal = found.task.goal
+    least = found.least
+    told = {
+        "scenario": scenario or None,
+        "predicted": {goal.name: found.error, "before": found.task.error_before},
+        "limit": None if least is None else {goal.name: least.value, "duality_gap": least.gap},
+        "legs": [_leg(leg, found) for leg in found.legs],
+        "no_longer_pays": None if found.idle is None else _leg(found.idle, found),
+    }
+    return json_ready(told)  # type: ignore[no-any-return]
+
+
+def headline(found: Onward) -> str:
+    """Leg by leg what it gains, the one that no longer pays, and what recording and legs tell together."""
+    goal = found.task.goal
+    lines = [f"leg {number}: {_gain(leg, found)}" for number, leg in enumerate(found.legs, start=1)]
+    if found.idle is not None:
+        lines.append(f"a leg more no longer pays: {_gain(found.idle, found)}")
+    if found.error is not None and found.least is not None:
+        told = quantity(found.error, goal.unit)
+        lines.append(f"recording and legs, as the simulator flies them, tell the {goal.short} to {told} rms")
+        lines.append(limit_of(found.least))
+        lines += [PERFECT] if found.task.linked else []
+    return "\n".join(lines)
+
+
+def rows(found: Onward) -> list[tuple[str, ...]]:
+    """A row an attitude, numbered by leg; times from the beginning of the leg."""
+    return [
+        row(f"{number}.{place}", attitude, begin, length)
+        for number, leg in enumerate(found.legs, start=1)
+        for place, (attitude, (begin, length)) in enumerate(
+            zip(leg.choice.legs, times_s(leg.choice), strict=True), start=1
+        )
+    ]
+
+
+def _gain(leg: Next, found: Onward) -> str:
+    unit, length = found.task.goal.unit, duration(leg.choice.phase.duration_s)
+    before = quantity(leg.before, unit) if isfinite(leg.before) else f"an untold {found.task.goal.short}"
+    return f"in {length} {before} becomes {quantity(leg.after, unit)}"
+
+
+def _leg(leg: Next, found: Onward) -> dict[str, Any]:
+    unit = found.task.goal.unit
+    shown = [leg_summary(one, times) for one, times in zip(leg.choice.legs, times_s(leg.choice), strict=True)]
+    sizes = {f"before_{unit}": leg.before, f"after_{unit}": leg.after, f"gain_{unit}": leg.gain}
+    return sizes | {"lasts_s": leg.choice.phase.duration_s, "attitudes": shown}

@@ -1,0 +1,132 @@
+"""Which calibrator one run speaks for, and what to expect of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from calib import Calibration, Status
+from validation.scoring.definitions import MEANINGS
+from validation.scoring.evaluation import UNCORRECTED
+from validation.scoring.scores import Score
+from validation.text import quantity
+
+Calibrations = Mapping[str, Calibration]
+Scores = Mapping[str, Sequence[Score]]
+HEADING = "heading_rms"
+"""What is told beside the score that ranks: a navigator's first question."""
+FAILED = {
+    "not_converged": "it did not converge",
+    "unobservable": "the data cannot tell what it estimates",
+    "not_applicable": "it does not apply",
+}
+"""A failed status in a sentence."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """use : the calibrator to use, "" where none can be; sentence : what to do and what to expect.
+
+    failed : the status of those that failed, best first. closer : a sentence for each that failed and came closer to
+    the truth than what is to be used.
+    """
+
+    use: str
+    sentence: str
+    failed: dict[str, Status]
+    closer: tuple[str, ...]
+
+    def plain(self) -> dict[str, Any]:
+        """As plain values, for JSON; `use` is None where no calibrator can be used."""
+        failed = [
+            {"calibrator": name, "status": status.kind, "reason": status.reason} for name, status in self.failed.items()
+        ]
+        return {"use": self.use or None, "sentence": self.sentence, "failed": failed, "closer": list(self.closer)}
+
+
+@dataclass(frozen=True)
+class Method:
+    """A calibrator, or no correction, on all sensors of a run: it is as good as on its worst sensor."""
+
+    name: str
+    keys: tuple[str, ...]
+    scores: Scores
+
+    @classmethod
+    def each(cls, keys: Sequence[str], scores: Scores) -> list[Method]:
+        """Those of these keys, `name` or `name@sensor`, in this order."""
+        names = dict.fromkeys(key.split("@")[0] for key in keys)
+        return [cls(name, tuple(key for key in keys if key.split("@")[0] == name), scores) for name in names]
+
+    def score(self, name: str) -> Score | None:
+        """The worst sensor's; None where a sensor has none, or none that is finite."""
+        found = [one for key in self.keys for one in self.scores.get(key, ()) if one.name == name]
+        finite = [one for one in found if math.isfinite(one.value)]
+        return max(finite, key=lambda one: one.value) if finite and len(finite) == len(self.keys) else None
+
+    def error(self, name: str) -> float:
+        """The score's value, infinite where there is none."""
+        found = self.score(name)
+        return found.value if found else math.inf
+
+    def pointless(self, raw: Method, by: str) -> bool:
+        """Whether it is known to be no better than no correction."""
+        return raw.error(by) <= self.error(by) < math.inf
+
+    def expected(self, by: str) -> str:
+        """ "1.3 nT on a level survey, heading 0.02°"."""
+        ranking, heading = self.score(by), self.score(HEADING)
+        parts = [f"{quantity(ranking.value, ranking.unit)} {MEANINGS[by].setting}"] if ranking else []
+        if heading and by != HEADING:
+            turned = " after one alignment with the vehicle" if heading.rotation_removed else ""
+            parts.append(f"heading {quantity(heading.value, heading.unit)}{turned}")
+        worst = f" (the worst of {len(self.keys)} sensors)" if parts and len(self.keys) > 1 else ""
+        return ", ".join(parts) + worst
+
+
+def answer(calibrations: Calibrations, scores: Scores, by: str, ranking: Sequence[str]) -> Answer:
+    """Which calibrator to use: the best by a score among those that are "ok" on every sensor, if it is worth it.
+
+    ranking : the calibrations' keys, best first.
+    """
+    raw = Method(UNCORRECTED, tuple(key for key in scores if key.split("@")[0] == UNCORRECTED), scores)
+    methods = Method.each(ranking, scores)
+    failed = {key: status for key in ranking if (status := calibrations[key].status).kind != "ok"}
+    usable = [one for one in methods if not failed.keys() & set(one.keys)]
+    best = min(usable, key=lambda one: one.error(by), default=None)
+    use = best if best and not best.pointless(raw, by) else None
+    closer = _closer([one for one in methods if one not in usable], use or raw, failed, by)
+    return Answer(use.name if use else "", _sentence(methods, best, use, raw, by), failed, closer)
+
+
+def _sentence(methods: Sequence[Method], best: Method | None, use: Method | None, raw: Method, by: str) -> str:
+    """What to do, and what to expect."""
+    without = f"; without correction {raw.expected(by)}" if raw.expected(by) else ""
+    if not methods:
+        return f"no calibrator was asked for{without}"
+    if best is None:
+        return f"none can be used here: {'all ' if len(methods) > 1 else ''}{len(methods)} failed{without}"
+    if use is None:
+        return f"use none of them: {best.name}, the best, leaves {best.expected(by)}{without}"
+    expected = f": {use.expected(by)}" if use.expected(by) else ""
+    return f"use {use.name}{expected}{without}"
+
+
+def _closer(unusable: Sequence[Method], other: Method, failed: Mapping[str, Status], by: str) -> tuple[str, ...]:
+    """What to think of those that failed, though they are closer to the truth than what is to be used."""
+    than = "no correction" if other.name == UNCORRECTED else other.name
+    return tuple(
+        f"{one.name} has a smaller error here than {than}, {quantity(one.error(by), MEANINGS[by].unit)}, but says "
+        f"itself that {_confession(one, failed)}, so it cannot be known beforehand"
+        for one in unusable
+        if one.error(by) < other.error(by) < math.inf
+    )
+
+
+def _confession(one: Method, failed: Mapping[str, Status]) -> str:
+    """Why it failed, in its own words."""
+    status = next(failed[key] for key in one.keys if key in failed)
+    reason = status.reason.partition(": ")[0]
+    return FAILED[status.kind] + (f' ("{reason}")' if reason else "")
