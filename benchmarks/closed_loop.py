@@ -10,10 +10,10 @@ import numpy as np
 from mujoco import rollout
 
 from benchmarks.measure import Call, Row, paired_ratio
+from scenarios.arrays import Array
 from sim.engine import Stop
 from sim.motion import Loop, Motion, drive
 from sim.scenario import Scenario, load
-from sim.state import Array
 from sim.vehicles import vehicle_for
 from sim.vehicles.base import STEP_S
 

@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import calib
 from benchmarks.measure import Row
 from calib import Calibration, Reference
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.scenario import load
 from validation.calibrating.candidates import Candidate, candidates
 from validation.calibrating.fit import Fitted, timed
@@ -28,7 +28,6 @@ from validation.gates.sequential import Decision, decide
 from validation.gates.spec import FALSE_FAIL_RATE, Gate
 from validation.signals.amplitude import rms
 
-Array = NDArray[np.float64]
 SCENARIO, CUT, SOUND = "tumble", "phases.0.duration_s=40", "vector_least_squares"
 SCORES = ("offset_error_nT", "holdout_sphere_component_rms_nT", "holdout_sphere_norm_rms_nT", "heading_rms_deg")
 LIMIT = 1.5

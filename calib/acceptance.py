@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.models.response import Response, of_strength, of_vector, strength_rows
 from calib.numerics.colour import inflation
@@ -16,8 +15,8 @@ from calib.observability import Extent, covariance_status, planar_status, unobse
 from calib.reference import Reference
 from calib.result import STRENGTH_NAME, Calibration, Status
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_MISFIT_FRACTION = 0.1
 """A fit that leaves half of the samples further off than this fraction of the field does not follow the field: a
 constant field with noise, a wrong attitude or unit. Soft iron of 10 % left out altogether stays below it."""

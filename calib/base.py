@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.acceptance import Extents, extents, flat_status, own_reference, planar, residual_of, unsupported, widened
 from calib.numerics.rates import world_to_body
@@ -19,7 +18,6 @@ from calib.result import Calibration, Status
 from calib.settings import NotNegative, check
 from recordings import Recording
 
-Array = NDArray[np.float64]
 CONSTANT_FRACTION = 1e-9
 """A field that varies by less than this fraction of the strength is constant."""
 ATTITUDE_STD_RAD = 3.5e-4

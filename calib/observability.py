@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.points import mean_and_spread
 from calib.result import Calibration, Status
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_STD_FRACTION = 0.01
 """Unobservable: a claimed offset less certain than 1 % of the field in any direction, or S than 0.01."""
 SIGNIFICANT_THICKNESS = 5.0

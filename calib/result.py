@@ -6,14 +6,13 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.points import cross_matrices, mapped
 from calib.numerics.rates import body_rate, smoothed_derivative
 from recordings import Recording
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 
-Array = NDArray[np.float64]
 Kind = Literal["ok", "not_converged", "unobservable", "not_applicable"]
 OFFSET_NAMES = ("offset_x_nT", "offset_y_nT", "offset_z_nT")
 STRENGTH_NAME = "strength_nT"

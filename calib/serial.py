@@ -7,12 +7,11 @@ import json
 from typing import Any, NoReturn, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.result import OFFSET_NAMES, Calibration, Kind, Segment, Status
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 
-Array = NDArray[np.float64]
 KEYS = (
     "name",
     "status",

@@ -16,10 +16,10 @@ from diagnosis.evidence.rising_spectrum import Rise
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.verdict import Verdict
+from scenarios.arrays import Array
 from sim.effects.base import Effect
 from sim.effects.values import Parameter
 from sim.scenario import Scenario
-from sim.state import Array
 from validation.signals.amplitude import rms
 
 NORMAL_95 = 1.96

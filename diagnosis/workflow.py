@@ -33,9 +33,9 @@ from diagnosis.repair.new_model import patched
 from diagnosis.result import Diagnosis, How, Named
 from diagnosis.verdict import Verdict
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from sim.scenario import Model
-from sim.state import Array
 
 Progress = Callable[[str], object]
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.state import TEMPERATURE, Array, State
+from recordings.channels import TEMPERATURE
+from scenarios.arrays import Array
+from sim.state import State
 
 
 def held(R_wb: Array, field_enu_nT: Array, interval_s: float = 1.0) -> State:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.channels import HEIGHT
 from recordings.columns import (
     POSITION,
     SIGNAL,
@@ -22,8 +23,8 @@ from recordings.columns import (
     mag_names,
     numbers,
 )
-from recordings.recording import Array, Recording, Truth
-from sim.state import HEIGHT
+from recordings.recording import Recording, Truth
+from scenarios.arrays import Array
 
 Named = Mapping[str, NDArray[Any]]
 

@@ -26,8 +26,8 @@ from recordings.columns import (
 )
 from recordings.gaps import check_outage, filled, unit_quaternions
 from recordings.importer import RawColumns
-from recordings.recording import Array
 from recordings.units import likely_unit
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 
 MIN_SAMPLES = 10

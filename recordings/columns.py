@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import pyarrow as pa
 
+from recordings.channels import MOTOR_NUMBER, TEMPERATURE
 from recordings.recording import Recording
-from sim.state import MOTOR_NUMBER, TEMPERATURE
 
 XYZ = ("x", "y", "z")
 GYRO = tuple(f"gyro_{a}_rad_s" for a in XYZ)

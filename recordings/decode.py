@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from recordings.recording import Array
+from scenarios.arrays import Array
 
 MAX_WORD = 200
 """Longest word of a text column; numpy gives every row the room of the longest."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.recording import Array
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 
 MAX_GAP_INTERVALS = 5.0

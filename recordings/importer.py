@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from recordings.columns import RUN, group_of, is_truth, mag_names, numbers
 from recordings.decode import NotNumbersError, is_empty, is_timestamp, numbers_of, seconds_of, words_of
-from recordings.recording import Array
 from recordings.tabular import load_table
 from recordings.units import ColumnMap, parse_maps
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 
 LARGEST = 1e30

@@ -14,7 +14,8 @@ from recordings.assemble import recording_of
 from recordings.checks import plausible, sound
 from recordings.columns import mag_names
 from recordings.importer import RawColumns, columns_of
-from recordings.recording import Array, Recording
+from recordings.recording import Recording
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 
 WANTED = "pass an array (n, 3) in nT, a data frame or dict with columns time_s and mag_x_nT …, a path, or a Recording"

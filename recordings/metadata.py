@@ -14,7 +14,6 @@ from pydantic import BaseModel, Field, FiniteFloat, TypeAdapter
 from recordings.files import canonical_json, sha256_of, system_errors_about
 from recordings.tabular import damage_named
 from scenarios.files import validated
-from sim.tracking import Tracking
 
 METADATA_KEY = "magbench"
 TRACKING_KEY = "magbench_tracking"
@@ -38,6 +37,14 @@ class Metadata:
     run: int | None = None
     scenario_sha256: str | None = None
     parameters: Parameters = field(default_factory=Parameters)
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """Distance of the true position from the reference position at the same time: rms and largest, in m."""
+
+    rms_m: float
+    max_m: float
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE, REFERENCE, SCALAR
 from recordings.columns import SIGNALS, group_of
-from recordings.recording import Array
+from scenarios.arrays import Array
 from scenarios.errors import InputError
-from sim.state import ALTITUDE, LATITUDE, LONGITUDE, REFERENCE, SCALAR
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 _SYNTAX = "write --map mag_x_nT=bx,unit=uT (also scale=-1 to turn an axis or to apply a factor)"

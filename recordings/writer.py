@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 from recordings.assemble import arrays_of
 from recordings.columns import RUN, columns_of, schema
 from recordings.files import beside, canonical_json, system_errors_about
-from recordings.metadata import FORMAT, METADATA_KEY, TRACKING_KEY
+from recordings.metadata import FORMAT, METADATA_KEY, TRACKING_KEY, Tracking
 from recordings.recording import Recording
 from scenarios.errors import InputError
-from sim.tracking import Tracking
 
 ROWS_PER_GROUP = 65_536
 

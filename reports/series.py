@@ -8,8 +8,8 @@ import numpy as np
 
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Diagnosis, How
+from scenarios.arrays import Array
 from sim.chain import apply_deterministic
-from sim.state import Array
 
 MOST_PLACES, PLACE_S = 4000, 1.0
 """Of the gap along the path: points at most, and the shortest time that one is the mean of."""

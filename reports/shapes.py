@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.arrays import Array
 from sim.vehicles.geoms import Geom
-from validation.scoring.outcome import Array
 
 SIDES = 36
 """Of what is round."""

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 REACH = 6.0
 """Standard deviations to which a normal draw is held to reach: beyond lies one of 5e8."""
 MOST_TRIES = 1000

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.effects.base import Effect, Replacement
-from sim.state import Array, State
+from sim.state import State
 
 Labels = dict[str, Array]
 """Name of an effect -> its contribution (n, 3) in nT."""

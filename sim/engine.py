@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 from numba import njit, types
 
+from scenarios.arrays import Array
 from sim.portable import inverse
-from sim.state import Array
 
 llvm.load_library_permanently(str(next(Path(mujoco.__file__).parent.glob("*mujoco.*[0-9]*"))))
 

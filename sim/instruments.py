@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scenarios.arrays import Array
 from scenarios.seeds import stream
 from scenarios.spec import NavigationSpec
 from sim.motion import Motion
 from sim.processes import GaussMarkov
 from sim.rotation import multiply_q, q_from_rotation_vector, to_body
-from sim.state import Array
 
 GRAVITY_ENU_M_S2 = np.array([[0.0, 0.0, -9.81]])
 

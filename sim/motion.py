@@ -10,12 +10,12 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.paths.base import PhaseBase, Start
 from sim.engine import Course, Log, Stop, advance, log_of, plant_of
 from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
-from sim.state import Array
 from sim.vehicles import vehicle_for
 from sim.vehicles.base import STEP_S, Kinematics, Vehicle
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 def extended(values: Any) -> Any:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.signal import lfilter
 
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @dataclass

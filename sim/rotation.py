@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from scipy.spatial.transform import Rotation
 
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @njit(cache=True)

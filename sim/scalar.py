@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.chain import Chain
 from sim.effects.base import Effect
-from sim.state import Array, State
+from sim.state import State
 
 OUTSIDE = ("field", "vehicle")
 """The stages that act before a sensor: what a magnetometer of the strength sees too."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.channels import HEIGHT, SCALAR, TEMPERATURE, current_name, currents_of
 from recordings.columns import (
     ACCEL,
     ATTITUDE,
@@ -24,6 +25,7 @@ from recordings.columns import (
     mag_names,
 )
 from recordings.metadata import run_metadata
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.seeds import stream
 from scenarios.toml import as_dict
@@ -38,7 +40,7 @@ from sim.motion import Motion, drive
 from sim.rotation import cross, matrix_from_q, q_from_matrix, to_body, to_world
 from sim.scalar import ScalarMagnetometer
 from sim.scenario import Scenario, SensorSpec, equipped
-from sim.state import HEIGHT, MOTION, SCALAR, TEMPERATURE, Array, State, current_name, currents_of, missing_channel
+from sim.state import MOTION, State, missing_channel
 from sim.thermal import Thermometer
 from sim.vehicles import VEHICLES
 from sim.vehicles.base import STEP_S

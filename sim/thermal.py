@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.signal import lfilter
 
+from scenarios.arrays import Array
 from scenarios.spec import ThermalSpec
 from sim.portable import extended
-from sim.state import Array
 
 
 @dataclass

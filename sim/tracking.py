@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from recordings.metadata import Tracking
 
 if TYPE_CHECKING:  # readers of a dataset need no engine
     from scenarios.paths import Phase
@@ -20,14 +21,6 @@ In sweeps of wind and current a vehicle that its actuators can hold stays within
 beyond what they can hold it is metres off at once, and the distance grows with the length of the run.
 """
 REMEDY = "the data hold what it did instead; ask for less wind or current, or a gentler motion"
-
-
-@dataclass(frozen=True)
-class Tracking:
-    """Distance of the true position from the reference position at the same time: rms and largest, in m."""
-
-    rms_m: float
-    max_m: float
 
 
 class Tracker:

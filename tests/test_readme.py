@@ -30,6 +30,7 @@ from scenarios.load import catalogue
 from sim.scenario import Scenario
 from sim.state import State
 from tests.conftest import ROOT
+from tests.imports import ORDER
 from tests.short import cuts
 from validation.calibrating.export import FORMATS
 

@@ -30,11 +30,12 @@ from diagnosis.repair.chain import left_with_iron_refitted
 from diagnosis.result import How
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from scenarios.arrays import Array
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.effects.base import Effect
 from sim.scenario import ModelSpec
-from sim.state import Array, State
+from sim.state import State
 from validation.signals.amplitude import rms
 
 FORMS: dict[str, Callable[[Array], Array]] = {

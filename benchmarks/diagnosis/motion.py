@@ -11,11 +11,12 @@ import numpy as np
 from calib.numerics.rates import body_rate
 from recordings import Recording
 from recordings.assemble import recording_of, scalars_of
+from scenarios.arrays import Array
 from sim.processes import GaussMarkov
 from sim.rotation import matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import Scenario, load
 from sim.simulate import blocks, plan
-from sim.state import Array, State
+from sim.state import State
 
 SCENARIOS = ("auv-spiral-excited", "quad-calibration")
 QUIET = ("navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0")

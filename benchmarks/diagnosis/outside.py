@@ -9,7 +9,8 @@ import numpy as np
 
 from benchmarks.diagnosis.truth import beyond_base
 from recordings import Recording
-from sim.state import Array, State
+from scenarios.arrays import Array
+from sim.state import State
 
 Course = Callable[[np.random.Generator, Recording, State], tuple[Array, Array]]
 """(rng, recording, state) -> the driver (n,) as it is logged, and the disturbance's course (n,) or (n, 3)."""

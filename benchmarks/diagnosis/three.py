@@ -33,11 +33,12 @@ from diagnosis.result import Reach
 from diagnosis.several.result import Together
 from diagnosis.several.workflow import diagnose_together
 from recordings import Recording
+from scenarios.arrays import Array
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.effects import BY_NAME
 from sim.scenario import ModelSpec, load
-from sim.state import Array, State
+from sim.state import State
 
 Flown = tuple[Recording, State, Array]
 """A motion without errors as it is recorded, the true state along it, and the field (east, north, up)."""

@@ -22,10 +22,11 @@ from diagnosis.policy import STANDARD, Policy
 from diagnosis.result import Diagnosis, parameters
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from scenarios.arrays import Array
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.scenario import ModelSpec
-from sim.state import Array, State
+from sim.state import State
 
 STRENGTHS = (0.1, 0.3, 1.0)
 NULLS, COLOURED = 15, 10

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
+from recordings.channels import TEMPERATURE
+from scenarios.arrays import Array
 from sim import effects as effect_table
 from sim.chain import apply_deterministic
-from sim.state import TEMPERATURE, Array, State
+from sim.state import State
 
 NOISE_NT = 2.0
 ORIGIN_M = 300.0

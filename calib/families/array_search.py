@@ -11,12 +11,13 @@ import numpy as np
 from pydantic import Field
 
 from calib.families.gradiometer import ArrayEstimate, GradiometerCalibrator
-from calib.models.sensor_array import FIXED, Array, ArrayObjective, array_costs, residual_size
+from calib.models.sensor_array import FIXED, ArrayObjective, array_costs, residual_size
 from calib.reference import Reference
 from calib.result import Status
 from calib.search.population import Move, search
 from calib.settings import Count, NotNegative, Positive
 from recordings import Recording
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

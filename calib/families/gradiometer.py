@@ -14,7 +14,6 @@ from calib.base import Calibrator
 from calib.models.array_spread import Spread
 from calib.models.sensor_array import (
     SENSOR_NAMES,
-    Array,
     ArrayObjective,
     array_objective,
     free_parameters,
@@ -28,6 +27,7 @@ from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import NotNegative
 from recordings import Recording
+from scenarios.arrays import Array
 
 MAX_NOISE_FRACTION = 0.005
 """A residual noise above this fraction of the field is not noise: the search ended in a wrong place."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.acceptance import residual_of, widened
 from calib.base import Calibrator
@@ -24,8 +23,8 @@ from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 LEAST_GYRO_RAD_S = 1e-6
 """Noise of the gyro taken at first for one that shows less."""
 RATIO_SETTLED = 0.02

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, final
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from calib.base import Calibrator
@@ -31,8 +30,8 @@ from calib.result import Calibration, Status
 from calib.search.population import Move, Search, search
 from calib.settings import Count
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 ROUNDING_VARIANCE = 1e-18
 """Smallest variance of a residual of unit size: rounding, 1e-9 of the field."""
 FIRST_DAMPING, LESS, MORE, MOST_STEPS = 1e-3, 0.2, 8.0, 500

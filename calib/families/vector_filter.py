@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.models.vector import NAMES, VectorData, calibration
@@ -16,8 +15,8 @@ from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from calib.settings import NotNegative, Positive, check
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_PRIOR_SHARE = 0.01
 """Converged: the prior weighs less than this in every direction of the state."""
 MAX_HISTORY = 200

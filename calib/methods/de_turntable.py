@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from calib.base import Calibrator
@@ -19,8 +18,8 @@ from calib.search.differential import RandOne
 from calib.search.population import Search, search
 from calib.settings import Count, Positive, Probability
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_STD = 0.01
 """Unobservable: a direction cosine less certain than this."""
 MISFIT = 5.0

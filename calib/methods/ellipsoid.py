@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.models.ellipsoid import EllipsoidFit, Standardised
@@ -16,8 +15,7 @@ from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
-
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True)

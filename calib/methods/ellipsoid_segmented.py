@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.methods.ellipsoid import EllipsoidCalibrator
@@ -17,8 +16,8 @@ from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Segment, Status
 from calib.settings import Count, NotNegative, Positive
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 NAMES = (*OFFSET_NAMES, *SYMMETRIC_NAMES)
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.families.gyro_linked import Fit, GyroLinked, rms
 from calib.models.levelled import Attitudes, Levelled
@@ -18,8 +17,8 @@ from calib.reference import Reference
 from calib.result import Status
 from calib.settings import Positive
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 LEAST_LEVEL_M_S2 = 1e-6
 """Noise of an accelerometer that shows less."""
 LEVEL_SETTLED = 0.05

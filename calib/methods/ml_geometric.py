@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.models.distance import distances, slopes
@@ -26,8 +25,8 @@ from calib.reference import Reference
 from calib.result import STRENGTH_NAME, Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 PARAMETERS = 9
 ROUNDING_VARIANCE = 1e-18
 """Smallest variance of points of unit size: rounding, 1e-9 of their size."""

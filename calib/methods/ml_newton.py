@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.methods.twostep import TwoStep
@@ -18,9 +17,9 @@ from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 
-Array = NDArray[np.float64]
 Vec3 = tuple[float, float, float]
 MAX_GAIN = 20.0
 """Largest gain of S, in units of the measurements' rms extent over F: beyond it T has shrunk towards nothing."""

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.models.ellipsoid import Standardised
@@ -16,7 +15,6 @@ from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from recordings import Recording
 
-Array = NDArray[np.float64]
 NAMES = (*OFFSET_NAMES, "scale")
 CAVEAT_FRACTION = 0.001
 """An "ok" names the soft iron that it cannot rule out where that may move the centre by more than this fraction of the

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from calib.base import Calibrator
@@ -16,8 +15,8 @@ from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Band, NotNegative
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 CHANNEL = "scalar_nT"
 INDUCED = tuple((i, j) for i in range(3) for j in range(i, 3))
 NAMES = (

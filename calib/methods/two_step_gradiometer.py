@@ -9,10 +9,11 @@ import numpy as np
 
 from calib.families.gradiometer import ArrayEstimate, GradiometerCalibrator
 from calib.methods.ellipsoid import EllipsoidCalibrator
-from calib.models.sensor_array import Array, ArrayObjective, parameters_of
+from calib.models.sensor_array import ArrayObjective, parameters_of
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from recordings import Recording
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True)

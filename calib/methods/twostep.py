@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.models.ellipsoid import (
@@ -23,8 +22,8 @@ from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 HALVINGS = 30
 PART = 100_000
 """Points taken at once where rows are formed, to bound the memory."""

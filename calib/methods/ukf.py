@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.models.ellipsoid import EllipsoidFit, Standardised, norm_coordinates, symmetric
@@ -16,8 +15,8 @@ from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 TEMPERING = (30.0, 3.0, 1.0, 1.0)
 """Noise of each run over the recording, in units of the assumed one."""
 FORGET = 100.0

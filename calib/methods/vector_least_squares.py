@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.base import Calibrator
 from calib.models.vector import EDDY_NAMES, SOFT_IRON_NAMES
@@ -14,8 +13,8 @@ from calib.numerics.rates import body_rate, world_to_body
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_CONDITION = 1e9
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from calib.base import Calibrator
@@ -15,8 +14,8 @@ from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_CONDITION = 1e7
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.models.sensor_array import Array, ArrayObjective, corrected, free_parameters, maps, residual_size, residuals
+from calib.models.sensor_array import ArrayObjective, corrected, free_parameters, maps, residual_size, residuals
+from scenarios.arrays import Array
 
 MAX_CONDITION = 1e13
 ROUNDING = 1e-11

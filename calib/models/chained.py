@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.chain import eliminated, states
 from calib.numerics.damped import Normal
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 BIAS = 3
 """Components of the gyro's bias, the last of the parameters."""
 LOOSE = 1e6

@@ -12,8 +12,8 @@ from calib.models.ellipsoid import norm_coordinates, norm_jacobian
 from calib.models.norm import norm_rows
 from calib.numerics.noise import SECOND, white_noise_std
 from calib.result import Calibration
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 PARAMETERS = 10
 """What a segment costs: nine of its ellipsoid and the time of its cut."""
 NOISE_FLOOR = 1e-9

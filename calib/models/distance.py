@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 FOOT_STEPS = 60
 """Newton steps to the nearest point: some four near the surface, more for a start that is far off."""
 FOOT_TOLERANCE = 1e-14

@@ -12,14 +12,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.models.quadric import shape_matrix
 from calib.numerics.points import mean_and_spread, scaled
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 SYMMETRIC_NAMES = ("S_xx", "S_xy", "S_xz", "S_yy", "S_yz", "S_zz")
 UPPER = np.triu_indices(3)
 DEFINITE = 1e-5

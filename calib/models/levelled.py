@@ -12,15 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib.models.chained import BIAS, Chained, Linear, stepped
 from calib.models.linked import Estimate as Directions
 from calib.models.linked import Link
 from calib.numerics.points import cross_matrices
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 BESIDE = 5
 """Parameters of the accelerometer: the field's inclination, gravity, three of bias."""
 STANDARD_GRAVITY_M_S2 = 9.80665

@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from calib.models.chained import BIAS, LOOSE, Chained, Linear, stepped
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 LONG_STEP = 2.5
 """A step longer than this many medians is a gap: rates at its ends say little of the rotation between them."""
 ALIKE = 0.01

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib.models.ellipsoid import SLOTS, Standardised, is_definite, symmetric
 from calib.models.linked import Estimate, Link
 from calib.models.starts import starts as ellipsoids
 from calib.numerics.points import cross_matrices
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 TURNED_RAD = 0.7
 """Rotation over which measurements are compared: large beside the noise, small beside what a gyro's bias adds up to."""
 FAR_RAD = 0.5

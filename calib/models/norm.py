@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from calib.models.ellipsoid import SLOTS, UPPER, EllipsoidFit, mean_square_error, symmetric
-
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 @njit(cache=True)

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dgeev, dsygv
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 ROUNDING_VARIANCE = 1e-18
 """Smallest noise variance of points of unit size: rounding, 1e-9 of their size."""
 

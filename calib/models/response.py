@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.models.ellipsoid import SYMMETRIC_NAMES, UPPER
 from calib.numerics.points import lengths
 from calib.result import OFFSET_NAMES, Calibration
-
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

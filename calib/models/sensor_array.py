@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from calib.models.quadric import design
 from calib.numerics.kernels import fast_kernel
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 SENSOR_NAMES = (
     "offset_x_nT",
     "offset_y_nT",

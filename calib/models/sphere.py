@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.models.quadric import design, shape_matrix
-
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

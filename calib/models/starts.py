@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.models.ellipsoid import UPPER, Ellipsoid
 from calib.models.quadric import fit_ellipsoid_specific, refit
 from calib.models.sphere import SphereFit
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 START_ROUNDS = 4
 """Refits of the algebraic start: each takes off most of the bias that the one before left."""
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.kernels import fast_kernel
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 NAMES = ("a1", "b1", "b2", "c1", "c2")
 PLACES = ((0, 2), (1, 0), (1, 2), (2, 0), (2, 1))
 """Where in A each of the five stands."""

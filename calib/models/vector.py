@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.rates import body_rate, world_to_body
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 SOFT_IRON_NAMES = tuple(f"S_{i}{j}" for i in "xyz" for j in "xyz")
 EDDY_NAMES = tuple(f"B_{i}{j}_s" for i in "xyz" for j in "xyz")
 NAMES = (*OFFSET_NAMES, *SOFT_IRON_NAMES, *EDDY_NAMES)

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 def chained(M: Array, J: Array, turn: Array, B: Array, std: Array) -> Array:

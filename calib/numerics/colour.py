@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 BLOCKS = (20, 50, 200)
 """Numbers of blocks that a recording is cut into: slow structure shows in the means of few, faster in those of many."""
 LEAST_BLOCK = 10

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 Point = TypeVar("Point")
 FIRST_DAMPING, LESS, MORE, NO_DAMPING = 1e-3, 0.1, 10.0, 1e-10
 """Of the scaled normal matrix: the damping at first, its factor after a step that gains and after one that does not,

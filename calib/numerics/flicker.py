@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from calib.numerics.colour import BLOCKS, LEAST_BLOCK
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 LOWEST_HZ = 1e-6
 """Where flicker noise is taken to end: eleven days, for as long as a calibration is used. What is slower is another
 offset. In a recording of minutes it is 7 d^2 of each axis' variance, and 2.3 d^2 more with every tenth of it."""

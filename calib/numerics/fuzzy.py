@@ -7,12 +7,11 @@ from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from calib.settings import Positive, check
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 GRID = 401
 """Points on which the aggregated output set is held, and of the tabulated surface."""
 

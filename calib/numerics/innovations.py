@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.kernels import fast_kernel
-
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 @fast_kernel

@@ -8,7 +8,8 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 ORDERS = (2, 3, 4, 5, 6)
 """Orders of difference that are tried on a series with motion in it: p = 6 takes out any polynomial of degree 5."""
 SECOND = (2,)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 SMOOTHING_SAMPLES = 9
 """Window of the cubic Savitzky-Golay derivative."""
 

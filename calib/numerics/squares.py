@@ -6,10 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, minimize
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 SAME, SMALLEST_STEP = 1e-6, 1e-5
 """Relative difference of sums of squares that is of no account, and step of the numbers that ends the search."""

@@ -10,11 +10,10 @@ from collections.abc import Callable
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from calib.numerics.kalman import Engine
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 STATES = 9
 CENTRE_WEIGHT = 2.0
 """Of the middle point in a covariance, 1 - alpha^2 + beta with alpha = 1, beta = 2; in a mean it has none."""

@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from calib.numerics.kernels import fast_kernel
-from calib.search.population import Array, Move, Population, Space
+from calib.search.population import Move, Population, Space
 from calib.search.swarm import Swarm
+from scenarios.arrays import Array
 
 
 def fitness(cost: Array, unit: float) -> Array:

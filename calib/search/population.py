@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 ROUNDING = 1e-24
 """A spread of costs below this is rounding, for costs of squared residuals of unit size."""
 

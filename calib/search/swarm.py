@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from calib.numerics.kernels import fast_kernel
-from calib.search.population import Array, Move, Population, Space
+from calib.search.population import Move, Population, Space
+from scenarios.arrays import Array
 
 
 @fast_kernel

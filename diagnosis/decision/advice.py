@@ -14,8 +14,8 @@ from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Diagnosis, How, Named, Reach
 from diagnosis.verdict import Verdict
+from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
 from sim.effects import BY_NAME
-from sim.state import ALTITUDE, LATITUDE, LONGITUDE
 from validation.text import digits, short
 
 TRIED_CHANNELS = 2

@@ -18,8 +18,9 @@ from diagnosis.library.drivers import AT_ONCE, EARLY, WAYS, Driver, Way, drivers
 from diagnosis.library.parameter_search import between_neighbours
 from diagnosis.problem.blocks import fit, squares
 from diagnosis.problem.linear import LinearProblem
+from recordings.channels import HEIGHT
+from scenarios.arrays import Array
 from sim.effects.channels import HIGHEST, ChannelEffect, powers
-from sim.state import HEIGHT, Array
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from diagnosis.evidence.held_out import Evidence, judged_at, misfit
 from diagnosis.evidence.residual_tests import Battery
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from sim.state import Array
 
 Tests = Callable[[Ground], Battery]
 """(ground with effects in) -> the tests of what it leaves."""

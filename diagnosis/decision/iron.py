@@ -16,8 +16,9 @@ from diagnosis.library.candidates import Candidate, changes_of_iron, proposed
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from sim.state import MOTION, Array
+from sim.state import MOTION
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from diagnosis.evidence.candidate_result import taken_back
 from diagnosis.problem.blocks import fit
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import about
-from sim.state import Array
+from scenarios.arrays import Array
 from validation.signals.amplitude import rms
 
 

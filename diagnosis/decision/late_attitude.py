@@ -17,10 +17,10 @@ from diagnosis.problem.blocks import fit
 from diagnosis.problem.formulation import posed_anew
 from diagnosis.problem.linear import Instead, LinearProblem
 from diagnosis.problem.rates import attitude_at, attitude_course
+from scenarios.arrays import Array
 from sim.effects.clues import LATE
 from sim.effects.earth import AttitudeMisalignment
 from sim.rotation import matrix_from_q, to_body
-from sim.state import Array
 from validation.signals.amplitude import rms
 from validation.signals.quaternion_conventions import match_rates
 

@@ -16,8 +16,9 @@ from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import How, Named
+from recordings.channels import current_name
+from scenarios.arrays import Array
 from sim.effects import BY_NAME
-from sim.state import Array, current_name
 from validation.signals.amplitude import column_rms
 
 

@@ -13,8 +13,8 @@ from diagnosis.evidence.baseline import Ground
 from diagnosis.evidence.held_out import Evidence, judged_at
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.blocks import fit, inflation
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from sim.state import Array
 
 
 def each_by_itself(found: Sequence[Accepted], start: Ground, tests: Tests) -> list[Accepted]:

@@ -14,9 +14,10 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import turn_rate_rad_s, turns_too_fast
 from diagnosis.result import Diagnosis, How
 from diagnosis.verdict import Verdict
+from recordings.channels import ALTITUDE
+from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.place import turn_of
-from sim.state import ALTITUDE, Array
 from validation.signals.amplitude import rms
 from validation.signals.time_units import finer_unit
 from validation.text import digits

@@ -12,7 +12,7 @@ from diagnosis.evidence.candidate_test import Beside, Standing
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.evidence.within_row import gain_within
 from diagnosis.policy import Policy
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,10 @@ from diagnosis.evidence.active_parts import largest
 from diagnosis.evidence.candidate_result import TOO_LITTLE
 from diagnosis.problem.actuators import as_currents
 from diagnosis.result import Diagnosis, How, Named, Reach
+from recordings.channels import current_name
 from sim.effects.base import Effect
 from sim.effects.straight import straightened
-from sim.state import State, current_name
+from sim.state import State
 from validation.text import digits, short
 
 LISTED_CHANNELS = 3

@@ -19,9 +19,10 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import turns_too_fast
 from diagnosis.result import GapSize, How, Named
 from diagnosis.verdict import Verdict
+from recordings.channels import current_name
+from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from sim.effects.base import PLAIN, Effect
-from sim.state import Array, current_name
 
 
 @dataclass(frozen=True)

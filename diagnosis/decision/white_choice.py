@@ -13,8 +13,8 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.library.drivers import may_drive
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects import BY_NAME, EFFECTS
-from sim.state import Array
 
 CHAIN = tuple(BY_NAME)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from sim.state import Array
+from scenarios.arrays import Array
 from validation.signals.amplitude import rms
 
 Places = NDArray[np.int64]

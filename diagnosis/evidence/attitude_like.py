@@ -8,9 +8,9 @@ from diagnosis.evidence.baseline import Ground
 from diagnosis.evidence.candidate_test import gains_along_the_field
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.channels import HIGHEST
-from sim.state import Array
 
 TURNS = {name for effect in EFFECTS if effect.clues.turns for name in (effect.name, effect.clues.same_as)}
 """Effects that are an error of the attitude, and those that do the same on every motion."""

@@ -9,8 +9,8 @@ import numpy as np
 from diagnosis.evidence.candidate_test import Beside, Standing
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.earth import AttitudeMisalignment
-from sim.state import Array
 
 
 def beside_a_wander(beside: Beside, problem: LinearProblem) -> Beside | None:

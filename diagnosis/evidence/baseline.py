@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from diagnosis.problem.blocks import Cut, Sums, fit, held_out, inflation, joined, squares, sums
 from diagnosis.problem.linear import LinearProblem
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.policy import Policy
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
-from sim.state import Array
+from scenarios.arrays import Array
 
 LOG_SIZES = (-14.0, 14.0)
 """Logarithms between which the size of a slow noise is looked for, over the size of the white noise's power."""

@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem, pauses_after
-from sim.state import Array
+from scenarios.arrays import Array
 
 Mask = NDArray[np.bool_]
 

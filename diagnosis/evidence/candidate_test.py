@@ -15,7 +15,7 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import strength_columns
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

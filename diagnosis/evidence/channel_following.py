@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.evidence.baseline import Ground
 from diagnosis.library.drivers import EARLY, Driver, Way, drivers
 from diagnosis.problem.linear import LinearProblem
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 class Follows(NamedTuple):

@@ -7,7 +7,7 @@ from scipy.stats import chi2
 
 from diagnosis.evidence.candidate_test import Beside, Standing
 from diagnosis.evidence.hypothesis import information_by_part
-from sim.state import Array
+from scenarios.arrays import Array
 
 OPEN = 1e-6
 """Eigenvalue of a part's information, its columns scaled to one, below which it says nothing of a combination."""

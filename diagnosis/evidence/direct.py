@@ -13,11 +13,11 @@ from diagnosis.evidence.bursts import highest_of_bursts
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem, pauses_after
 from diagnosis.problem.repeated_rows import held, repeated
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
-from sim.state import Array
 from validation.signals.amplitude import rms
 from validation.signals.faults import pile_up, repeats, spikes
 from validation.signals.lattice import Lattice, find_lattice

@@ -14,8 +14,8 @@ from diagnosis.evidence.hypothesis import Hypothesis, gains, white
 from diagnosis.evidence.noise_model import Rest
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.drivers import in_axes
+from scenarios.arrays import Array
 from sim.effects.channels import HIGHEST, powers
-from sim.state import Array
 
 ROWS, TOGETHER = 3000, 24
 """Most rows that the search sees, and frequencies whose columns are held at once: an effort, not a decision."""

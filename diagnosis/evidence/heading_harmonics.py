@@ -7,8 +7,8 @@ import numpy as np
 from diagnosis.evidence.baseline import Ground
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.earth import RegionalField
-from sim.state import Array
 
 
 def goes_with_heading(ground: Ground, one: Evidence) -> bool:

@@ -14,7 +14,7 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.library.parameter_search import between_neighbours, found_by_search
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Fit, Sums, fit, inflation, squares
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True)

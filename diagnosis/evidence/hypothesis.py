@@ -9,7 +9,7 @@ import numpy as np
 
 from diagnosis.evidence.binned_rows import Rows
 from diagnosis.evidence.noise_model import Rest
-from sim.state import Array
+from scenarios.arrays import Array
 
 SAME_NATS = 0.5
 """Nats by which a walk of another size must be likelier to go on from it."""

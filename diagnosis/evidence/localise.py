@@ -11,8 +11,8 @@ from diagnosis.policy import Policy
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.rotation import matrix_from_q
-from sim.state import Array
 
 TIME = "time_s"
 """The channel that every slow disturbance goes with."""

@@ -7,7 +7,7 @@ import numpy as np
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import strength_columns
-from sim.state import Array
+from scenarios.arrays import Array
 from validation.signals.bands import Bands
 
 

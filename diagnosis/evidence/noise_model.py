@@ -9,7 +9,7 @@ import numpy as np
 from calib.numerics.innovations import innovations
 from calib.numerics.kernels import fast_kernel
 from diagnosis.policy import Policy
-from sim.state import Array
+from scenarios.arrays import Array
 from validation.signals.bands import even_bands, hann
 
 ROUNDS = 3000

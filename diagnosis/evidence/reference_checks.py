@@ -10,8 +10,8 @@ from diagnosis.policy import Policy
 from diagnosis.problem.formulation import posed_anew
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import Instead, LinearProblem, sample_noise
+from scenarios.arrays import Array
 from sim.rotation import to_body
-from sim.state import Array
 from validation.signals.amplitude import column_rms, rms
 from validation.text import digits
 

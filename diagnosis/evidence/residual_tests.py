@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from calib.numerics.colour import white_ratios
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
-from sim.state import Array
+from scenarios.arrays import Array
 from validation.signals.tones import tones
 
 MOST_TONES = 5

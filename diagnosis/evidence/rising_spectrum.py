@@ -15,7 +15,7 @@ from diagnosis.evidence.model_noise import as_stated
 from diagnosis.evidence.residual_tests import bridged, mean_lengths_s
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from sim.state import Array
+from scenarios.arrays import Array
 from validation.signals.bands import Bands
 
 

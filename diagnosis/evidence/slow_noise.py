@@ -11,8 +11,8 @@ from diagnosis.evidence.localise import TIME, localise
 from diagnosis.evidence.slow_spectrum import SlowSpectrum
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.base import Effect
-from sim.state import Array
 from validation.signals.amplitude import rms
 from validation.signals.bands import hann
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from diagnosis.evidence.block_steps import Density
 from diagnosis.policy import Policy
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
-from sim.state import Array
 from validation.signals.bands import Bands
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from diagnosis.evidence.candidate_test import Beside, Standing
 from diagnosis.library.drivers import in_axes
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.channels import HIGHEST, ChannelEffect, powers
 from sim.effects.earth import RegionalField
-from sim.state import Array
 
 
 def a_course_of_time_does_better(one: Standing, beside: Beside, problem: LinearProblem) -> bool:

@@ -12,8 +12,8 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.library.drivers import AT_ONCE, EARLY, Driver, drivers
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.values import SWITCH
-from sim.state import Array
 
 
 def comes_and_goes(ground: Ground, one: Candidate) -> str:

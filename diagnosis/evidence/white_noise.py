@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.problem.linear import LinearProblem, sample_noise
+from scenarios.arrays import Array
 from sim.effects.base import Effect
 from sim.effects.electronics import Quantisation
 from sim.effects.noise import WhiteNoise
-from sim.state import Array
 
 
 def more_noise(problem: LinearProblem, residual: Array, new: Sequence[Effect]) -> Effect | None:

@@ -11,8 +11,8 @@ from diagnosis.evidence.windows import Span, Timeline
 from diagnosis.library.candidates import Candidate, changes_of_iron
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.values import SWITCH
-from sim.state import Array
 
 
 def windowed(ground: Ground, ranking: Sequence[Evidence], members: dict[str, list[Candidate]]) -> list[Evidence]:

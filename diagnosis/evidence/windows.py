@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.evidence.binned_rows import Rows
-from sim.state import Array
+from scenarios.arrays import Array
 
 Places = NDArray[np.int64]
 NOTHING = 1e-9

@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.evidence.binned_rows import Rows
 from diagnosis.problem.linear import LinearProblem
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 def gain_within(problem: LinearProblem, rows: Rows, inside: Sequence[Array], columns: Array) -> float:

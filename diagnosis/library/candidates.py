@@ -13,10 +13,11 @@ import numpy as np
 from calib.numerics.rates import body_rate
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.model_effects import seen_by
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
 from sim.effects.values import SWITCH, Parameter, Window
-from sim.state import Array, State
+from sim.state import State
 from validation.signals.neighbours import as_iron_sees
 
 BY_SAMPLE = frozenset({"time_s", "pos_enu_m", "R_wb", "rate_rad_s", "field_nT", "field_rate_nT_s"})

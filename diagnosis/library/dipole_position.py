@@ -11,8 +11,8 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.kernels import kernel
-from sim.state import Array
 
 MEAN_S, MOST_MEANS = 0.5, 3000
 """Means that the search sees, and most of them: an effort, not a decision."""

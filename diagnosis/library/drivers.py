@@ -12,9 +12,10 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
+from recordings.channels import SCALAR
+from scenarios.arrays import Array
 from sim.effects.base import Effect
 from sim.effects.channels import HIGHEST, ChannelEffect, Late, felt
-from sim.state import SCALAR, Array
 
 LAGS_S: tuple[float, ...] = ChannelEffect.search["lag_s"]
 ROUNDING, LEAST_RANGE = 1e-9, 1e-11

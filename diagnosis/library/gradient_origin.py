@@ -7,8 +7,8 @@ import numpy as np
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.blocks import Cut, fit, sums
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.base import Effect
-from sim.state import Array
 
 
 def origins(problem: LinearProblem, residual: Array, member: Candidate) -> list[Candidate]:

@@ -14,7 +14,7 @@ from diagnosis.library.gradient_origin import origins
 from diagnosis.library.ripple_frequency import tones
 from diagnosis.library.step_times import moments
 from diagnosis.problem.linear import LinearProblem
-from sim.state import Array
+from scenarios.arrays import Array
 
 Search = Callable[[LinearProblem, Array, Candidate], list[Candidate]]
 """(problem, residual (n, q) that the base and the effects already in leave, candidate) -> candidates with values."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
-from sim.state import Array
+from scenarios.arrays import Array
 
 Sums = tuple[Array, Array, Array]
 PIECE = 20_000

@@ -16,8 +16,8 @@ from diagnosis.problem.blocks import Cut, Fit, block_sums, colour, sums
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patched
 from diagnosis.result import Diagnosis, Flight, How
+from scenarios.arrays import Array
 from sim.effects.values import Window
-from sim.state import Array
 from validation.text import digits, listed
 
 MINUTE_S = 60.0

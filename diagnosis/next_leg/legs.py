@@ -13,6 +13,7 @@ from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
 from recordings import Recording
 from recordings.assemble import recording_of
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from sim.chain import apply_deterministic
@@ -20,7 +21,6 @@ from sim.effects import Effects
 from sim.effects.base import Effect
 from sim.scenario import Scenario
 from sim.simulate import blocks, plan
-from sim.state import Array
 
 Phase = dict[str, Any]
 SWAYING: Phase = {"roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 20.0}

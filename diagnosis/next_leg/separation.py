@@ -13,10 +13,10 @@ from diagnosis.library.dipole_position import ThinnedPath
 from diagnosis.library.parameter_search import between_neighbours
 from diagnosis.problem.blocks import Cut, Sums, fit, squares, sums
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
 from sim.effects.place import joined
-from sim.state import Array
 
 
 @dataclass(frozen=True, eq=False)

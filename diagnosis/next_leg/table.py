@@ -12,7 +12,7 @@ from diagnosis.next_leg.pairs import Pair
 from diagnosis.next_leg.separation import Flown
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Named
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from recordings import Recording
+from recordings.channels import current_name
 from scenarios.errors import InputError
-from sim.state import current_name
 
 
 def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Recording:

@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from recordings import Recording
+from recordings.channels import REFERENCE
 from scenarios.errors import InputError
 from sim.scenario import Model, Scenario
-from sim.state import REFERENCE
 
 
 def of_sensor(recording: Recording, sensor: int | None, where: str) -> Recording:

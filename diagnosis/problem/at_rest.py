@@ -11,8 +11,9 @@ from diagnosis.problem.model_effects import beside_known
 from diagnosis.problem.rates import course, measured
 from diagnosis.problem.repeated_rows import noise_of_neighbours
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.effects.base import Effect
-from sim.state import Array, State
+from sim.state import State
 from validation.signals.amplitude import rms
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from calib.numerics.colour import white_ratios
 from diagnosis.policy import Policy
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True)

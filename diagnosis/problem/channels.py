@@ -10,8 +10,9 @@ from scipy.fft import dct, idct
 
 from calib.numerics.noise import white_noise_std
 from diagnosis.problem.linear import LinearProblem
+from recordings.channels import SCALAR
+from scenarios.arrays import Array
 from sim.effects.channels import ChannelEffect
-from sim.state import SCALAR, Array
 
 
 def without_their_noise(problem: LinearProblem) -> LinearProblem:

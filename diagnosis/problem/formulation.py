@@ -17,6 +17,7 @@ from diagnosis.problem.strength import strength_problem
 from diagnosis.problem.track import Track
 from diagnosis.problem.vector import stating, vector_problem
 from recordings import Recording
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
 from sim.effects import EFFECTS
@@ -24,7 +25,6 @@ from sim.effects.base import Effect
 from sim.effects.place import without_iron
 from sim.field import earth_field_enu_nT
 from sim.scenario import Model, Scenario
-from sim.state import Array
 from validation.text import duration
 
 NOMINAL_NT = 5e4

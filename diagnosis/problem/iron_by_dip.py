@@ -9,7 +9,7 @@ import numpy as np
 from diagnosis.policy import Policy
 from diagnosis.problem.iron_fit import SETTLED, Iron, fitted, unit_of
 from diagnosis.problem.level import dip_rad, upright
-from sim.state import Array
+from scenarios.arrays import Array
 
 FIELD_ERROR_RAD = 0.02
 """Error of a given field's dip, one standard deviation: a prior."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.policy import Policy
 from diagnosis.problem.iron_fit import SETTLED, Iron, fitted, unit_of
-from sim.state import Array
+from scenarios.arrays import Array
 
 PAIRS = (np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2]))
 """Rows and columns of the six elements of a symmetric matrix."""

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from diagnosis.policy import Policy
-from sim.state import Array
+from scenarios.arrays import Array
 
 MOST_STEPS, SETTLED = 60, 1e-9
 """Steps at most, and the relative change of the cost below which they end; also what is nothing beside the field."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from diagnosis.policy import Policy
 from diagnosis.problem.track import Track
-from sim.state import Array
+from scenarios.arrays import Array
 
 LEAST_LEVEL = 1e-6
 """Level part of a measured direction below which it counts as vertical, and has no side to dip to."""

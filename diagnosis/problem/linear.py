@@ -16,10 +16,11 @@ from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.level import Level
 from diagnosis.problem.track import Track
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.effects.base import Effect
 from sim.effects.kernels import kernel
 from sim.effects.place import place_in, turn_of
-from sim.state import Array, State
+from sim.state import State
 from validation.signals.neighbours import by_neighbours
 
 Mode = Literal["vector", "strength"]

@@ -9,9 +9,10 @@ import numpy as np
 
 from diagnosis.problem.linear import LinearProblem
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
-from sim.state import Array, State
+from sim.state import State
 
 Pose = Callable[[Recording], LinearProblem]
 UNSEEN_BY_STRENGTH = frozenset({"attitude", "position"})

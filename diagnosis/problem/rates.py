@@ -13,7 +13,8 @@ from diagnosis.policy import Policy
 from diagnosis.problem.linear import sample_noise
 from recordings import Recording
 from recordings.assemble import scalars_of
-from sim.state import Array, current_name
+from recordings.channels import current_name
+from scenarios.arrays import Array
 
 
 def measured(recording: Recording) -> frozenset[str]:

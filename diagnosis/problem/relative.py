@@ -12,13 +12,15 @@ from diagnosis.problem.linear import LinearProblem, sample_noise
 from diagnosis.problem.rates import course, measured
 from diagnosis.problem.strength import measured_strength
 from recordings import Recording
+from recordings.channels import REFERENCE
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
 from sim.effects.place import without_iron
 from sim.rotation import cross
 from sim.scenario import Model
-from sim.state import REFERENCE, Array, State
+from sim.state import State
 
 UNSEEN = frozenset({"attitude", "position"})
 """What an effect may need that two magnetometers do not show: a field of the earth's frame is in both."""

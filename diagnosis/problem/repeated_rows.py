@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import pauses_after, sample_noise
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 def repeated(mag_nT: Array) -> NDArray[np.bool_]:

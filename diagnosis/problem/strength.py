@@ -18,10 +18,12 @@ from diagnosis.problem.rates import course, measured
 from diagnosis.problem.repeated_rows import noise_of_neighbours
 from diagnosis.problem.track import Track
 from recordings import Recording
+from recordings.channels import SCALAR
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.rotation import cross
-from sim.state import SCALAR, Array, State
+from sim.state import State
 from validation.signals.direction_rate import median_rate_rad_s
 
 TURN_STEP_S = 0.04

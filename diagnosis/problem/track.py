@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from recordings import Recording
+from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
 from sim.field import earth_field_along
-from sim.state import ALTITUDE, LATITUDE, LONGITUDE, Array
 
 NODES = 2000
 """Known places at most at which the field model is asked; between them the field is interpolated."""

@@ -12,11 +12,12 @@ from diagnosis.problem.rates import course, measured, quieter_rate
 from diagnosis.problem.repeated_rows import held, noise_of_neighbours
 from diagnosis.problem.track import Track
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
 from sim.effects.place import turn_of
 from sim.rotation import cross, matrix_from_q, to_body
-from sim.state import Array, State
+from sim.state import State
 
 FIELD_ERROR, DELAY_S = 0.02, 0.1
 """Error of a given field over its strength, and delay against the attitude, one standard deviation of each: a prior,

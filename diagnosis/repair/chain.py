@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
 from sim.effects.iron import HardIron, SoftIron
 from sim.effects.place import joined
-from sim.state import Array
 
 
 def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:

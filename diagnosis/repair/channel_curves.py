@@ -13,7 +13,7 @@ from diagnosis.evidence.baseline import Ground
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.repair.named_effects import Left
 from diagnosis.result import GapSize, How, Named
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 @dataclass(frozen=True)

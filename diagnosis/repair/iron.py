@@ -12,10 +12,10 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import strength_problem
 from diagnosis.problem.vector import carried, robust_fit
 from diagnosis.repair.chain import fitted_iron, predict
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.effects.place import joined
-from sim.state import Array
 
 STEPS = 3
 """Times that iron is fitted: each leaves what effects add to the earth's field times the error of the one before."""

@@ -16,8 +16,8 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.chain import left_with_iron_refitted
 from diagnosis.repair.refinement import refined
 from diagnosis.result import GapSize, How, Named
+from scenarios.arrays import Array
 from sim.effects.base import Effect
-from sim.state import Array
 
 
 def names_of(problem: LinearProblem, belief: Belief, direct: Sequence[Direct]) -> tuple[Named, ...]:

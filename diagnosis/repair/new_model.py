@@ -11,6 +11,7 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.chain import fitted_iron
 from diagnosis.repair.iron import beside
 from diagnosis.result import Named
+from recordings.channels import HEIGHT
 from scenarios.spec import FieldSpec
 from sim.effects import Effects, as_tables
 from sim.effects.base import Effect
@@ -18,7 +19,7 @@ from sim.effects.noise import WhiteNoise
 from sim.effects.place import joined
 from sim.scenario import Model, ModelSpec, Scenario
 from sim.simulate import channels_of
-from sim.state import HEIGHT, MOTION, State
+from sim.state import MOTION, State
 from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
 

@@ -12,10 +12,10 @@ from calib.numerics.squares import SAME, Squares
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.effects.numbers import FreeNumbers
-from sim.state import Array
 
 ROUNDS, CHAINS = 60, 1200
 """Steps at most: the start is close already, but a gradient and its origin are found along a bent valley; and runs of

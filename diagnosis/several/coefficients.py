@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import chi2, f
 
-from sim.state import Array
+from scenarios.arrays import Array
 
 OPEN = 1e-9
 """Eigenvalue of scaled information below which a combination of coefficients is open."""

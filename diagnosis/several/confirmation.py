@@ -20,9 +20,9 @@ from diagnosis.several.pooled_test import Joint, columns_in
 from diagnosis.several.transfer import foretells
 from diagnosis.workflow import measured_rows
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.effects.base import Effect
 from sim.scenario import Model
-from sim.state import Array
 
 
 def confirmed(

@@ -15,7 +15,7 @@ from diagnosis.result import Reach
 from diagnosis.several.coefficients import Estimate, pooled
 from diagnosis.several.pooled_test import Joint, columns_in, estimate
 from diagnosis.several.transfer import Finding, There
-from sim.state import Array
+from scenarios.arrays import Array
 
 Settings = dict[str, list[Candidate]]
 

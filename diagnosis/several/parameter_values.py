@@ -8,8 +8,8 @@ import numpy as np
 
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.base import Effect
-from sim.state import Array
 
 STEP = 1e-3
 """Step of a coefficient over its standard deviation, and of a listed value over itself, for a slope."""

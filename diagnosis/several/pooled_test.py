@@ -15,7 +15,8 @@ from diagnosis.library.candidates import Candidate, missing_channels
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.several.coefficients import Estimate, left_out_gains, with_scatter
-from sim.state import Array, State
+from scenarios.arrays import Array
+from sim.state import State
 
 
 @dataclass(frozen=True, eq=False)

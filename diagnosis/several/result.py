@@ -10,8 +10,8 @@ from diagnosis.result import Diagnosis, GapSize, Reach, parameters
 from diagnosis.several.common_effects import Common
 from diagnosis.several.scope import RECORDINGS, Among
 from diagnosis.verdict import Verdict
+from scenarios.arrays import Array
 from sim.scenario import Scenario
-from sim.state import Array
 
 
 @dataclass(frozen=True, repr=False)

@@ -23,8 +23,8 @@ from diagnosis.several.look_alikes import Settings, explain_as_much, is_useless_
 from diagnosis.several.pooled_test import Asked, Joint, beside_own, columns_in, estimate
 from diagnosis.several.transfer import Finding, There, finding
 from diagnosis.workflow import Examined
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from sim.state import Array
 
 Progress = Callable[[str], object]
 

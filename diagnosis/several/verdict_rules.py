@@ -23,7 +23,7 @@ from diagnosis.several.common_effects import Common, changes_of_iron, fitted_eff
 from diagnosis.several.selection import Chosen, Member
 from diagnosis.several.transfer import Finding, There
 from diagnosis.verdict import Verdict
-from sim.state import Array
+from scenarios.arrays import Array
 from validation.signals.amplitude import rms
 
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from papers.base import Row, Verdict, judged
 from papers.ding2021.trials import BASELINE_M, SpreadTask
+from scenarios.arrays import Array
 
 NOISES_NT = (2.0, 5.0, 10.0)
 QUANTITIES = ("offset", "scale", "non-orthogonality", "misalignment")
@@ -26,7 +26,6 @@ PRINTED_RMS = {"total": 7.327, "Bxx": 0.379, "Bxy": 0.211, "Bxz": 0.151, "Byy": 
 FACTOR = 1.15
 """Our median may be this much above a printed figure."""
 Results = dict[Any, Any]
-Array = NDArray[np.float64]
 
 
 def simulations(results: Results, seeds: int, evolved: int) -> Iterable[Row]:

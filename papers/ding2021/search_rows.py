@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.families.gradiometer import GradiometerCalibrator
 from papers.base import Row, judged
@@ -25,9 +24,9 @@ from papers.ding2021.searches import (
     improved_and_classic,
     populations,
 )
+from scenarios.arrays import Array
 
 ACCEPTED, SOLVED_NT = 0.01, 1e-4
-Array = NDArray[np.float64]
 
 
 def searching(results: Results, seeds: int, few: int, evolved: int) -> Iterable[Row]:

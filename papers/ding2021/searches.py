@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.families.gradiometer import ArrayEstimate, GradiometerCalibrator, polished
 from calib.methods.de_gradiometer import DeGradiometer
@@ -27,9 +26,9 @@ from papers.ding2021.trials import (
     task_of,
     vector_of,
 )
+from scenarios.arrays import Array
 from scenarios.seeds import stream
 
-Array = NDArray[np.float64]
 SIZES = (10, 15, 20, 50, 100, 200)
 COUNTS = (10, 20, 50, 100, 200, 500)
 FACTORS = tuple((f, c) for f in (0.2, 0.45, 0.7, 0.9) for c in (0.2, 0.5, 0.8, 1.0))

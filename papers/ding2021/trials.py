@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference
@@ -25,12 +24,12 @@ from calib.models.sensor_array import (
 )
 from papers.poses import held
 from recordings import Recording
+from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.chain import apply_deterministic
 from sim.effects.papers import ding2021
 from sim.state import State
 
-Array = NDArray[np.float64]
 STRENGTH_NT, DECLINATION_DEG, INCLINATION_DEG, BASELINE_M = 52_000.0, -7.0, 54.0, 0.4
 REFERENCE = Reference(STRENGTH_NT)
 SENSORS = 4

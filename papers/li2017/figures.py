@@ -12,7 +12,7 @@ from calib.models.vector import VectorData
 from papers.li2017.trials import CALM, LOUD, TRUE_STATE, compensated, fuzzy_track, simulated
 from reports.palette import INK, SOFT
 from reports.plots.style import WIDTH_IN, Figure
-from sim.state import Array
+from scenarios.arrays import Array
 
 COLOURS = ("#1f77b4", "#d95f02", "#1b9e77")
 THIN = 10

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from papers.base import Row, Verdict, judged, spread
 from papers.li2017.trials import ANGLE_RATES_RAD_S, INTERVAL_S, MOTIONS, FilterErrors
-from sim.state import Array
+from scenarios.arrays import Array
 
 LONG = (50_000, 200_000)
 ALL_MOTIONS = ((ANGLE_RATES_RAD_S, INTERVAL_S), *MOTIONS)

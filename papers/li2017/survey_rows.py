@@ -7,7 +7,7 @@ import numpy as np
 from papers.base import Row, Verdict, judged, spread
 from papers.li2017.rows import listed
 from papers.li2017.trials import SOURCES, Marquardt, Survey
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 def quadrotor(surveys: list[Survey], without: list[Survey], one_less: list[Survey]) -> list[Row]:

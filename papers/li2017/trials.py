@@ -16,6 +16,7 @@ from calib.models.vector import VectorData
 from papers.poses import held
 from recordings import Recording, Truth
 from recordings.assemble import recording_of, truth_of
+from scenarios.arrays import Array
 from sim.chain import Chain
 from sim.effects import Effects
 from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient
@@ -23,7 +24,7 @@ from sim.effects.papers import li2017
 from sim.effects.sources import LocalDipole
 from sim.scenario import Scenario, load
 from sim.simulate import blocks, plan
-from sim.state import Array, State
+from sim.state import State
 from validation.signals.amplitude import column_rms
 
 SEED = 2017

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from papers.base import Row, Verdict, judged
 from papers.long2013.trials import STRENGTH_NT, Trial
+from scenarios.arrays import Array
 from validation.signals.amplitude import rms
 
-Array = NDArray[np.float64]
 NOISE_NT = 100.0
 NOISES_NT = (10.0, 30.0, NOISE_NT, 200.0, 300.0, 400.0, 500.0)
 """Noise is not printed: 100 nT, 0.2 % of the field, and a sweep around it that shows what the figures bear."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference
@@ -13,13 +12,13 @@ from calib.methods.ml_newton import MaximumLikelihoodNewton
 from calib.methods.twostep import TwoStep
 from papers.poses import held
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.chain import Chain
 from sim.effects.base import Effect
 from sim.effects.papers import long2013
 from sim.effects.values import Mat3, Vec3
 from sim.state import State
 
-Array = NDArray[np.float64]
 SEED = 2013
 STRENGTH_NT, DECLINATION_DEG, INCLINATION_DEG = 48_152.0, -4.57, 44.57
 SOFT_IRON: Mat3 = ((1.23, 0.23, 0.32), (0.23, 1.45, 0.45), (0.32, 0.45, 1.56))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib import Reference
 from papers.base import Row, judged, spread
@@ -18,8 +17,7 @@ from papers.zhang2018.trials import (
     strength_nT,
 )
 from recordings import Recording
-
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 def level() -> Row:

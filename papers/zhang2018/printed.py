@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from papers.base import Row
 from papers.zhang2018.trials import POSITIONS, level_nT
-
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 def _figures(text: str) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from papers.base import Row, judged, spread
 from papers.zhang2018.printed import AFTER_NT
@@ -22,8 +21,8 @@ from papers.zhang2018.trials import (
     spiral,
     strength_nT,
 )
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 CLAIMED_ORDER = ("psoga", "ga", "pso")
 
 

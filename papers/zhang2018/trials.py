@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib import Calibration, Calibrator, Reference
 from calib.families.norm_search import NormSpace, PopulationCalibrator, triangular
@@ -16,6 +15,7 @@ from calib.methods.ga import Ga
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
 from recordings import Recording
+from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.chain import Chain
 from sim.effects.base import Effect
@@ -28,7 +28,6 @@ from sim.simulate import blocks, channels_of, plan
 from sim.state import State
 from validation.signals.amplitude import rms
 
-Array = NDArray[np.float64]
 METHODS = ("pso", "ga", "psoga")
 POSITIONS = 30
 """One each 10 s, as printed: 300 degrees of the turn."""

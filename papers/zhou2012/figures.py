@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.methods.de_turntable import DeTurntable
 from calib.models.turntable import NAMES
 from papers.zhou2012.trials import PRINTED, SEED, STABLE_AT, STOPS, Trial, recording, reference
 from reports.plots.style import Figure
+from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.state import State
-
-Array = NDArray[np.float64]
 
 
 def objective_figure(trials: list[Trial]) -> Figure:

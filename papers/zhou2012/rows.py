@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.models.turntable import NAMES
 from papers.base import Row, judged
 from papers.zhou2012.trials import NOISE_NT, OFFSET_NT, PRINTED, STABLE_AT, Trial, bound
+from scenarios.arrays import Array
 from sim.state import State
-
-Array = NDArray[np.float64]
 
 
 def rows(clean: list[Trial], shifted: list[Trial], state: State) -> tuple[Row, ...]:

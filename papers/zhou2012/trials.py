@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib import Reference
 from calib.methods.de_turntable import DeTurntable
 from calib.models.turntable import NAMES, axes_matrix, derivatives
 from papers.poses import held
 from recordings import Recording
+from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.chain import Chain
 from sim.effects.base import Effect
@@ -22,7 +22,6 @@ from sim.field import earth_field_enu_nT
 from sim.scenario import load
 from sim.state import State
 
-Array = NDArray[np.float64]
 PRINTED = (0.013572, 0.000115, -0.006312, -0.021201, -0.003657)
 STOPS, STEP_RAD = 12, -np.radians(30.0)
 NOISE_NT = 1.0

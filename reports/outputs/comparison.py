@@ -15,6 +15,7 @@ from recordings.files import locked_directory, remove_leftovers, write_text
 from reports.outputs.run import judge
 from reports.pages.comparison import Comparison, page, title_of
 from reports.viewer import write_recording
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.plain import json_ready
 from scenarios.seeds import stream
@@ -28,7 +29,7 @@ from validation.comparison.figures import Figure, figures
 from validation.comparison.journal import Journal
 from validation.comparison.ranking import Answer, answer, overall
 from validation.comparison.stopping import Until, looks
-from validation.comparison.table import Array, Table
+from validation.comparison.table import Table
 from validation.comparison.trial import CALIBRATORS_STREAM
 from validation.scoring.definitions import Meaning, meaning_of
 from validation.scoring.outcome import RANKED_BY, Outcome

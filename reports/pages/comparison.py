@@ -13,11 +13,12 @@ from markupsafe import Markup
 from reports.pages.figure import on_page
 from reports.pages.template import rendered
 from reports.plots.comparison import draw_distributions, draw_over, draw_ranks
+from scenarios.arrays import Array
 from scenarios.sweep import Value
 from validation.comparison.figures import CLAIMED_INSIDE, CLAIMED_SQUARE, Figure, figures
 from validation.comparison.ranking import Answer, Standing, without_correction
 from validation.comparison.statistics import Interval
-from validation.comparison.table import Array, Table
+from validation.comparison.table import Table
 from validation.text import counted, digits, figure, plainly
 
 PERCENT = 100.0

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from reports.palette import INK, LINES, RAW, SOFT
 from reports.plots.style import WIDTH_IN
-from validation.comparison.statistics import Array, Interval, mean_ranks, median
+from scenarios.arrays import Array
+from validation.comparison.statistics import Interval, mean_ranks, median
 from validation.comparison.table import Table
 from validation.scoring.definitions import Meaning
 

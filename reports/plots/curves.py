@@ -12,8 +12,8 @@ from diagnosis.result import NORMAL_95, Diagnosis, Named
 from reports.palette import RAW, XYZ
 from reports.plots.style import WIDTH_IN
 from reports.series import block_means, length_for
+from scenarios.arrays import Array
 from sim.effects.channels import ChannelEffect, felt, powers
-from validation.scoring.outcome import Array
 
 MOST_POINTS, POINTS = 1500, 200
 """Points of the data's cloud, and of a curve."""

@@ -22,7 +22,7 @@ from reports.series import (
     length_for,
     places,
 )
-from validation.scoring.outcome import Array
+from scenarios.arrays import Array
 from validation.signals.thinning import every_nth
 
 BEFORE, AFTER = LINES[1], LINES[0]

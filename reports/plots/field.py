@@ -12,7 +12,8 @@ from matplotlib.patches import Circle
 from reports.palette import INK, LINES, RAW, XYZ
 from reports.plots.style import WIDTH_IN, keep_readable, lines, phase_bands, time_axis
 from reports.words.outcome import rms_length
-from validation.scoring.outcome import Array, Outcome
+from scenarios.arrays import Array
+from validation.scoring.outcome import Outcome
 from validation.signals.thinning import every_nth
 from validation.text import digits
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from calib.numerics.noise import white_noise_std
 from reports.palette import INK, RAW, SOFT, XYZ
 from reports.plots.style import WIDTH_IN, keep_readable, time_scale
-from validation.inspection.log import Array
+from scenarios.arrays import Array
 from validation.inspection.sensor_data import Look
 from validation.inspection.timing import find_gaps
 from validation.signals.noise import allan_deviation

@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.text import Annotation
 
-from validation.scoring.outcome import Array
+from scenarios.arrays import Array
 
 PX_IN = 96.0
 DIGITS = 6

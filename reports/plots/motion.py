@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from reports.palette import LINES, XYZ, phase_colours
 from reports.plots.style import WIDTH_IN, lines, phase_bands, time_axis, time_scale
-from validation.scoring.outcome import Array, Outcome
+from scenarios.arrays import Array
+from validation.scoring.outcome import Outcome
 from validation.signals.quaternion_conventions import euler_deg
 from validation.signals.thinning import every_nth
 

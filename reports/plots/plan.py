@@ -6,17 +6,16 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from reports.palette import LINES, RAW, XYZ
 from reports.plots.style import WIDTH_IN
+from scenarios.arrays import Array
 from validation.bound.limit import Limit
 from validation.planning.next_leg import Onward
 from validation.planning.plan import Plan
 from validation.text import symbol
 
-Array = NDArray[np.float64]
 STEPS = 1500
 """Points of a line over the whole motion."""
 AREA = 1500.0

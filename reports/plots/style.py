@@ -13,7 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure as Figure
 
 from reports.palette import INK, SOFT, phase_colours
-from validation.scoring.outcome import Array, Outcome
+from scenarios.arrays import Array
+from validation.scoring.outcome import Outcome
 from validation.signals.thinning import envelope
 from validation.text import digits
 

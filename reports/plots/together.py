@@ -15,7 +15,7 @@ from reports.palette import LINES, RAW, SOFT
 from reports.plots.diagnosis import AFTER, BEFORE
 from reports.plots.style import WIDTH_IN
 from reports.series import block_means, length_for
-from validation.scoring.outcome import Array
+from scenarios.arrays import Array
 from validation.text import symbol
 
 MOST_COLUMNS, FINE, COARSE = 3, 1500, 200

@@ -34,7 +34,7 @@ from reports.viewer.stream import (
     time_view,
 )
 from reports.words.diagnosis import gap_rows
-from validation.scoring.outcome import Array
+from scenarios.arrays import Array
 from validation.signals.thinning import every_nth
 
 MOST_ROWS = 100_000

@@ -11,8 +11,8 @@ import numpy as np
 from rerun.chunk import RrdReader
 
 from reports.viewer.stream import TIMELINE
+from scenarios.arrays import Array
 from scenarios.errors import InputError
-from validation.scoring.outcome import Array
 
 SCALARS = "Scalars:scalars"
 

@@ -12,8 +12,8 @@ import rerun.blueprint as rrb
 
 from recordings.files import beside, system_errors_about
 from reports.palette import LINES, XYZ, rgb
+from scenarios.arrays import Array
 from scenarios.errors import InputError
-from validation.scoring.outcome import Array
 
 TIMELINE = "time"
 ROWS_A_CHUNK = 65_536

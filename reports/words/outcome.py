@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from calib import Calibration
+from scenarios.arrays import Array
 from scenarios.names import scenario_names
 from sim.tracking import warning
 from sim.vehicles import VEHICLES
 from validation.scoring.definitions import MEANINGS, Meaning
-from validation.scoring.outcome import Array, Outcome
+from validation.scoring.outcome import Outcome
 from validation.scoring.recommendation import Answer
 from validation.scoring.scores import Score
 from validation.text import digits, duration, plainly, sentence, symbol, words

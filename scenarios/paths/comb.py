@@ -7,9 +7,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from scenarios.arrays import Array
 from scenarios.paths.base import Start
 from scenarios.paths.excited import Excited
-from scenarios.paths.jet import Array, Jet, assemble, constant, run
+from scenarios.paths.jet import Jet, assemble, constant, run
 from scenarios.paths.turn import heading, unit_turn
 
 

@@ -6,8 +6,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase, Start
-from scenarios.paths.jet import Array, assemble, constant
+from scenarios.paths.jet import assemble, constant
 
 
 class Dive(PhaseBase):

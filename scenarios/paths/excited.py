@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
+from scenarios.arrays import Array
 from scenarios.paths.base import LEAST_RAMP_S, PhaseBase
-from scenarios.paths.jet import Array, Jet, sine, window
+from scenarios.paths.jet import Jet, sine, window
 
 
 class RunIn(PhaseBase):

@@ -8,10 +8,11 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from scenarios.arrays import Array
 from scenarios.paths.base import LEAST_RAMP_S, Ability, Start
 from scenarios.paths.excited import RunIn
 from scenarios.paths.hover import GRAVITY_M_S2, at_rest
-from scenarios.paths.jet import Array, Jet, assemble, constant, pushed, smoothstep
+from scenarios.paths.jet import Jet, assemble, constant, pushed, smoothstep
 from scenarios.paths.swaying import Swaying
 from scenarios.table import Table
 

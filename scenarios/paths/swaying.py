@@ -8,7 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from scenarios.paths.jet import Array, Jet, smoothstep
+from scenarios.arrays import Array
+from scenarios.paths.jet import Jet, smoothstep
 
 STEP_S = 0.05
 """Of the integration: a twelfth of the usual switch, within a millimetre of steps a tenth as long."""

@@ -8,7 +8,8 @@ from functools import cache
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from scenarios.paths.jet import Array, run
+from scenarios.arrays import Array
+from scenarios.paths.jet import run
 
 EASE = 0.3
 """Share of the turn's length over which the curvature rises, and again over which it falls."""

@@ -7,9 +7,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from scenarios.arrays import Array
 from scenarios.paths.base import LEAST_RAMP_S, Ability, Start
 from scenarios.paths.excited import RunIn
-from scenarios.paths.jet import Array, Jet, assemble, constant, run, sine, smoothstep, window
+from scenarios.paths.jet import Jet, assemble, constant, run, sine, smoothstep, window
 
 AXES = ("yaw", "pitch", "roll")
 

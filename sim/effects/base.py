@@ -14,10 +14,11 @@ from pydantic import ConfigDict, ValidationError
 from pydantic.dataclasses import dataclass
 from pydantic.fields import FieldInfo
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.clues import Clues
 from sim.effects.values import SOUGHT, SWITCH, Mat3, Parameter, Role, Vec3, Window, input_error
-from sim.state import Array, State
+from sim.state import State
 
 ZERO3: Vec3 = (0.0, 0.0, 0.0)
 ZERO33: Mat3 = (ZERO3, ZERO3, ZERO3)

@@ -6,11 +6,13 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from recordings.channels import TEMPERATURE
+from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import Clues
 from sim.effects.kernels import first_order_lag
 from sim.effects.values import ChannelName, Choice, Quantity, Vec3
-from sim.state import TEMPERATURE, Array, State
+from sim.state import State
 
 Late = Literal["channel", "curve"]
 HIGHEST = 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sim.state import Array
+from scenarios.arrays import Array
 
 Density = Callable[[Array], Array]
 """One-sided power density at frequencies f (m,) in Hz, f > 0."""

@@ -8,12 +8,14 @@ from typing import Annotated
 
 import numpy as np
 
+from recordings.channels import current_name
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
 from sim.effects.clues import AT_SEVERAL_RATES, LATE, OTHER_THRUST, Clues
 from sim.effects.kernels import first_order_lag, kernel, times
 from sim.effects.values import Mat3, Quantity, Vec3
-from sim.state import Array, State, current_name, missing_channel
+from sim.state import State, missing_channel
 
 Motor = Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")]
 

@@ -7,10 +7,11 @@ from typing import Annotated
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import IN_ITS_MOUNT, LONG_AT_REST, Clues
 from sim.effects.values import Quantity, Vec3
-from sim.state import Array, State
+from sim.state import State
 
 
 @frozen

@@ -7,12 +7,13 @@ from typing import Annotated
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import Memory, Replacement, frozen
 from sim.effects.clues import AT_SEVERAL_RATES, LATE, Clues
 from sim.effects.even import in_even_time
 from sim.effects.kernels import curved_lag
 from sim.effects.values import Quantity
-from sim.state import Array, State
+from sim.state import State
 
 
 @frozen

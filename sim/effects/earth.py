@@ -7,6 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
 from sim.effects.clues import ANOTHER_INSTRUMENT, THE_TRACK_AGAIN, Clues
 from sim.effects.kernels import times
@@ -14,7 +15,7 @@ from sim.effects.rotation import rotation
 from sim.effects.values import Mat3, Quantity, Vec3
 from sim.portable import product
 from sim.rotation import to_body
-from sim.state import Array, State
+from sim.state import State
 
 UNIT_GRADIENTS: tuple[Mat3, ...] = (
     ((1, 0, 0), (0, 0, 0), (0, 0, -1)),

@@ -6,10 +6,11 @@ from typing import Annotated
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import Memory, Replacement, frozen
 from sim.effects.clues import Clues
 from sim.effects.values import Quantity
-from sim.state import Array, State
+from sim.state import State
 
 
 @frozen

@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator
 
-from sim.state import Array, State
+from scenarios.arrays import Array
+from sim.state import State
 
 UNEVEN = 0.05
 """Difference from the interval, in intervals, from which on steps of time are uneven: rounded stamps stay below it."""

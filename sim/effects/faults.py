@@ -6,11 +6,12 @@ from typing import Annotated
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import Effect, Memory, Replacement, frozen
 from sim.effects.clues import Clues
 from sim.effects.kernels import kernel
 from sim.effects.values import Quantity
-from sim.state import Array, State
+from sim.state import State
 
 
 @frozen

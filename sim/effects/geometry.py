@@ -6,12 +6,13 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import IN_ITS_MOUNT, Clues
 from sim.effects.kernels import times
 from sim.effects.rotation import rotation, triangular, zhang_installation
 from sim.effects.values import Choice, Quantity, Vec3
-from sim.state import Array, State
+from sim.state import State
 
 
 @frozen

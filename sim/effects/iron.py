@@ -6,12 +6,13 @@ from typing import Annotated
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
 from sim.effects.clues import IN_ITS_MOUNT, WARM_AND_COOL, Clues
 from sim.effects.kernels import times
 from sim.effects.values import Mat3, Quantity, Vec3
 from sim.portable import extended
-from sim.state import Array, State
+from sim.state import State
 
 
 @frozen

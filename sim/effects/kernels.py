@@ -9,7 +9,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numba import njit
 
-from sim.state import Array
+from scenarios.arrays import Array
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -9,12 +9,13 @@ from typing import Annotated
 import numpy as np
 from scipy.optimize import nnls
 
+from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import LONG_AT_REST, Clues
 from sim.effects.kernels import kernel
 from sim.effects.values import Quantity, Vec3
 from sim.portable import extended, inverse, product
-from sim.state import Array, State
+from sim.state import State
 
 FLICKER_LOW_HZ = 1e-5
 _POLES_A_DECADE = 2

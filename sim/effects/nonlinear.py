@@ -8,11 +8,12 @@ from typing import Annotated
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import AT_SEVERAL_RATES, Clues
 from sim.effects.kernels import kernel
 from sim.effects.values import Quantity, Vec3
-from sim.state import Array, State
+from sim.state import State
 
 SHARPER, KINK = "higher orders", "kink"
 SECOND_PLAY, THIRD_PLAY, ROUNDED = "second play", "third play", "rounded loop"

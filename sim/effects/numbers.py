@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import Effect
 from sim.effects.values import Role
-from sim.state import Array
 
 STAY: tuple[Role, ...] = ("moment", "motor", "channel", "fixed")
 """Roles of parameters that are not refined: a sample that a search found, a whole number, a name, a convention."""

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect
 from sim.effects.currents import EddyCurrent
 from sim.effects.drift import SensorOffset
@@ -15,7 +16,6 @@ from sim.effects.noise import WhiteNoise
 from sim.effects.rotation import axes_and_turn, rotation_about, rotation_angles_deg, triangular_angles_deg
 from sim.effects.values import Mat3, Vec3
 from sim.portable import product
-from sim.state import Array
 
 Chained = tuple[Effect, ...]
 

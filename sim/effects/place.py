@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
-from sim.state import Array, State
+from sim.state import State
 
 RANK = {name: i for i, name in enumerate(BY_NAME)}
 """Name of an effect -> its physical place among all."""

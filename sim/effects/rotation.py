@@ -7,9 +7,9 @@ import math
 import numpy as np
 from scipy.linalg import rq
 
+from scenarios.arrays import Array
 from sim.effects.values import Vec3
 from sim.portable import product
-from sim.state import Array
 
 
 def rotation_about(axis: int, angle_deg: float) -> Array:

@@ -7,13 +7,14 @@ from typing import Annotated
 
 import numpy as np
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import THE_TRACK_AGAIN, Clues
 from sim.effects.kernels import kernel
 from sim.effects.values import Quantity, Vec3
 from sim.rotation import to_body
-from sim.state import Array, State
+from sim.state import State
 
 MU0_4PI_nT = 100.0
 """mu_0 / (4 pi) in nT m^3 / (A m^2)."""

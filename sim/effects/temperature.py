@@ -7,11 +7,13 @@ from typing import Annotated
 
 import numpy as np
 
+from recordings.channels import TEMPERATURE
+from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import WARM_AND_COOL, Clues
 from sim.effects.kernels import first_order_lag
 from sim.effects.values import Quantity, Vec3
-from sim.state import TEMPERATURE, Array, State
+from sim.state import State
 
 REFERENCE_DEGC = 20.0
 LAGS_S = (0.0, 3.0, 10.0, 30.0, 100.0, 300.0)

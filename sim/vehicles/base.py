@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 import mujoco
 import numpy as np
 
+from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase
 from scenarios.table import Table
 from sim.engine import Log
-from sim.state import Array
 from sim.vehicles.geoms import Geom, visible_geoms
 
 MODELS = Path(__file__).parent.parent / "models"

@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim.state import Array
+from scenarios.arrays import Array
 
 PLAIN = (0.5, 0.5, 0.5, 1.0)
 """MuJoCo's colour of a geom that names none: its material's counts then."""

@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 from pydantic import Field
 
+from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase
 from sim.engine import Log
 from sim.processes import GaussMarkov
-from sim.state import Array
 from sim.vehicles.base import STEP_S, Kinematics, Vehicle, VehicleTable, free_body_kinematics
 from sim.vehicles.quadrotor_control import SIZE, control
 

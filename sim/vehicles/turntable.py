@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 from numba import njit
 
+from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase
 from sim.engine import Log, control_signature
 from sim.rotation import multiply_q, q_from_rotation_vector
-from sim.state import Array
 from sim.vehicles.base import Kinematics, Vehicle, VehicleTable
 
 BANDWIDTH_RAD_S = 15.0

@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from recordings import Recording
-from sim.state import Array
+from scenarios.arrays import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, recording
 
 IRON = np.array([[1.05, 0.02, -0.03], [0.01, 0.96, 0.02], [-0.02, 0.01, 1.03]])

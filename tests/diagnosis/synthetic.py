@@ -13,11 +13,12 @@ from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
 from recordings import Recording
 from recordings.columns import group_of
+from scenarios.arrays import Array
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.effects.base import Effect
 from sim.effects.registry import EFFECTS
-from sim.state import MOTION, Array
+from sim.state import MOTION
 
 FIELD_ENU_NT = np.array([1_000.0, 20_000.0, -43_000.0])
 STRENGTH_NT = float(np.linalg.norm(FIELD_ENU_NT))

@@ -17,10 +17,10 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.repeated_rows import noise_of_neighbours
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.effects.dynamic import Latency
 from sim.effects.earth import DiurnalDrift
 from sim.effects.faults import Spikes
-from sim.state import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording
 
 DELAY_S, ROW_S = 0.015, 0.0035

@@ -16,7 +16,7 @@ import magbench
 from magbench import InputError
 from magbench.results import CalibrationResult, Shown
 from recordings import Recording
-from recordings.recording import Array
+from scenarios.arrays import Array
 from tests.short import short
 
 STRENGTH_NT = 48_000.0

@@ -6,10 +6,11 @@ import numpy as np
 
 from calib.result import Calibration, Status
 from recordings.recording import Recording, Truth
+from scenarios.arrays import Array
 from scenarios.paths import PHASES, Ability
 from sim.scenario import Scenario
 from sim.vehicles import VEHICLES, able
-from validation.scoring.outcome import Array, Outcome
+from validation.scoring.outcome import Outcome
 from validation.scoring.scores import Score
 
 FIELD_ENU_NT = np.array([1500.0, 27_000.0, -41_000.0])

@@ -12,11 +12,12 @@ import pytest
 from rerun.chunk import RrdReader
 
 from reports.viewer import read_series, verify, write_recording
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.vehicles import VEHICLES
 from sim.vehicles.turntable import Turntable, TurntableSpec
 from tests.reports import outcome_example as example
-from validation.scoring.outcome import Array, Outcome
+from validation.scoring.outcome import Outcome
 
 
 @pytest.fixture(scope="module")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from pathlib import Path
 
 import numba
 import pytest
 
-from sim import compiled
+from scenarios import numba_cache
 
 
 @pytest.fixture(autouse=True)
@@ -16,14 +17,14 @@ def undecided(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", "restored afterwards")
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
-    monkeypatch.setattr(compiled.tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(compiled, "__file__", str(tmp_path / "file" / "compiled.py"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(numba_cache, "__file__", str(tmp_path / "file" / "numba_cache.py"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "cache"))
 
 
 def test_without_any_place_there_is_a_private_one(tmp_path: Path) -> None:
     (tmp_path / "file").touch()  # a directory can be made in no file, by nobody
-    compiled.keep_somewhere()
+    numba_cache.ensure_numba_cache()
     folder = Path(os.environ["NUMBA_CACHE_DIR"])
     assert str(folder) == numba.config.CACHE_DIR
     assert folder.parent == tmp_path
@@ -35,12 +36,12 @@ def test_numbas_own_places_are_left_to_it(place: str, tmp_path: Path) -> None:
     for other in ("file/__pycache__", "file/cache/numba"):
         (tmp_path / other).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / other).mkdir() if other == place else (tmp_path / other).touch()
-    compiled.keep_somewhere()
+    numba_cache.ensure_numba_cache()
     assert "NUMBA_CACHE_DIR" not in os.environ
 
 
 def test_a_place_that_is_given_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", "mine")
-    compiled.keep_somewhere()
+    numba_cache.ensure_numba_cache()
     assert os.environ["NUMBA_CACHE_DIR"] == "mine"

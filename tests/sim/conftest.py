@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from recordings.channels import TEMPERATURE, current_name, currents_of
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from sim.state import MOTION, TEMPERATURE, Array, State, current_name, currents_of
+from sim.state import MOTION, State
 
 FIELD_ENU_nT = np.array([-11484.0, 12637.0, 32731.0])
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 DENSITY, GRAVITY = 1025.0, 9.81
 UP = np.array([0.0, 0.0, 1.0])
 

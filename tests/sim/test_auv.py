@@ -12,6 +12,7 @@ from pydantic import TypeAdapter
 from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
+from scenarios.arrays import Array
 from scenarios.paths import Phase, PhaseBase
 from scenarios.spec import FieldSpec, SamplingSpec
 from sim.engine import Course, advance, log_of, plant_of
@@ -20,7 +21,7 @@ from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
 from sim.vehicles.auv import Auv, AuvSpec
 from sim.vehicles.auv_control import MATRIX, NU, RATE, WRENCH, follow
-from tests.sim.fossen import DENSITY, GRAVITY, UP, Array, Fossen
+from tests.sim.fossen import DENSITY, GRAVITY, UP, Fossen
 
 SPIRAL = {"kind": "spiral", "radius_m": 20, "turn_rate_deg_s": 1, "vertical_speed_m_s": -0.05, "turns": 1}
 COMB = {"kind": "comb", "line_length_m": 100, "line_spacing_m": 20, "lines": 4, "speed_m_s": 1}

@@ -11,9 +11,10 @@ from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from scenarios.arrays import Array
 from sim.engine import Course, Log, Stop, advance, control_signature, log_of, mass_matrix, plant_of
 from sim.vehicles.auv import Auv, AuvSpec
-from tests.sim.fossen import DENSITY, GRAVITY, Array, Fossen, tuckerman
+from tests.sim.fossen import DENSITY, GRAVITY, Fossen, tuckerman
 
 AUV = Auv(AuvSpec(kind="auv"))
 

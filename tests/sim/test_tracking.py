@@ -12,9 +12,10 @@ import pytest
 from magbench.cli import main
 from recordings import read_manifest, read_run, run_file, run_path
 from recordings.manifest import MANIFEST
+from recordings.metadata import Tracking
 from scenarios.load import catalogue
 from sim.generate import generate
-from sim.tracking import LIMIT_M, Tracking, together, warning
+from sim.tracking import LIMIT_M, together, warning
 from tests.short import cuts, short
 
 STORM = "vehicle.wind_enu_m_s=[100,0,0]"

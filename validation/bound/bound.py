@@ -7,14 +7,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from validation.bound.experiment import Experiment
 from validation.bound.information import INVOLVED, SINGULAR, Information
 from validation.bound.knowledge import KNOWLEDGE
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.innovations import innovations
+from scenarios.arrays import Array
 from sim.effects.noise import FLICKER_LOW_HZ
 
-Array = NDArray[np.float64]
 CORNERS_A_DECADE = 2
 """First-order processes whose sum is flicker noise: at two a decade within 1 % of it."""
 HIGHEST = 0.45

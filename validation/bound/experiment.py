@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from scenarios.arrays import Array
 from validation.bound.colour import Colour
 
-Array = NDArray[np.float64]
 GYRO_STD_RAD_S = 1e-3
 """White noise of a sample of the body rate, each axis, where nobody says it: that of the standard case, and of an
 everyday MEMS gyro."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib import Reference, get
@@ -18,6 +17,7 @@ from calib.numerics.rates import world_to_body
 from calib.result import Calibration
 from recordings import Recording, Truth, read_recording
 from recordings.manifest import file_of
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.motion import Motion
@@ -30,7 +30,6 @@ from validation.calibrating.fitting import reference_of
 from validation.scoring.holdout import Surroundings, hold_out
 from validation.signals.intervals import gaps_after
 
-Array = NDArray[np.float64]
 VECTOR = "vector_least_squares"
 """The method that takes the directions from the attitude."""
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.names import closest
 from validation.bound.experiment import Experiment
 from validation.bound.knowledge import PLACES
 from validation.bound.score_bounds import ROWS, rows_of
 from validation.scoring.definitions import MEANINGS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.models.linked import tangents
 from calib.numerics.chain import chained
 from calib.numerics.points import cross_matrices
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from validation.bound.colour import whitened
 from validation.bound.experiment import Experiment
 
-Array = NDArray[np.float64]
 AXES = "xyz"
 OFFSET = tuple(f"offset_{axis}" for axis in AXES)
 SYMMETRIC = tuple((i, j) for i in range(3) for j in range(i, 3))

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.methods.gyro_accel_ml import GyroAccelMl
 from calib.models.levelled import STANDARD_GRAVITY_M_S2
 from calib.numerics.chain import chained
 from calib.numerics.points import cross_matrices
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from validation.bound.experiment import Experiment
 from validation.bound.information import BIAS, SYMMETRIC, Information, jacobian, only_white, without_last
 
-Array = NDArray[np.float64]
 WORD = "norm+gyro+accel"
 OF_ACCELEROMETER = 5
 """The field's inclination, gravity, and the accelerometer's bias."""

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from validation.bound.experiment import Experiment
 from validation.bound.goal import OFFSET, Goal
 from validation.bound.information import AT_MOST, SINGULAR
 
-Array = NDArray[np.float64]
 YAW_STEP_DEG = 5.0
 """Of the attitudes that a design is made of; at half the step the limits of the standard case change by under 0.1 %."""
 TILT_STEP_DEG = 10.0

@@ -6,8 +6,8 @@ from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.reuse import Flights
 from sim.simulate import Plan
@@ -20,7 +20,6 @@ from validation.bound.score_bounds import uses
 from validation.bound.sensor_noise import stated_noise_nT
 from validation.scoring.definitions import MEANINGS
 
-Array = NDArray[np.float64]
 OTHER_SENSORS = {"scalar", "array"}
 """What tells a method more than one magnetometer does: no bound is known for it."""
 Leasts = dict[tuple[str, str], float]

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from scenarios.arrays import Array
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.information import FULL, Places, jacobian
@@ -25,7 +25,6 @@ from validation.scoring.holdout import (
     uniform_attitudes,
 )
 
-Array = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
 DRAWS = 400
 """Errors drawn for a figure that is not linear in them: its mean is known to 1 / sqrt(400) of its spread."""

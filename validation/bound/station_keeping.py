@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from scenarios.arrays import Array
 from validation.bound.experiment import Experiment
 from validation.bound.goal import OFFSET, Goal
 from validation.bound.limit import Limit, Tilts, candidates, felt, optimal
 
-Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 GAP = 3e-3
 """The design is done when no other can be better by more than this share."""

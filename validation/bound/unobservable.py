@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib.observability import MAX_STD_FRACTION, axis_text
+from scenarios.arrays import Array
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.text import figure
 
-Array = NDArray[np.float64]
 MAIN_PART = 0.25
 """A parameter is part of a direction from this share of the largest component on."""
 TILTS = {

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib import Calibration
 from calib.outside import checked
 from recordings import Recording
+from scenarios.arrays import Array
 from scenarios.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 def corrected(calibration: Calibration, recording: Recording, where: str) -> Array:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib import Calibration
+from scenarios.arrays import Array
 from scenarios.errors import InputError
-
-Array = NDArray[np.float64]
 
 FLU_TO_FRD = np.diag([1.0, -1.0, -1.0])
 NT_PER_GAUSS = 1e5

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scenarios.arrays import Array
 from validation.comparison.ranking import without_correction
-from validation.comparison.statistics import Array, Interval, mean_square, median, rate
+from validation.comparison.statistics import Interval, mean_square, median, rate
 from validation.comparison.table import Table
 from validation.scoring.definitions import MEANINGS, Meaning
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from validation.comparison.statistics import Array, Difference, Interval, differences, median, rate
+from scenarios.arrays import Array
+from validation.comparison.statistics import Difference, Interval, differences, median, rate
 from validation.comparison.table import Table
 from validation.scoring.definitions import Meaning
 from validation.scoring.evaluation import UNCORRECTED

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import binom, binomtest, chi2, rankdata, studentized_range
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 LEVEL = 0.95
 """Of every interval; the tests' significance is the rest."""
 

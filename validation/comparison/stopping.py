@@ -6,8 +6,9 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
-from validation.comparison.statistics import Array, Interval, median
+from validation.comparison.statistics import Interval, median
 from validation.scoring.definitions import meaning_of
 
 FIRST_LOOK = 20

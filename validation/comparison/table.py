@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from recordings.files import beside, system_errors_about
 from recordings.tabular import damage_named
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.sweep import Value
 from validation.comparison.design import Design
@@ -23,7 +24,6 @@ from validation.comparison.trial import Trial
 from validation.scoring.definitions import MEANINGS, meaning_of
 from validation.scoring.evaluation import UNCORRECTED
 
-Array = NDArray[np.float64]
 TRIALS, TIMINGS = "trials.parquet", "timings.parquet"
 KEYS = ("point", "run", "seed", "calibrator", "status", "reason")
 TIMES = ("wall_s", "cpu_s")

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from calib import CALIBRATORS, Calibration, Reference
@@ -14,10 +13,10 @@ from calib.models.response import strength_columns
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from recordings import Recording
+from scenarios.arrays import Array
 from validation.cross_validation.legs import Legs, legs_of
 from validation.text import figure
 
-Array = NDArray[np.float64]
 MOST = 1.5
 """Times the claim that the offset may scatter without a word about it."""
 TURNED = "S_yx"

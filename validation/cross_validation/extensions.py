@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.rates import body_rate
 from recordings import Recording
+from scenarios.arrays import Array
 from validation.cross_validation.legs import Legs
 from validation.cross_validation.models import Model, with_eddy, with_warmth
 from validation.cross_validation.paired_legs import Pair, Unseen
 
-Array = NDArray[np.float64]
 Add = Callable[[Model], Model]
 SURROGATES = 39
 """Signals of the temperature's spectrum: it is one of forty, so that a drift passes for it in 2.5 % of recordings."""

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 LEAST_LEGS = 6
 """Fewer phases or headings than these are no legs to hold out, and from fewer blocks nothing is told: with five the
 t interval is wider than twice the spread of a leg."""

@@ -20,9 +20,9 @@ from calib.models.ellipsoid import UPPER
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from recordings import Recording
+from scenarios.arrays import Array
 from validation.cross_validation.legs import Legs
 
-Array = NDArray[np.float64]
 OFFSET, ELLIPSOID, FULL, EDDY, TEMPERATURE = "offset", "ellipsoid", "full matrix", "eddy currents", "temperature"
 """What models are called by."""
 STEPS, SETTLED = 30, 1e-5

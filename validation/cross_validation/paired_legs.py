@@ -7,13 +7,12 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from scenarios.arrays import Array
 from validation.cross_validation.legs import LEAST_LEGS, Legs
 from validation.cross_validation.models import Model
 
-Array = NDArray[np.float64]
 Verdict = Literal["worth_it", "as_well", "worse", "cannot_tell"]
 SURE = 0.95
 ROUNDING = 1e-9

@@ -13,10 +13,10 @@ import pyarrow.parquet as pq
 
 from recordings.files import beside, canonical_json, system_errors_about
 from recordings.tabular import damage_named
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from validation.comparison.design import Design
-from validation.gates.sequential import Array
 
 COLUMNS = pa.schema(
     [

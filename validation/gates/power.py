@@ -9,7 +9,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from validation.gates.sequential import Array, Counts, SequentialTest
+from scenarios.arrays import Array
+from validation.gates.sequential import Counts, SequentialTest
 
 MOST_TRIALS = 5_000
 """A gate that takes more trials than this has a limit too near to what it measures."""

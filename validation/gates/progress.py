@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from scenarios.arrays import Array
 from validation.gates.budget import Plan
 from validation.gates.power import factor_seen, more_trials, smallest_exceedance
-from validation.gates.sequential import Array, Decision, Verdict, decide
+from validation.gates.sequential import Decision, Verdict, decide
 
 
 @dataclass(frozen=True)

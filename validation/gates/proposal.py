@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
 from scenarios.names import scenario_names
@@ -22,7 +23,7 @@ from validation.comparison.journal import COMPARISON, JOURNAL
 from validation.comparison.statistics import rate
 from validation.comparison.table import Table
 from validation.gates.power import MOST_TRIALS, factor_seen, fewest_trials, smallest_exceedance, trials_to_pass
-from validation.gates.sequential import Array, SequentialTest
+from validation.gates.sequential import SequentialTest
 from validation.gates.spec import FALSE_FAIL_RATE, POWER, QUANTILE
 from validation.scoring.definitions import Meaning
 from validation.scoring.evaluation import UNCORRECTED

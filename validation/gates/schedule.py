@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.names import closest
 from sim.scenario import Scenario, load
@@ -22,7 +23,6 @@ from validation.gates.baseline import read_baseline
 from validation.gates.bound_limit import Least
 from validation.gates.budget import planned
 from validation.gates.progress import Course, Trial
-from validation.gates.sequential import Array
 from validation.gates.spec import BOUND, FAILURE, Gate, GateFile
 from validation.scoring.evaluation import UNCORRECTED
 

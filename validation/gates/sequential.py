@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import betaincc, betaln
 
+from scenarios.arrays import Array
+
 Verdict = Literal["pass", "fail", "inconclusive"]
-Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from scenarios.arrays import Array
 from validation.inspection.finding import Finding, Level
 from validation.inspection.sensor_data import Look, attitude_of
 from validation.signals.quaternion_conventions import (
@@ -18,7 +18,6 @@ from validation.signals.quaternion_conventions import (
 )
 from validation.text import duration, figure
 
-Array = NDArray[np.float64]
 SECTION = "frames"
 AGREEING_SHARE, DISAGREEING_SHARE = 0.9, 0.7
 """Share of the gyro's variance that the attitude's derivative explains."""

@@ -14,9 +14,9 @@ from recordings.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
 from recordings.importer import RawColumns, read_columns
 from recordings.manifest import file_of
 from recordings.units import parse_maps
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 
-Array = NDArray[np.float64]
 LATEST_S = 1e19
 """Nanoseconds of our time since 1970, taken for seconds, are a fifth of this; what is later is no time."""
 

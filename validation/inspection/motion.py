@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from calib.observability import Extent, axis_text, planar_status
+from scenarios.arrays import Array
 from validation.inspection.finding import Finding, Level
 from validation.inspection.sensor_data import Look, attitude_of
 from validation.signals.quaternion_conventions import euler_deg
 from validation.signals.sphere import cells, directions, largest_hole
 from validation.text import figure, figures
 
-Array = NDArray[np.float64]
 SECTION = "motion"
 SMALL_HOLE_DEG = 65.0
 """Radius of a hole that a calibration bears."""

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from recordings.channels import current_name, motors_among
 from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names
-from sim.state import current_name, motors_among
+from scenarios.arrays import Array
 from validation.inspection.finding import Finding
 from validation.inspection.log import Log
 from validation.signals.faults import repeats, runs
 from validation.text import counted, frequency
 
-Array = NDArray[np.float64]
 SECTION = "time"
 LEAST_ROWS = 20
 """Rows below which nothing is said of a column's rate."""

@@ -14,13 +14,13 @@ from calib.numerics.noise import white_noise
 from recordings import Recording
 from recordings.checks import FIELD_RANGE_NT
 from recordings.units import UNITS, likely_unit
+from scenarios.arrays import Array
 from validation.inspection.log import Series
 from validation.inspection.rates import stale
 from validation.signals.faults import runs
 from validation.signals.intervals import gaps_after, usual_interval
 from validation.signals.lattice import Lattice, find_lattice
 
-Array = NDArray[np.float64]
 MOST_NOISE_SHARE = 0.05
 """Differences of neighbours above this share of the field are motion between samples, not noise."""
 MOST_SPREAD = 0.1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.noise import white_noise_std
 from validation.inspection.finding import Finding, Level
@@ -12,7 +11,6 @@ from validation.signals.noise import BlockMeans, block_means
 from validation.signals.tones import Tone, mains_aliases, mains_named, spectrum, tones
 from validation.text import counted, figure, figures, listed
 
-Array = NDArray[np.float64]
 SECTION = "noise"
 BASES = {
     "attitude": "what the attitude leaves unexplained",

@@ -5,18 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib import Reference, Status, get
 from calib.methods.vector_least_squares import VectorLeastSquares
 from calib.observability import Extent, planar_status
 from recordings import Recording
+from scenarios.arrays import Array
 from validation.inspection.finding import Finding
 from validation.inspection.sensor_data import Look, attitude_of
 from validation.signals.quaternion_conventions import mean_direction
 from validation.text import figure
 
-Array = NDArray[np.float64]
 SECTION = "calibration"
 FIELD_CHANGE_RATIO = 20.0
 """Noise levels that the rest of an attitude fit may have before the field itself is said to change."""

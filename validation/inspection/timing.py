@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.units import UNITS
+from scenarios.arrays import Array
 from validation.inspection.finding import Finding, Level
 from validation.inspection.log import Log, series_of
 from validation.inspection.rates import LEAST_ROWS, SECTION, rate_findings
@@ -17,7 +17,6 @@ from validation.signals.lattice import find_lattice
 from validation.signals.time_units import finer_unit
 from validation.text import counted, duration, figure
 
-Array = NDArray[np.float64]
 FEW_SAMPLES = 100
 """Below so many nothing is said of noise, tones and slow changes."""
 SLOW_S = 5.0

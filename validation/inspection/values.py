@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from validation.inspection.finding import Finding
 from validation.inspection.log import Log
@@ -13,7 +12,6 @@ from validation.signals.intervals import gaps_after
 from validation.signals.lattice import odd_share
 from validation.text import counted, duration, figure, figures
 
-Array = NDArray[np.float64]
 SECTION = "values"
 COARSE_STEP = 2.0
 """A step of so many standard deviations of noise hides the noise."""

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, minimize
 
+from scenarios.arrays import Array
 from validation.bound.limit import inverse
 
-Array = NDArray[np.float64]
 MOST_ROUNDS = 200
 PRECISION = 1e-9
 """Change of ln f at which the search ends."""

@@ -6,15 +6,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from scenarios.arrays import Array
 from validation.bound.information import SYMMETRIC
 from validation.bound.knowledge import PLACES
 from validation.planning.refinement import fitted
 from validation.planning.search import Choice, Search
 from validation.planning.task import Task
 
-Array = NDArray[np.float64]
 GUIDES = ("vector", "norm")
 """What the legs are chosen for: a good gyro tells what a known attitude does, a poor one leaves the strength."""
 TIMES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)

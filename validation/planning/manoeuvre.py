@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.names import closest
 from scenarios.paths import PhaseBase, Start
@@ -19,7 +19,6 @@ from scenarios.paths.poses import Poses, Pushes, nearest
 from sim.vehicles import VEHICLES
 from validation.bound.limit import Tilts
 
-Array = NDArray[np.float64]
 PEAK = 1.875
 """Peak rate of a smoothstep over its mean rate."""
 LEAST_MOVE_S = 1.0

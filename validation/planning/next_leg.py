@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scenarios.errors import InputError
 from scenarios.paths.poses import nearest
@@ -17,7 +16,6 @@ from validation.planning import linked
 from validation.planning.search import Choice, Search
 from validation.planning.task import Task
 
-Array = NDArray[np.float64]
 LEGS_S = (60.0, 120.0, 240.0)
 """Lengths of a leg that are tried: what is missing may take long to turn to. The one that gains fastest is flown."""
 PAYS = 0.1

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from scenarios.errors import InputError
@@ -20,7 +19,6 @@ from validation.planning.search import Choice, Search
 from validation.planning.task import Task
 from validation.planning.verification import Confirmed, confirmed
 
-Array = NDArray[np.float64]
 MOST_TRIES = 4
 """Flights on the way to a target that the first, planned without physics, misses by a little."""
 MARGIN = 1.005

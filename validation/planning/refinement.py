@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scenarios.paths.poses import nearest
 from validation.planning.manoeuvre import YAW, Leg
@@ -15,7 +14,6 @@ from validation.planning.manoeuvre import YAW, Leg
 if TYPE_CHECKING:
     from validation.planning.task import Task
 
-Array = NDArray[np.float64]
 STEPS_DEG = (40.0, 20.0, 10.0, 5.0)
 """How far an angle is moved, from the widest on."""
 MOST_ROUNDS = 3

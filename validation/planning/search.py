@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from scenarios.arrays import Array
 from scenarios.paths import PhaseBase
 from validation.bound.limit import optimal
 from validation.planning.allocation import Legs, whole
@@ -17,7 +17,6 @@ from validation.planning.order import START, shortest
 from validation.planning.refinement import refined
 from validation.planning.task import Task
 
-Array = NDArray[np.float64]
 FEW = (4, 6, 9, 12, 16, 20, 24, 32)
 """Numbers of legs that are tried: sixteen lose nothing to the optimum in most cases, fewer leave more time to hold."""
 NARROWER = (1.0, 0.6, 0.35)

@@ -8,9 +8,9 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.paths import Ability, PhaseBase
 from scenarios.toml import as_dict
@@ -26,7 +26,6 @@ from validation.bound.information import SAMPLE
 from validation.bound.limit import Tilts, inverse, sample_rows
 from validation.planning.manoeuvre import Leg, Manoeuvre, Shown, manoeuvre_of
 
-Array = NDArray[np.float64]
 HAND, HAND_DEG_S, HAND_STEP_DEG = "hand", 45.0, 45.0
 """A person: the name, how fast attitudes follow each other, and in what steps a person can show them."""
 USUAL_S, USUAL_HAND_S = 600.0, 120.0

@@ -6,17 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from recordings import Recording
 from recordings.assemble import scalars_of
+from recordings.channels import TEMPERATURE
+from scenarios.arrays import Array
 from sim.chain import Link
 from sim.effects.base import Effect
 from sim.effects.sources import dipole_field_nT
-from sim.state import TEMPERATURE, State
-
-Array = NDArray[np.float64]
+from sim.state import State
 
 SPHERE_ATTITUDES = 2000
 LEVEL_ATTITUDES = 720

@@ -6,16 +6,15 @@ import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.result import Calibration
+from recordings.metadata import Tracking
 from recordings.recording import Recording, Truth
+from scenarios.arrays import Array
 from sim.scenario import Scenario
-from sim.tracking import Tracking
 from validation.scoring.recommendation import Answer, answer
 from validation.scoring.scores import Score
 
-Array = NDArray[np.float64]
 RANKED_BY = "holdout_level_component_rms"
 """The score that orders calibrators: the whole field vector on a level survey, the motion that a vehicle measures in,
 which the fit has not seen. How well a calibrator does in attitudes that a survey never takes stands beside it."""

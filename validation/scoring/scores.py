@@ -6,14 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib import Calibration
 from recordings import Recording
+from scenarios.arrays import Array
 from validation.scoring.holdout import MANOEUVRE_SAMPLES, HoldOut, Pairs
 from validation.signals.amplitude import rms
 
-Array = NDArray[np.float64]
 CHI2_3_95 = 7.814727903251179
 """95 % point of chi-square with three degrees of freedom."""
 

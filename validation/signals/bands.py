@@ -6,11 +6,11 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.stats import gamma
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 WINDOW_LINES = 35 / 18
 """By how much a Hann window correlates neighbouring lines: lines over independent ones."""
 LEAST_WHITE = 1e-4

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 def median_rate_rad_s(u: Array, time_s: Array, least_s: float) -> float:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.numerics.noise import white_noise_std
+from scenarios.arrays import Array
 from validation.signals.lattice import Lattice
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 TIE_FREE = 0.01
 """Values that repeat more rarely than this share of the time do not repeat by themselves."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 GAP = 1.5
 """Intervals, in medians, beyond which two samples are not neighbours."""
 

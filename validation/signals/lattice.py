@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 LEAST_CODES = 4
 """Distinct values below which a step cannot be checked."""
 ON_LATTICE_STEPS = 0.2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.state import Array
+from scenarios.arrays import Array
 
 PLACES = (-2, -1, 1, 2)
 """The samples that a cubic is laid through, from the one that it is read at."""

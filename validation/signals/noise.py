@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.noise import LEAST_BLOCKS, LEAST_SAMPLES, white_noise_std
+from scenarios.arrays import Array
 from validation.signals.intervals import gaps_after
 
-Array = NDArray[np.float64]
 LENGTHS_S = (1.0, 5.0, 20.0)
 LEAST_FILLED = 0.8
 """Share of its samples that a block must have."""

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.signal import correlate
 from scipy.spatial.transform import Rotation
 
+from scenarios.arrays import Array
 from validation.signals.intervals import GAP
 
-Array = NDArray[np.float64]
 BASELINE_S = 0.1
 """Time over which rates are compared, a sample at least: shorter ones are mostly noise."""
 LEAST_RATE_RAD_S = 0.01

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
+
 BAND_DEG = 15.0
 """Height of a band of latitude; its cells are about as wide."""
 

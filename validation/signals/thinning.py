@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from scenarios.arrays import Array
 
 
 def envelope(time_s: Array, values: Array, buckets: int = 700) -> tuple[Array, Array]:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from recordings.units import UNITS
+from scenarios.arrays import Array
 from validation.signals.direction_rate import median_rate_rad_s
 from validation.signals.quaternion_conventions import BASELINE_S, LEAST_ROWS, gyro_scale_from_field, match_rates
 from validation.text import figure
 
-Array = NDArray[np.float64]
 FINER = ("ms", "us", "ns")
 LEAST_INTERVAL_S = 1.0
 """Below it the stamps are no milliseconds, unless a thousand samples a second were logged."""

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.stats import gamma
 
+from scenarios.arrays import Array
 from sim.effects.even import SPARSEST
 from validation.signals.intervals import GAP, usual_interval
 
-Array = NDArray[np.float64]
 MAINS_HZ = (50.0, 60.0)
 MAINS_DRIFT = 0.001
 """Largest relative deviation of the mains' frequency from its nominal value."""

@@ -12,10 +12,10 @@ from scipy.ndimage import gaussian_filter1d
 
 from recordings import Recording
 from recordings.assemble import recording_of
+from scenarios.arrays import Array
 from sim.rotation import matrix_from_q, to_body
 from sim.scenario import Scenario
 from sim.simulate import blocks, plan
-from sim.state import Array
 
 STEP_S = 0.02
 """Interval of the truth, of which a recording takes every n-th sample."""

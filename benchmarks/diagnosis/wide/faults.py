@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.diagnosis.wide.noises import Noise, powers
 from recordings import Recording
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 def bursts(rng: np.random.Generator, recording: Recording, noise: Noise) -> Array:

@@ -6,8 +6,8 @@ import numpy as np
 
 from benchmarks.diagnosis.wide.courses import Course
 from benchmarks.diagnosis.wide.forms import Form, linear, way
+from scenarios.arrays import Array
 from sim.rotation import to_body
-from sim.state import Array
 
 NEAREST_M = 3.0
 """Least distance of a body from the path."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.diagnosis.wide.courses import STEP_S, Course
-from sim.state import Array
+from scenarios.arrays import Array
 
 Complex = NDArray[np.complex128]
 Form = Callable[[float], Array]

@@ -11,8 +11,8 @@ from benchmarks.diagnosis.wide.courses import DRAWN, Course, course
 from benchmarks.diagnosis.wide.noises import COLOURS, Noise, drawn, measured
 from benchmarks.diagnosis.wide.table import FAMILIES, FAULTS, FIELD, SENSOR, VEHICLE
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.scenario import ModelSpec
-from sim.state import Array
 
 COLOURED_SHARE, LEAST_COLOUR, MOST_COLOUR = 0.3, 0.03, 0.3
 """Share of the runs with a hidden effect whose rest has a colour, and its sizes in units of the white noise."""

@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 
 from benchmarks.diagnosis.wide.courses import STEP_S, Course
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.rotation import multiply_q, q_from_rotation_vector
-from sim.state import Array
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ from benchmarks.diagnosis.wide.courses import DRAWN, course
 from benchmarks.diagnosis.wide.making import Made
 from recordings import Recording
 from recordings.reader import read_recording
+from scenarios.arrays import Array
 from sim.rotation import matrix_from_q, to_body
 from sim.scenario import ModelSpec
-from sim.state import Array
 
 FOLDER = "MAGBENCH_REALDATA"
 WHEELS = tuple(f"wheel_{k}_rad_s" for k in range(3))

@@ -11,8 +11,8 @@ from scipy.signal import bessel, butter, freqs
 
 from benchmarks.diagnosis.wide.courses import Course
 from benchmarks.diagnosis.wide.forms import Complex, Form, answered, lagged, linear, way
+from scenarios.arrays import Array
 from sim.effects.kernels import kernel
-from sim.state import Array
 
 REFERENCE_NT = 5e4
 

@@ -11,7 +11,7 @@ from benchmarks.diagnosis.wide import faults, field, sensor, vehicle
 from benchmarks.diagnosis.wide.forms import Family
 from benchmarks.diagnosis.wide.noises import Noise
 from recordings import Recording
-from sim.state import Array
+from scenarios.arrays import Array
 
 FIELD, VEHICLE, SENSOR = "field", "vehicle", "sensor"
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.diagnosis.wide.courses import STEP_S, Course
 from benchmarks.diagnosis.wide.forms import Form, lagged, linear, way
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 def settling_iron(rng: np.random.Generator, course: Course, signal_nT: Array) -> Form:

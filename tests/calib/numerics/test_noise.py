@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from calib.numerics.noise import SECOND, clipped_mean, white_noise, white_noise_std
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 SAMPLES, STD_NT, FIELD_NT = 12_000, 5.0, 48_000.0
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from calib.numerics.squares import Squares
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 def test_a_bent_valley_is_followed_to_its_end() -> None:

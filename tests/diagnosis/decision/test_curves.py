@@ -17,12 +17,13 @@ from diagnosis.result import How
 from diagnosis.several.confirmation import confirmed
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from recordings.channels import HEIGHT
+from scenarios.arrays import Array
 from sim.effects import Effects
 from sim.effects.channels import ChannelEffect
 from sim.effects.currents import EddyCurrent
 from sim.effects.kernels import first_order_lag
 from sim.scenario import ModelSpec
-from sim.state import HEIGHT, Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, HZ, NOISE_NT, STRENGTH_NT, problem, recording
 
 WAY = np.array([0.6, -1.0, 0.4]) * NOISE_NT

@@ -14,10 +14,10 @@ from diagnosis.decision.selection import Selection
 from diagnosis.evidence.baseline import Ground
 from diagnosis.evidence.held_out import Evidence
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from sim.effects.nonlinear import ROUNDED, Hysteresis
 from sim.effects.temperature import TemperatureOffset
-from sim.state import Array
 from tests.diagnosis.synthetic import NOISE_NT, problem, recording, without_attitude
 
 LIBRARY = {"hysteresis", "nonlinearity", "eddy_current", "hard_iron_drift", "offset_jump", "temperature_offset"}

@@ -18,10 +18,10 @@ from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from sim.effects.currents import MotorCurrent
 from sim.scenario import ModelSpec
-from sim.state import Array
 
 FIELD_NT = 48_000.0
 NOISE_NT, INTERVAL_S, SAMPLES = 20.0, 0.1, 6000

@@ -30,12 +30,12 @@ from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.effects.currents import EddyCurrent, MotorCurrent
 from sim.effects.dynamic import Latency
 from sim.effects.values import SWITCH
 from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import ModelSpec
-from sim.state import Array
 
 FIELD_ENU_NT = np.array([1400.0, 18700.0, -45800.0])
 TIME_S = np.arange(0.0, 150.0, 0.04)

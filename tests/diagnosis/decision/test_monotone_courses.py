@@ -14,9 +14,9 @@ from diagnosis.result import Diagnosis, How, Named
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from recordings.channels import TEMPERATURE
 from sim.effects import BY_NAME, EFFECTS
 from sim.scenario import ModelSpec
-from sim.state import TEMPERATURE
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording
 
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))

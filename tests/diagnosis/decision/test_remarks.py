@@ -27,9 +27,9 @@ from diagnosis.result import Diagnosis, How
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from scenarios.arrays import Array
 from sim import effects as effect_table
 from sim.scenario import ModelSpec
-from sim.state import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
 
 IRON: dict[str, Any] = {

@@ -10,7 +10,7 @@ from scipy.stats import chi2, multivariate_normal
 
 from diagnosis.evidence.block_steps import Steps, drawn_at_random
 from diagnosis.policy import STANDARD
-from sim.state import Array
+from scenarios.arrays import Array
 
 STEP_S, N = 0.1, 6000
 

@@ -28,9 +28,9 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron, HardIronDrift
-from sim.state import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
 
 HIDDEN = {MotorCurrent.name: {MotorCurrent.linear[0]: [1.0, -0.5, 0.75]}}

@@ -13,9 +13,9 @@ from diagnosis.evidence.channel_following import iron_follows
 from diagnosis.evidence.localise import Share
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.verdict import Verdict
+from recordings.channels import TEMPERATURE, current_name
 from sim.effects import EFFECTS
 from sim.effects.kernels import first_order_lag
-from sim.state import TEMPERATURE, current_name
 from tests.diagnosis.decision.answers import FOUND, case_of
 from tests.diagnosis.synthetic import HZ, problem, recording, without_attitude
 

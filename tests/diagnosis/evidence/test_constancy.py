@@ -12,8 +12,8 @@ from diagnosis.evidence.candidate_test import Beside
 from diagnosis.evidence.constancy import differs_along_the_run
 from diagnosis.evidence.held_out import judge
 from diagnosis.library.candidates import proposed
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from sim.state import Array
 from tests.diagnosis.synthetic import problem, recording
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())

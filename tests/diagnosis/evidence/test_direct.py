@@ -22,12 +22,12 @@ from diagnosis.evidence.localise import TIME, channels, explained_share, localis
 from diagnosis.evidence.white_noise import more_noise
 from diagnosis.policy import STANDARD, Policy
 from recordings import Recording
+from recordings.channels import current_name
 from sim.effects.base import Effect
 from sim.effects.currents import MotorCurrent
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.effects.noise import WhiteNoise
-from sim.state import current_name
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording, without_attitude
 from validation.signals.faults import spikes
 

@@ -16,8 +16,8 @@ from diagnosis.evidence.held_out import judge
 from diagnosis.library.candidates import proposed
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from sim.state import Array
 from tests.diagnosis.synthetic import HZ, problem, recording
 
 SWINGING = next(effect for effect in EFFECTS if effect.with_role("period"))

@@ -12,9 +12,9 @@ from diagnosis.evidence.held_out import judge, judged_at, ranked, search_price
 from diagnosis.library.candidates import Candidate, proposed
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.blocks import held_out
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
-from sim.state import Array
 from tests.diagnosis.synthetic import problem, recording
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())

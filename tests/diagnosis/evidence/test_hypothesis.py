@@ -17,9 +17,9 @@ from diagnosis.library.candidates import Candidate, proposed
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import dip_columns
+from recordings.channels import TEMPERATURE
 from sim.effects import EFFECTS
 from sim.effects.channels import ChannelEffect
-from sim.state import TEMPERATURE
 from tests.diagnosis.evidence.test_noise_model import covariance
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 

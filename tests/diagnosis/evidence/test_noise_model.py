@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from diagnosis.evidence.noise_model import Rest, _bands, ou_density, seen_density
 from diagnosis.policy import STANDARD
-from sim.state import Array
+from scenarios.arrays import Array
 
 
 def process(rng: np.random.Generator, n: int, tau_rows: float, std: float) -> Array:

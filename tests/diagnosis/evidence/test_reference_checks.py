@@ -16,8 +16,8 @@ from diagnosis.problem.formulation import pose, posed
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording, read_recording
+from scenarios.arrays import Array
 from sim.scenario import ModelSpec
-from sim.state import Array
 from tests.diagnosis.own_compass import IRON, with_own_compass
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, problem, recording
 

@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from diagnosis.evidence.residual_tests import Battery, _cells, battery
 from diagnosis.policy import STANDARD, Policy
-from sim.state import Array
+from scenarios.arrays import Array
 
 N, STEP_S = 20_000, 0.02
 TIME_S = STEP_S * np.arange(N)

@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.evidence.rising_spectrum import Rise, _limited
 from diagnosis.policy import STANDARD, Policy
-from sim.state import Array
+from scenarios.arrays import Array
 from tests.diagnosis.synthetic import HZ, problem
 
 N = 4000

@@ -18,8 +18,8 @@ from diagnosis.evidence.slow_noise import along_field, slow_along_earth, slow_no
 from diagnosis.evidence.slow_spectrum import SlowSpectrum
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects import BY_NAME, EFFECTS
-from sim.state import Array
 from tests.diagnosis.synthetic import NOISE_NT, problem, recording
 from validation.signals.bands import Bands
 

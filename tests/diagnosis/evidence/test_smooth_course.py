@@ -17,8 +17,8 @@ from diagnosis.evidence.smooth_course import (
     a_course_of_time_does_better,
 )
 from diagnosis.library.candidates import proposed
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from sim.state import Array
 from tests.diagnosis.synthetic import problem, recording
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())

@@ -17,9 +17,10 @@ from diagnosis.evidence.windowed_candidates import comes_again
 from diagnosis.library.candidates import Candidate, changes_of_iron
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.linear import LinearProblem
+from recordings.channels import TEMPERATURE
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.values import SWITCH
-from sim.state import TEMPERATURE, Array
 from tests.diagnosis.synthetic import problem, recording
 
 WARM = next(effect for effect in EFFECTS if any(p.unit == "1/K" for p in effect.parameters()))

@@ -14,11 +14,11 @@ from diagnosis.evidence.windowed_candidates import _in, _is_worth, comes_again, 
 from diagnosis.evidence.windows import Span
 from diagnosis.library.candidates import Candidate, proposed
 from diagnosis.policy import STANDARD, Policy
+from scenarios.arrays import Array
 from sim.effects.currents import EddyCurrent, MotorCurrent
 from sim.effects.iron import HardIron
 from sim.effects.nonlinear import Hysteresis
 from sim.effects.values import SWITCH
-from sim.state import Array
 from tests.diagnosis.synthetic import problem
 
 N = 2000

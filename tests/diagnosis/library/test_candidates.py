@@ -18,9 +18,9 @@ from diagnosis.library.candidates import (
     proposed,
 )
 from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
-from sim.state import Array
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 
 PHASED = [effect for effect in EFFECTS if effect.with_role("phase") and not effect.sought()]

@@ -9,7 +9,7 @@ from diagnosis.evidence.baseline import Ground
 from diagnosis.library.candidates import proposed
 from diagnosis.library.dipole_position import ThinnedPath, _grid, places
 from diagnosis.problem.linear import LinearProblem
-from sim.state import Array
+from scenarios.arrays import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, pose, recording
 
 AT_NEAREST_NT = 300.0

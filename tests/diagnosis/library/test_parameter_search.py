@@ -21,12 +21,12 @@ from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.earth import RegionalField
 from sim.effects.values import Role
 from sim.rotation import matrix_from_q
-from sim.state import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, HZ, STRENGTH_NT, problem, recording, without_attitude
 
 

@@ -10,7 +10,7 @@ import pytest
 from diagnosis.policy import STANDARD
 from diagnosis.problem.channels import smoothed
 from diagnosis.problem.vector import vector_problem
-from sim.state import TEMPERATURE
+from recordings.channels import TEMPERATURE
 from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
 
 

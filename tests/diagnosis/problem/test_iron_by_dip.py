@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.iron_by_dip import ByDip, fitted_iron_and_dip
-from sim.state import Array
+from scenarios.arrays import Array
 
 FIELD_ENU_NT = np.array([2_000.0, 20_000.0, -43_000.0])
 STRENGTH_NT = float(np.linalg.norm(FIELD_ENU_NT))

@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from diagnosis.policy import STANDARD
 from diagnosis.problem.iron_by_strength import ByStrength, fitted_iron
 from diagnosis.problem.iron_fit import unit_of
-from sim.state import Array
+from scenarios.arrays import Array
 
 FIELD_NT, NOISE_NT, BLOCK = 50_000.0, 20.0, 50
 KNOWN_NT = np.full(4000, FIELD_NT)

@@ -17,8 +17,8 @@ from diagnosis.problem.level import Level, dip_rad, upright
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import about
 from diagnosis.problem.track import Track
+from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
-from sim.state import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording, without_attitude
 
 GIVEN = recording()

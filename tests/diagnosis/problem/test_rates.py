@@ -8,8 +8,8 @@ import pytest
 from diagnosis.policy import STANDARD
 from diagnosis.problem.rates import attitude_at, attitude_course, quieter_rate
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.rotation import matrix_from_q
-from sim.state import Array
 
 TIME_S = np.arange(0.0, 20.0, 0.1)
 

@@ -18,9 +18,9 @@ from diagnosis.several.files import sources
 from diagnosis.single import diagnose_file
 from diagnosis.workflow import diagnose
 from recordings import Recording, write_recording
+from recordings.channels import REFERENCE
 from scenarios.errors import InputError
 from sim.scenario import ModelSpec, load_model
-from sim.state import REFERENCE
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
 
 MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})

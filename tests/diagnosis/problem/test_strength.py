@@ -17,10 +17,10 @@ from diagnosis.problem.relative import needs_field
 from diagnosis.problem.strength import turns_too_fast
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from recordings.channels import SCALAR
 from scenarios.errors import InputError
 from sim.effects.nonlinear import Hysteresis
 from sim.scenario import ModelSpec
-from sim.state import SCALAR
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording, without_attitude
 
 

@@ -14,11 +14,11 @@ from diagnosis.problem.formulation import posed
 from diagnosis.problem.track import Track
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
 from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
 from sim.field import earth_field_along, earth_field_enu_nT
 from sim.scenario import ModelSpec
-from sim.state import ALTITUDE, LATITUDE, LONGITUDE
 from tests.diagnosis.synthetic import NOISE_NT, recording, without_attitude
 
 DATE = datetime.date(2024, 5, 27)

@@ -13,7 +13,7 @@ from diagnosis.evidence.baseline import Ground
 from diagnosis.evidence.localise import Share
 from diagnosis.repair.channel_curves import _left, followed_instead
 from diagnosis.verdict import Verdict
-from sim.state import current_name
+from recordings.channels import current_name
 from tests.diagnosis.decision.answers import FOUND, case_of
 from tests.diagnosis.decision.test_curves import disturbed, load
 from tests.diagnosis.synthetic import problem

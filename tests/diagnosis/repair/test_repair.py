@@ -15,6 +15,7 @@ from diagnosis.repair.chain import fitted_iron, left_as_it_stands, left_with_iro
 from diagnosis.repair.named_effects import _as_causes
 from diagnosis.repair.refinement import refined, variances, without_open_part
 from diagnosis.result import How, Named
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
@@ -27,7 +28,6 @@ from sim.effects.noise import WhiteNoise
 from sim.effects.nonlinear import Hysteresis
 from sim.effects.numbers import FreeNumbers
 from sim.effects.place import joined
-from sim.state import Array
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())

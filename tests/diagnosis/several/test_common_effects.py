@@ -26,11 +26,11 @@ from diagnosis.several.common_effects import (
 )
 from diagnosis.several.transfer import There
 from diagnosis.workflow import examined
+from recordings.channels import TEMPERATURE
 from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, HardIronDrift
 from sim.effects.noise import WhiteNoise
 from sim.scenario import ModelSpec
-from sim.state import TEMPERATURE
 from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
 
 N = 2000

@@ -19,9 +19,9 @@ from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.several.pooled_test import Asked, Joint
+from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron
-from sim.state import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
 
 N = 2000

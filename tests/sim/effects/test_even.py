@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scenarios.arrays import Array
 from sim.effects.base import Replacement
 from sim.effects.dynamic import Bandwidth, Latency
 from sim.effects.even import UNEVEN
-from sim.state import Array, State
+from sim.state import State
 
 STEP_S, DELAY_S = 0.1, 0.013
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from recordings.channels import TEMPERATURE
 from sim.effects.drift import OffsetJump
 from sim.effects.dynamic import Bandwidth
 from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
 from sim.effects.nonlinear import Hysteresis, Nonlinearity
 from sim.effects.rotation import axes_and_turn, rotation, rotation_angles_deg, triangular_angles_deg
 from sim.effects.temperature import TemperatureOffset, TemperatureScale
-from sim.state import TEMPERATURE
 
 
 def label_of(effect, state, signal=None):

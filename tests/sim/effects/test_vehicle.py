@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.constants import mu_0 as MU_0
 
+from recordings.channels import TEMPERATURE, currents_of
 from scenarios.errors import InputError
 from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
 from sim.effects.iron import HardIron, HardIronDrift, SoftIron
-from sim.state import TEMPERATURE, currents_of
 
 B = ((0.1, 0.02, 0.03), (0.04, 0.05, 0.06), (0.07, 0.08, 0.09))
 

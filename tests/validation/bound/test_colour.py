@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import quad
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.chain import Chain
 from sim.effects.drift import OffsetRandomWalk
@@ -24,7 +24,6 @@ from validation.bound.query import Question
 from validation.bound.sensor_noise import stated_colour
 from validation.bound.summary import headline, summary
 
-Array = NDArray[np.float64]
 SAMPLES = 400
 FLICKER, WALK, BOTH = Colour(20.0, 0.0), Colour(0.0, 5.0), Colour(20.0, 5.0)
 

@@ -6,12 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from recordings import Recording
+from scenarios.arrays import Array
 
-Array = NDArray[np.float64]
 FIELD_ENU_NT = (1_500.0, 19_000.0, -44_000.0)
 STRENGTH_NT = float(np.linalg.norm(FIELD_ENU_NT))
 SPANS = {"tumble": (1.2, 2.5), "spiral": (0.35, 0.3)}

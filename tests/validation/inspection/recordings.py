@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from scenarios.arrays import Array
 from validation.inspection.finding import Finding
 from validation.inspection.log import Log, Series, series_of
 from validation.inspection.sensor_data import Look, look_at
 
-Array = NDArray[np.float64]
 RATE_HZ = 50.0
 FIELD_NT = 50_000.0
 

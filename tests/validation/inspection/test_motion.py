@@ -5,16 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import (
-    FIELD_ENU_NT,
-    GRAVITY_M_S2,
-    Array,
-    look,
-    moved,
-    noise,
-    one,
-    still,
-)
+from scenarios.arrays import Array
+from tests.validation.inspection.recordings import FIELD_ENU_NT, GRAVITY_M_S2, look, moved, noise, one, still
 from validation.inspection.motion import motion_findings
 
 STRENGTH_NT = 50_000.0

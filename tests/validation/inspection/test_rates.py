@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import RATE_HZ, Array, log_of, noise, one, still
+from scenarios.arrays import Array
+from tests.validation.inspection.recordings import RATE_HZ, log_of, noise, one, still
 from validation.inspection.finding import Finding
 from validation.inspection.rates import interpolation_rows, rate_findings, stale
 

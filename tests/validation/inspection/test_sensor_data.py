@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import FIELD_ENU_NT, RATE_HZ, Array, look, moved, noise, series
+from scenarios.arrays import Array
+from tests.validation.inspection.recordings import FIELD_ENU_NT, RATE_HZ, look, moved, noise, series
 from validation.inspection.sensor_data import attitude_of, median_strength
 
 SAMPLES, STD_NT = 3000, 5.0

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import FIELD_ENU_NT, Array, look, moved, noise, one
+from scenarios.arrays import Array
+from tests.validation.inspection.recordings import FIELD_ENU_NT, look, moved, noise, one
 from validation.inspection.finding import Finding
 from validation.inspection.spectra import motion_edge_hz, noise_findings
 

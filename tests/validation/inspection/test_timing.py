@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import FIELD_ENU_NT, RATE_HZ, Array, log_of, moved, noise, one
+from scenarios.arrays import Array
+from tests.validation.inspection.recordings import FIELD_ENU_NT, RATE_HZ, log_of, moved, noise, one
 from validation.inspection.finding import Finding
 from validation.inspection.timing import find_gaps, in_seconds, timing_findings
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import FIELD_ENU_NT, GRAVITY_M_S2, Array, log_of, moved, noise, one
+from scenarios.arrays import Array
+from tests.validation.inspection.recordings import FIELD_ENU_NT, GRAVITY_M_S2, log_of, moved, noise, one
 from validation.inspection.finding import Finding
 from validation.inspection.log import series_of
 from validation.inspection.sensor_data import look_at

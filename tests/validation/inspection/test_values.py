@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import RATE_HZ, Array, log_of, look, noise, one, rounded, turning
+from scenarios.arrays import Array
+from tests.validation.inspection.recordings import RATE_HZ, log_of, look, noise, one, rounded, turning
 from validation.inspection.finding import Finding
 from validation.inspection.values import missing_finding, value_findings
 

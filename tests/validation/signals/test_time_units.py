@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.validation.inspection.recordings import FIELD_ENU_NT, Array, moved, noise
+from scenarios.arrays import Array
+from tests.validation.inspection.recordings import FIELD_ENU_NT, moved, noise
 from validation.signals.time_units import Finer, finer_unit
 
 MOTION = moved(3000)
