@@ -17,12 +17,12 @@ from calib import Calibration, Reference
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.scenario import load
-from validation.calibrating.candidates import Candidate, candidates
+from validation.calibrating.candidates import CalibratorEntry, candidates
 from validation.calibrating.fit import Fitted, timed
 from validation.comparison.design import Design
 from validation.comparison.engine import Engine, Processes, run_trials
-from validation.comparison.table import Table
-from validation.gates.budget import Plan, planned
+from validation.comparison.table import TrialTable
+from validation.gates.budget import GateBudget, planned
 from validation.gates.power import verdict_probabilities
 from validation.gates.sequential import Decision, decide
 from validation.gates.spec import FALSE_FAIL_RATE, Gate
@@ -89,23 +89,23 @@ def pool(trials: int, engine: Engine) -> dict[str, dict[str, Array]]:
     scenario, sound = load(SCENARIO, [CUT]), candidates((SOUND,))
     first = _table(Design.of(scenario, sound), PILOT, engine)
     std_nT = rms(first.values("offset_error_nT", SOUND)) / 3.0**0.5
-    spoilt = [Candidate(name, Sabotaged(name, std_nT), attitude_free=False) for name in SABOTAGE]
+    spoilt = [CalibratorEntry(name, Sabotaged(name, std_nT), attitude_free=False) for name in SABOTAGE]
     table = _table(Design.of(scenario, [*sound, *spoilt]), trials, engine)
     return {name: {score: table.values(score, name) for score in SCORES} for name in (SOUND, *SABOTAGE)}
 
 
-def _table(design: Design, trials: int, engine: Engine) -> Table:
-    return Table.of(design, run_trials(design, range(trials), engine))
+def _table(design: Design, trials: int, engine: Engine) -> TrialTable:
+    return TrialTable.of(design, run_trials(design, range(trials), engine))
 
 
-def plans(limits: dict[str, float]) -> list[Plan]:
+def plans(limits: dict[str, float]) -> list[GateBudget]:
     """A gate for each score, as a file of them would be planned."""
     common = {"scenario": SCENARIO, "calibrator": SOUND}
     gates = [Gate(name=score, score=score, limit=limit, **common) for score, limit in limits.items()]
     return [planned(gate, FALSE_FAIL_RATE / len(gates), f"gate.{k}") for k, gate in enumerate(gates)]
 
 
-def gate_run(scores: dict[str, Array], gates: Sequence[Plan], rng: np.random.Generator) -> list[Decision]:
+def gate_run(scores: dict[str, Array], gates: Sequence[GateBudget], rng: np.random.Generator) -> list[Decision]:
     """One whole run of all gates on trials drawn from the pool: every gate on the same ones, in the same order."""
     drawn = rng.integers(len(next(iter(scores.values()))), size=max(plan.max_trials for plan in gates))
     return [decide(plan.test, scores[plan.gate.score][drawn[: plan.max_trials]] > plan.gate.factor) for plan in gates]
@@ -119,7 +119,7 @@ class Counted:
     most_trials: int
 
 
-def counted(scores: dict[str, Array], gates: Sequence[Plan], runs: int, seed: int) -> Counted:
+def counted(scores: dict[str, Array], gates: Sequence[GateBudget], runs: int, seed: int) -> Counted:
     """Runs of all gates on one calibrator's scores; a run fails when one of its gates does, after so many trials.
 
     The most trials are those to the first failure of runs that fail, and to the last verdict of those that pass.

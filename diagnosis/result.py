@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.evidence.active_parts import Part, Stretch
-from diagnosis.evidence.candidate_result import Judged
+from diagnosis.evidence.active_parts import ActivePart, Part
+from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.localise import Share
-from diagnosis.evidence.residual_tests import Battery
-from diagnosis.evidence.rising_spectrum import Rise
+from diagnosis.evidence.residual_tests import ResidualTests
+from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.verdict import Verdict
@@ -48,7 +48,7 @@ FITTED = (How.HELD_OUT, How.CURVE)
 """Names whose coefficients another recording can bear out."""
 
 
-class Reach(StrEnum):
+class Transfer(StrEnum):
     """Whether other recordings bear a name out: with one coefficient, with several, only some of them."""
 
     SINGLE_RUN = "single-run"
@@ -73,7 +73,7 @@ class Named:
     nats: float | None
     strength: float
     spread: dict[str, Array] = field(default_factory=dict)
-    evidence: Reach = Reach.SINGLE_RUN
+    evidence: Transfer = Transfer.SINGLE_RUN
     needed: float | None = None
     covariance: Array | None = None
     rivals: tuple[str, ...] = ()
@@ -176,9 +176,9 @@ class Diagnosis:
     absorbed: tuple[str, ...]
     untested: tuple[str, ...]
     doubts: tuple[str, ...]
-    ranking: tuple[Judged, ...]
-    before: Battery
-    after: Battery
+    ranking: tuple[CandidateResult, ...]
+    before: ResidualTests
+    after: ResidualTests
     model: Scenario
     problem: LinearProblem
     before_nT: Array
@@ -187,7 +187,7 @@ class Diagnosis:
     parts: tuple[Part, ...] = ()
     onward: Flight | None = None
     second: bool = False
-    rise: Rise | None = None
+    rise: RisingSpectrum | None = None
 
     def __repr__(self) -> str:
         """Verdict and sentence."""
@@ -203,9 +203,9 @@ class Diagnosis:
         """Why what is left is no white noise; empty where it is."""
         return (*self.after.why, *([] if self.rise is None else [self.rise.words]))
 
-    def stretch(self, one: Named) -> Stretch | None:
+    def stretch(self, one: Named) -> ActivePart | None:
         """When a named effect acts; None for the whole run."""
-        return None if one.effect.active_s is None else Stretch.of(self.problem, *one.effect.active_s)
+        return None if one.effect.active_s is None else ActivePart.of(self.problem, *one.effect.active_s)
 
     def as_dict(self) -> dict[str, Any]:
         """The JSON of `magbench diagnose`."""
@@ -274,7 +274,7 @@ def _effect(one: Named) -> dict[str, Any]:
     }
 
 
-def _candidate(one: Judged) -> dict[str, Any]:
+def _candidate(one: CandidateResult) -> dict[str, Any]:
     return {
         "name": one.name,
         "evidence_nats": one.nats,
@@ -284,7 +284,7 @@ def _candidate(one: Judged) -> dict[str, Any]:
     }
 
 
-def _when(stretch: Stretch | None) -> dict[str, Any]:
+def _when(stretch: ActivePart | None) -> dict[str, Any]:
     """A stretch of the run; None: the whole."""
     if stretch is None:
         return {"interval_s": None, "phase": None, "heading_deg": None}

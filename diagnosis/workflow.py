@@ -15,20 +15,20 @@ from diagnosis.decision.iron import absorbed_effects
 from diagnosis.decision.late_attitude import with_attitude_in_time
 from diagnosis.decision.monotone_courses import with_rivals
 from diagnosis.decision.sentence import sentence_for
-from diagnosis.decision.verdict_rules import Case, doubts_of, verdict_of
+from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
 from diagnosis.evidence.active_parts import parts_of
 from diagnosis.evidence.candidate_result import taken_back
 from diagnosis.evidence.direct import Direct, direct_evidence, held_rows
 from diagnosis.evidence.localise import Share, localise
 from diagnosis.evidence.reference_checks import settled
-from diagnosis.evidence.rising_spectrum import Rise
+from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.evidence.start_transients import unknown_past
 from diagnosis.library.candidates import missing_channels
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import posed
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.channel_curves import Followed, followed, followed_instead
-from diagnosis.repair.named_effects import Left, names_of
+from diagnosis.repair.named_effects import ModelledGap, names_of
 from diagnosis.repair.new_model import patched
 from diagnosis.result import Diagnosis, How, Named
 from diagnosis.verdict import Verdict
@@ -99,10 +99,10 @@ def told(seen: Examined) -> Diagnosis:
     """The diagnosis of what is believed, in words and with the new model."""
     problem, belief = seen.problem, seen.belief
     named = tuple(with_rivals(problem, one) for one in names_of(problem, belief, seen.direct))
-    left = Left.of(problem, belief)
+    left = ModelledGap.of(problem, belief)
     where = localise(problem, left.before)
-    rise = Rise.of(problem, left.before, left.after)
-    case = Case(problem, named, belief.clean, left.gap, where, left.after, rise)
+    rise = RisingSpectrum.of(problem, left.before, left.after)
+    case = VerdictInput(problem, named, belief.clean, left.gap, where, left.after, rise)
     verdict = verdict_of(case)
     doubts = doubts_of(case, verdict)
     curves = _curves(seen, case, verdict, doubts)
@@ -113,7 +113,7 @@ def told(seen: Examined) -> Diagnosis:
     return replace(found, sentence=sentence_for(found), advice=advice_for(found))
 
 
-def _curves(seen: Examined, case: Case, verdict: Verdict, doubts: tuple[str, ...]) -> Followed | None:
+def _curves(seen: Examined, case: VerdictInput, verdict: Verdict, doubts: tuple[str, ...]) -> Followed | None:
     """The channels that the gap follows, where nothing but slow noise is named, whose course any slow channel may have.
 
     Beside names that explain a part of it, where they explain much more.
@@ -132,7 +132,7 @@ def _without_words(
     verdict: Verdict,
     doubts: tuple[str, ...],
     where: tuple[Share, ...],
-    left: Left,
+    left: ModelledGap,
 ) -> Diagnosis:
     problem, selection, names = seen.problem, seen.belief.selection, {one.name for one in named}
     return Diagnosis(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sim.sensors import SENSORS, Figure, Sensor
+from sim.sensors import SENSORS, DatasheetFigure, Sensor
 
 SHOWN_HZ = 10.0
 """Sample rate at which the noise of a density is shown."""
@@ -35,7 +35,7 @@ def _sheet(sensor: Sensor) -> Sheet:
     return Sheet(head, tuple(rows))
 
 
-def _stands(figure: Figure) -> str:
+def _stands(figure: DatasheetFigure) -> str:
     """The effect of a figure, with the parameters that are drawn by their law."""
     laws = {key: next(iter(how.model_dump(exclude_none=True).items())) for key, how in figure.spread.items()}
     drawn = [f"`{key}` {name} {_pair(pair)}" for key, (name, pair) in laws.items()]

@@ -52,14 +52,14 @@ def bound(
     from magbench.bounds_results import BoundResult
     from validation.bound.files import experiment_of
     from validation.bound.knowledge import KNOWLEDGE
-    from validation.bound.query import Question
+    from validation.bound.query import BoundQuery
 
     if knowledge not in KNOWLEDGE:
         raise InputError(
             f"{knowledge!r} is nothing that is known", where="knowledge", do=f"one of {', '.join(KNOWLEDGE)}"
         )
     tilts = _tilts(tilt_limits)
-    question = Question(
+    question = BoundQuery(
         knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts, coloured, gyro_scale_std
     )
     scenario = _scenario(source, overrides)
@@ -101,11 +101,11 @@ def plan(
     from validation.comparison.engine import Processes
     from validation.planning.next_leg import onward
     from validation.planning.plan import planned
-    from validation.planning.task import Task
+    from validation.planning.task import PlanningTask
 
     goal, size = _goal(target)
     spec, tilts = scenario_from(like, overrides), _tilts(tilt_limits)
-    task = Task.of(vehicle, spec, knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
+    task = PlanningTask.of(vehicle, spec, knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
     most_s = time_s or task.usual_s
     if after is not None:
         known = experiment_of(recording_from(after, maps=maps), _reference(after, field_enu_nT), noise_std_nT)

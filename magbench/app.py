@@ -37,7 +37,7 @@ EPILOG = (
 )
 
 
-class Command(TyperCommand):
+class SingleValueCommand(TyperCommand):
     """A command that refuses an option for one value that is given again: the last would win without a word."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -73,7 +73,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "schema": schema.schema,
 }
 for name, command in COMMANDS.items():
-    app.command(name, cls=Command)(command)
+    app.command(name, cls=SingleValueCommand)(command)
 
 
 def _say_version(wanted: bool) -> None:

@@ -11,7 +11,7 @@ from scenarios.errors import InputError
 from scenarios.names import closest, find, offered_calibrators, scenario_names
 
 if TYPE_CHECKING:
-    from validation.calibrating.candidates import Candidate
+    from validation.calibrating.candidates import CalibratorEntry
     from validation.comparison.engine import Engine
 
 ROOT = Path(scenarios.__file__).parent.parent
@@ -72,7 +72,7 @@ def known_calibrators(text: str | None) -> str | None:
 
 def chosen(
     with_: str | None, exec_: Sequence[str] | None, time_limit_s: float, otherwise: Sequence[str]
-) -> tuple[Candidate, ...]:
+) -> tuple[CalibratorEntry, ...]:
     """The calibrators of --with and --exec; where neither is given those of the names in `otherwise`."""
     from validation.calibrating.candidates import candidates
 

@@ -6,23 +6,23 @@ from typing import Self
 
 import pandas as pd
 
-from magbench.results import Shown, values_of
+from magbench.results import Displayed, values_of
 from reports.plots.bound import draw_components
 from reports.plots.plan import draw_angles, draw_gains
 from reports.plots.style import Figure
 from validation.bound import summary as answer
-from validation.bound.query import Answer
+from validation.bound.query import BoundAnswer
 from validation.planning import next_leg_summary as onward_words
 from validation.planning import summary as words
-from validation.planning.next_leg import Onward
+from validation.planning.next_leg import LegSequence
 from validation.planning.plan import Plan
 
 
-class BoundResult(Answer, Shown):
+class BoundResult(BoundAnswer, Displayed):
     """The least errors that any method can reach."""
 
     @classmethod
-    def of(cls, found: Answer) -> Self:
+    def of(cls, found: BoundAnswer) -> Self:
         """The answer, shown."""
         return cls(**values_of(found))
 
@@ -41,7 +41,7 @@ class BoundResult(Answer, Shown):
         return draw_components(self)
 
 
-class PlanResult(Plan, Shown):
+class PlanResult(Plan, Displayed):
     """The manoeuvre that calibrates a vehicle best, and the scenario that flies it."""
 
     @classmethod
@@ -62,11 +62,11 @@ class PlanResult(Plan, Shown):
         return draw_angles(self)
 
 
-class OnwardResult(Onward, Shown):
+class OnwardResult(LegSequence, Displayed):
     """What to fly after a recording."""
 
     @classmethod
-    def of(cls, found: Onward) -> Self:
+    def of(cls, found: LegSequence) -> Self:
         """The legs, shown."""
         return cls(**values_of(found))
 

@@ -18,7 +18,7 @@ RESUMING = ("simulate", "run", "compare")
 """Commands that use again what their output directory holds."""
 
 
-class Ended(BaseException):
+class Terminated(BaseException):
     """One of ENDING came: everything unwinds, so that nothing half-written stays."""
 
 
@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             from magbench.app import call
 
             return call(arguments)
-    except Ended as ended:
+    except Terminated as ended:
         return _interrupted(ended.args[0], arguments)
     except KeyboardInterrupt:
         return _interrupted(signal.SIGINT, arguments)
@@ -59,7 +59,7 @@ def _ending_signals_raise() -> Iterator[None]:
 def _end(number: int, frame: FrameType | None) -> None:
     if _importing(frame):  # an import can swallow an exception, or make another of it; it leaves nothing half-written
         os._exit(_interrupted(number))
-    raise Ended(number)
+    raise Terminated(number)
 
 
 def _importing(frame: FrameType | None) -> bool:

@@ -25,7 +25,7 @@ from validation.inspection.inspection import Inspection
 from validation.scoring.outcome import Outcome
 
 
-class Shown(ABC):
+class Displayed(ABC):
     """A result with a table and a picture; a notebook shows both."""
 
     @abstractmethod
@@ -42,7 +42,7 @@ class Shown(ABC):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class CalibrationResult(Calibration, Shown):
+class CalibrationResult(Calibration, Displayed):
     """A calibration with the recording and the reference that it was fitted to."""
 
     recording: Recording
@@ -70,7 +70,7 @@ class CalibrationResult(Calibration, Shown):
         return draw_clouds(clouds, self.reference.strength_nT)
 
 
-class RunResult(Outcome, Shown):
+class RunResult(Outcome, Displayed):
     """A simulated run with every calibrator's answer and scores."""
 
     @classmethod
@@ -91,7 +91,7 @@ class RunResult(Outcome, Shown):
         return draw_sphere(self)
 
 
-class DiagnosisResult(Diagnosis, Shown):
+class DiagnosisResult(Diagnosis, Displayed):
     """Where a recording and a model disagree, and what is missing."""
 
     @classmethod
@@ -109,7 +109,7 @@ class DiagnosisResult(Diagnosis, Shown):
         return draw_gap(self)
 
 
-class InspectionResult(Inspection, Shown):
+class InspectionResult(Inspection, Displayed):
     """What a first look at a recording found."""
 
     @classmethod

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from calib.result import Calibration
 from diagnosis.repair.model_diff import lines_of_diff, model_diff
 from diagnosis.result import Diagnosis
-from diagnosis.several.result import Together
+from diagnosis.several.result import PooledDiagnosis
 from magbench.console import show_table, show_text
 from reports.pages.comparison import Comparison, title_of
 from reports.words.diagnosis import PART_HEADS, gap_rows, parameter_rows, part_rows
@@ -81,7 +81,7 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
     show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix", "reason"], rows)
 
 
-def show_together(found: Together) -> None:
+def show_together(found: PooledDiagnosis) -> None:
     """Verdict, sentence, what to do next, each effect by recording, the gaps, and what changes in the model."""
     show_text(together_headline(found) + "\n")
     for one in found.common:

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from calib.base import Calibrator
     from calib.outside import Function
     from sim.scenario import Scenario
-    from validation.gates.progress import Outcome
+    from validation.gates.progress import GateOutcome
 
     Calibrating: TypeAlias = str | Calibrator | type[Calibrator] | Function
     """A name, module:object, a command with {recording} and {result}, a Calibrator or its class, or a function."""
-    AssertAccuracy: TypeAlias = Callable[..., Outcome]
+    AssertAccuracy: TypeAlias = Callable[..., GateOutcome]
     """What the fixture is."""
 
 LISTENERS: list[Callable[[dict[str, Any]], object]] = []
@@ -54,7 +54,7 @@ def assert_accuracy(
     seed: int | None = None,
     time_limit_s: float | None = None,
     inconclusive: Literal["fail", "skip"] = "fail",
-) -> Outcome:
+) -> GateOutcome:
     """Simulate trials until it is decided whether the median of a score keeps a limit; raise AssertionError if not.
 
     >>> def middle(recording, reference):
@@ -99,7 +99,7 @@ def _skips(inconclusive: str) -> bool:
     return inconclusive == "skip"
 
 
-def _tell(outcome: Outcome) -> None:
+def _tell(outcome: GateOutcome) -> None:
     from validation.gates.summary import summary
 
     (found,) = summary([outcome])["gates"]
@@ -107,7 +107,7 @@ def _tell(outcome: Outcome) -> None:
         listener(found)
 
 
-def _raise(outcome: Outcome, skip: bool) -> None:
+def _raise(outcome: GateOutcome, skip: bool) -> None:
     """Raise what a verdict that is not `pass` is, in words."""
     __tracebackhide__ = True
     from unittest import SkipTest

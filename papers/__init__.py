@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from papers.base import Findings, Reproduction, Row
+from papers.base import Findings, PaperRow, Reproduction
 from scenarios.errors import InputError
 
 PAPERS: dict[str, tuple[str, str]] = {
@@ -26,4 +26,4 @@ def chosen(key: str, seeds: int) -> list[Reproduction]:
     return [cls(seeds=seeds) for cls in classes]
 
 
-__all__ = ["PAPERS", "Findings", "Reproduction", "Row", "chosen"]
+__all__ = ["PAPERS", "Findings", "PaperRow", "Reproduction", "chosen"]

@@ -21,7 +21,7 @@ Work = Sequence[tuple[Callable[[Any], Any], Sequence[Any]]]
 
 
 @dataclass(frozen=True)
-class Row:
+class PaperRow:
     """One printed figure or claim of a paper beside ours.
 
     what: the quantity with its unit and conditions; paper, ours: as text with units, ours with its spread over the
@@ -58,7 +58,7 @@ def spread(
 class Findings:
     """What one reproduction gave: rows, and pictures like the paper's by name."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[PaperRow, ...]
     figures: dict[str, Callable[[], Figure]] = field(default_factory=dict)
 
 

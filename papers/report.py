@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from papers.base import Findings, Reproduction, Row
+from papers.base import Findings, PaperRow, Reproduction
 from recordings.files import system_errors_about, write_text
 from reports.pages.figure import on_page
 from reports.pages.template import rendered
@@ -40,7 +40,7 @@ def write(results: Results, out: Path) -> None:
     write_text(out / "report.html", rendered("reproduction.html", {"papers": papers}))
 
 
-def _row(row: Row) -> dict[str, Any]:
+def _row(row: PaperRow) -> dict[str, Any]:
     return {
         "what": row.what,
         "paper": row.paper,

@@ -22,7 +22,7 @@ FORMAT = 1
 _WRITE_AGAIN = "write it again, or say with --field-strength-nT or --field-enu-nT what it should tell"
 
 
-class Parameters(BaseModel, extra="allow", frozen=True):
+class TrueParameters(BaseModel, extra="allow", frozen=True):
     """The true parameters of a run: the field, and whatever else `sim.simulate` writes."""
 
     field_enu_nT: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] | None = None
@@ -36,7 +36,7 @@ class Metadata:
     seed: int | None = None
     run: int | None = None
     scenario_sha256: str | None = None
-    parameters: Parameters = field(default_factory=Parameters)
+    parameters: TrueParameters = field(default_factory=TrueParameters)
 
 
 @dataclass(frozen=True)

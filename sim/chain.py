@@ -18,7 +18,7 @@ Labels = dict[str, Array]
 
 
 @dataclass
-class Link:
+class ChainLink:
     """An effect at its place in a chain, with its own random numbers and its memory of the run so far."""
 
     effect: Effect
@@ -49,12 +49,12 @@ class Chain:
 
     def __init__(self, effects: Sequence[Effect], seed: int, run: int = 0, sensor: int = 0) -> None:
         seen: dict[str, int] = {}
-        self.links: list[Link] = []
+        self.links: list[ChainLink] = []
         for effect in effects:
             instance = seen.get(effect.name, 0)
             seen[effect.name] = instance + 1
             rng = stream(seed, run, sensor, effect.name, instance, bits=np.random.PCG64)
-            self.links.append(Link(effect, rng))
+            self.links.append(ChainLink(effect, rng))
 
     def apply(self, state: State, finer: State | None = None) -> tuple[Array, Labels]:
         """Measured field mag_nT (n, 3) of the run's next block, and name -> (n, 3) contributions in nT.
@@ -71,7 +71,7 @@ class Chain:
         return _through(self.links[first:], state, signal, labels)
 
 
-def _through(links: Sequence[Link], state: State, signal: Array, labels: Labels) -> tuple[Array, Labels]:
+def _through(links: Sequence[ChainLink], state: State, signal: Array, labels: Labels) -> tuple[Array, Labels]:
     """The signal (n, 3) behind some links, and the labels with theirs."""
     for link in links:
         signal, label = link.step(state, signal)

@@ -94,7 +94,7 @@ class Stop(NamedTuple):
     sign: float = 0.0
 
 
-class Course(NamedTuple):
+class ReferenceTrack(NamedTuple):
     """What the loop follows: reference (n, 18), flow (n, 3; m/s ENU) of each step, the controller's gains and memory.
 
     Every `every`-th step has a row in the log; the course ends at a step that `grid` divides.
@@ -109,7 +109,7 @@ class Course(NamedTuple):
     grid: int = 1
 
 
-class Log(NamedTuple):
+class StateLog(NamedTuple):
     """What was logged, a row a sample: the state, the commands, and dqvel/dt over the step that follows."""
 
     qpos: Array
@@ -117,17 +117,17 @@ class Log(NamedTuple):
     ctrl: Array
     accel: Array
 
-    def first(self, rows: int) -> Log:
+    def first(self, rows: int) -> StateLog:
         """The first rows."""
-        return Log(*(part[:rows] for part in self))
+        return StateLog(*(part[:rows] for part in self))
 
 
 VIEWS = _named(Views, *[VEC] * len(Views._fields))
 SCRATCH = _named(Scratch, *[VEC] * len(Scratch._fields))
 PLANT = _named(Plant, POINTER, POINTER, types.float64, VIEWS, SCRATCH, MAT, MAT)
 STOP = _named(Stop, types.float64, types.float64)
-COURSE = _named(Course, MAT, MAT, VEC, VEC, types.int64, STOP, types.int64)
-LOG = _named(Log, *[MAT] * len(Log._fields))
+COURSE = _named(ReferenceTrack, MAT, MAT, VEC, VEC, types.int64, STOP, types.int64)
+LOG = _named(StateLog, *[MAT] * len(StateLog._fields))
 
 
 @njit(types.void(PLANT), cache=True, nogil=True)
@@ -266,9 +266,9 @@ def plant_of(model: mujoco.MjModel, data: mujoco.MjData, body: str, added: Array
     return Plant(model._address, data._address, model.opt.timestep, views, scratch, added, share)
 
 
-def log_of(model: mujoco.MjModel, rows: int) -> Log:
+def log_of(model: mujoco.MjModel, rows: int) -> StateLog:
     """Room for so many rows."""
-    return Log(*(np.empty((rows, width)) for width in (model.nq, model.nv, model.nu, model.nv)))
+    return StateLog(*(np.empty((rows, width)) for width in (model.nq, model.nv, model.nu, model.nv)))
 
 
 def mass_matrix(model: mujoco.MjModel) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.paths.base import PhaseBase, Start
-from sim.engine import Course, Log, Stop, advance, log_of, plant_of
+from sim.engine import ReferenceTrack, StateLog, Stop, advance, log_of, plant_of
 from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
 from sim.vehicles import vehicle_for
@@ -74,16 +74,16 @@ class Loop:
     def start(self) -> Start:
         """The state that the next phase begins from."""
         state = (self.data.qpos, self.data.qvel, self.data.ctrl, np.zeros(self.model.nv))
-        now = self.vehicle.kinematics(self.model, Log(*(part[None] for part in state)))
+        now = self.vehicle.kinematics(self.model, StateLog(*(part[None] for part in state)))
         forward = matrix_from_q(now.q)[0, :, 0]
         x, y, z = now.pos_enu_m[0]
         return Start((x, y, z), math.atan2(forward[1], forward[0]), math.hypot(*now.velocity_m_s[0, :2]))
 
-    def run(self, reference: Array, gains: Array, stop: Stop) -> tuple[Log, int]:
+    def run(self, reference: Array, gains: Array, stop: Stop) -> tuple[StateLog, int]:
         """Advance over the reference rows; the log's filled rows and the number of steps taken."""
         log = log_of(self.model, -(-len(reference) // self.logged))
         flow = self.vehicle.flow(len(reference), self.rng, self.flow_memory)
-        course = Course(reference, flow, gains, self.memory, self.logged, stop, self.every)
+        course = ReferenceTrack(reference, flow, gains, self.memory, self.logged, stop, self.every)
         done = advance(self.vehicle.control, self.plant, course, log)
         self.steps += done
         return log.first(-(-done // self.logged)), done
@@ -147,11 +147,11 @@ def _stop(phase: PhaseBase, start: Start) -> Stop:
     return Stop(z_m, 1.0 if z_m > start.pos_enu_m[2] else -1.0)
 
 
-def _motion(loop: Loop, log: Log, reference: Array, begin: int, phase: int, phase_time_s: Array) -> Motion:
+def _motion(loop: Loop, log: StateLog, reference: Array, begin: int, phase: int, phase_time_s: Array) -> Motion:
     """The motion of a block from its log; reference and phase_time_s are of every step."""
 
     def rows(every: int, finer: Motion | None = None) -> Motion:
-        some = Log(*(part[:: every // loop.logged] for part in log))
+        some = StateLog(*(part[:: every // loop.logged] for part in log))
         n = len(some.qpos)
         time_s: Array = STEP_S * (begin + every * np.arange(n, dtype=np.float64))
         kinematics = loop.vehicle.kinematics(loop.model, some)

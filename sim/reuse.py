@@ -11,7 +11,7 @@ import numpy as np
 from recordings.files import canonical_json
 from scenarios.toml import as_dict
 from sim.motion import Motion
-from sim.simulate import Plan, flown
+from sim.simulate import PreparedRun, flown
 from sim.vehicles import vehicle_for
 
 MOST_BYTES = 200_000_000
@@ -28,7 +28,7 @@ class Flights:
     most_bytes: int = MOST_BYTES
     _kept: OrderedDict[str, tuple[Motion, ...]] = field(default_factory=OrderedDict, repr=False)
 
-    def motions(self, plan: Plan) -> Iterator[Motion]:
+    def motions(self, plan: PreparedRun) -> Iterator[Motion]:
         """The run's true motion, block by block, the same to the bit whether it is flown now or was before."""
         key = physics(plan)
         if key in self._kept:
@@ -51,12 +51,12 @@ class Flights:
             self._kept.popitem(last=False)
 
 
-def alike(plan: Plan) -> str:
+def alike(plan: PreparedRun) -> str:
     """What decides a run but for the noise of its sensors, as text: motion, field and errors as they were drawn."""
     return canonical_json({"drawn": as_dict(plan.drawn), "motion": physics(plan)})
 
 
-def physics(plan: Plan) -> str:
+def physics(plan: PreparedRun) -> str:
     """What decides the motion, as text: equal for two runs exactly when their motions are."""
     said = as_dict(plan.drawn)
     key = {name: said[name] for name in ("vehicle", "phases", "sampling")} | {"finer": plan.finer}

@@ -11,21 +11,21 @@ from recordings.assemble import recording_of, truth_of
 from recordings.checks import sound, whole_truth
 from recordings.files import canonical_json
 from recordings.importer import RawColumns
-from recordings.metadata import Parameters
+from recordings.metadata import TrueParameters
 from recordings.recording import Recording, Truth
 from sim.motion import Motion
-from sim.simulate import Plan, blocks
+from sim.simulate import PreparedRun, blocks
 
 CALLED = Path("simulated run")
 """What messages call it, where they would name a file."""
 
 
-def run_in_memory(plan: Plan, motions: Iterable[Motion] | None = None) -> tuple[Recording, Truth]:
+def run_in_memory(plan: PreparedRun, motions: Iterable[Motion] | None = None) -> tuple[Recording, Truth]:
     """The run as `recordings.read_run` gives it from the file that `sim.generate` writes, equal to the bit.
 
     motions : the run's true motion where it is known already. Raises InputError where the vehicle cannot do the motion.
     """
     pieces = list(blocks(plan, motions))
     raw = RawColumns(CALLED, {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]})
-    parameters = Parameters.model_validate_json(canonical_json(plan.metadata["parameters"]))
+    parameters = TrueParameters.model_validate_json(canonical_json(plan.metadata["parameters"]))
     return recording_of(sound(raw)), truth_of(whole_truth(raw), parameters.model_dump(exclude_unset=True))

@@ -50,7 +50,7 @@ Block = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
-class Plan:
+class PreparedRun:
     """A scenario made ready to run: the values of this run drawn, the effects of each sensor built.
 
     scenario: as written; drawn: with its sensors' data sheets written out and this run's values of what varies;
@@ -106,14 +106,14 @@ class Plan:
         return run_metadata(as_dict(self.scenario), self.seed, self.run, parameters)
 
 
-def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> Plan:
+def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> PreparedRun:
     """Draw the values that vary from run to run; InputError for an effect on a channel that the vehicle has not."""
     seed = scenario.seed if seed is None else seed
     drawn = apply_vary(equipped(scenario), stream(seed, run, "vary"))
     effects = tuple(drawn.chain(sensor) for sensor in drawn.vectors)
     scalar = None if drawn.scalar is None else drawn.chain(drawn.scalar)
     _check_channels(drawn.vehicle.kind, chain.from_iterable((*effects, scalar or ())))
-    return Plan(scenario, drawn, run, seed, earth_field_enu_nT(drawn.field), effects, scalar)
+    return PreparedRun(scenario, drawn, run, seed, earth_field_enu_nT(drawn.field), effects, scalar)
 
 
 def channels_of(vehicle: str) -> tuple[str, ...]:
@@ -130,12 +130,12 @@ def _check_channels(vehicle: str, effects: Iterable[Effect]) -> None:
             raise InputError(f"{problem.what}, which the {vehicle} has not", where=place, do=problem.do)
 
 
-def flown(plan: Plan) -> Iterator[Motion]:
+def flown(plan: PreparedRun) -> Iterator[Motion]:
     """The run's true motion, block by block, by the simulator's engine."""
     return drive(plan.drawn, stream(plan.seed, plan.run, "flow"), plan.finer)
 
 
-def blocks(plan: Plan, motions: Iterable[Motion] | None = None) -> Iterator[Block]:
+def blocks(plan: PreparedRun, motions: Iterable[Motion] | None = None) -> Iterator[Block]:
     """The run's columns, block by block: memory does not grow with the run's length.
 
     motions : the run's, where they are known already; flown otherwise.
@@ -154,7 +154,7 @@ def blocks(plan: Plan, motions: Iterable[Motion] | None = None) -> Iterator[Bloc
 class _Magnetometers:
     """All magnetometers of a run, with their memory of it so far."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: PreparedRun) -> None:
         self.plan = plan
         self._vectors = [Chain(effects, plan.seed, plan.run, k) for k, effects in enumerate(plan.effects)]
         self._scalar = None if plan.scalar is None else ScalarMagnetometer(plan.scalar, plan.seed, plan.run)
@@ -187,7 +187,7 @@ def _recorded(scenario: Scenario, motion: Motion, measured: dict[str, Array]) ->
     return about | vectors | currents_of(measured["current_A"]) | motion.channels
 
 
-def _magnetometer(plan: Plan, effects: Chain, state: State, finer: State | None, number: int | None) -> Block:
+def _magnetometer(plan: PreparedRun, effects: Chain, state: State, finer: State | None, number: int | None) -> Block:
     """One magnetometer's signal, and what each effect contributes to it; number: of several, from 1."""
     mag_nT, labels = effects.apply(state, finer)
     block = _columns(mag_names(number), mag_nT)
@@ -197,7 +197,7 @@ def _magnetometer(plan: Plan, effects: Chain, state: State, finer: State | None,
     return block
 
 
-def _truth(plan: Plan, motion: Motion) -> Block:
+def _truth(plan: PreparedRun, motion: Motion) -> Block:
     """The undisturbed field in the body, and the true pose."""
     return {
         **_columns(TRUE_FIELD, to_body(motion.R_wb, plan.field_enu_nT[None])),
@@ -206,7 +206,9 @@ def _truth(plan: Plan, motion: Motion) -> Block:
     }
 
 
-def _states(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Array) -> tuple[State, State | None]:
+def _states(
+    plan: PreparedRun, motion: Motion, sensor: SensorSpec, temperature_degC: Array
+) -> tuple[State, State | None]:
     """What the magnetometer at its place on the body goes through, at the samples and, where it is known, finer.
 
     Its temperature is held from sample to sample.
@@ -219,7 +221,7 @@ def _states(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Ar
     return state, replace(_state(plan, finer, sensor, held_degC), interval_s=STEP_S)
 
 
-def _state(plan: Plan, motion: Motion, sensor: SensorSpec, temperature_degC: Array) -> State:
+def _state(plan: PreparedRun, motion: Motion, sensor: SensorSpec, temperature_degC: Array) -> State:
     """The same at the times of a motion, whose interval is that of the samples."""
     k = motion.kinematics
     field = to_body(motion.R_wb, plan.field_enu_nT[None])

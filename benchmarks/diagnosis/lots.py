@@ -34,9 +34,9 @@ from benchmarks.diagnosis.three import (
 )
 from benchmarks.diagnosis.truth import BASE, EQUIVALENT
 from diagnosis.problem.formulation import posed
-from diagnosis.result import How, Reach
-from diagnosis.several.selection import Member, select_together
-from diagnosis.several.verdict_rules import Judged, Lot
+from diagnosis.result import How, Transfer
+from diagnosis.several.selection import PooledRecording, select_together
+from diagnosis.several.verdict_rules import Pool, PooledVerdict
 from diagnosis.workflow import examined
 from sim.scenario import ModelSpec
 
@@ -53,7 +53,7 @@ Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Pool:
+class VehiclePool:
     """Twelve recordings of a vehicle."""
 
     seed: int
@@ -98,19 +98,19 @@ def _alike(one: str, other: str) -> bool:
 
 
 @lru_cache(maxsize=4 * EACH)
-def member_of(pool: Pool, letter: str, i: int) -> Member:
+def member_of(pool: VehiclePool, letter: str, i: int) -> PooledRecording:
     """A recording of a pool with its own diagnosis."""
     recording, field_enu_nT = flight(pool.trial(letter), i)
     model = ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field_enu_nT.tolist()}})
-    return Member.of(examined(posed(recording, model, None, None), model))
+    return PooledRecording.of(examined(posed(recording, model, None, None), model))
 
 
-def run_lot(pool: Pool, lot: str) -> Row:
+def run_lot(pool: VehiclePool, lot: str) -> Row:
     """What three recordings say together, without the words and models of each."""
     begun = time.process_time()
     members = [member_of(pool, letter, int(i)) for letter, i in zip(lot[::2], lot[1::2], strict=True)]
     ready = time.process_time()
-    judged = Judged.of(Lot(members, select_together(members, lambda what: None)[0]))
+    judged = PooledVerdict.of(Pool(members, select_together(members, lambda what: None)[0]))
     names = [
         [one.name, *one.named.alternatives, *one.named.rivals, str(one.reach), str(one.named.how)]
         for one in judged.common
@@ -128,12 +128,12 @@ def wrong(row: Row) -> list[str]:
     as another recording may have by what it hides.
     """
     seed, lot = row["key"].split("/")
-    truths = Pool(int(seed)).truths
+    truths = VehiclePool(int(seed)).truths
     hides = {letter: rightly_named(kind, hidden) for letter, (kind, hidden, _) in truths.items()}
     shared, disturbed = _shared(lot, truths, hides), lot.count("A") + lot.count("B") > 1
 
     def is_right(name: str, *others: str) -> bool:
-        differ, how = Reach.NOT_TRANSFERRED in others, others[-1]
+        differ, how = Transfer.NOT_TRANSFERRED in others, others[-1]
         each = sum(lot.count(letter) for letter, names in hides.items() if names & {name, *others})
         return bool(shared & {name, *others}) or (differ and each > 1) or (disturbed and how == How.IRON)
 
@@ -167,7 +167,9 @@ def main() -> None:
     parser.add_argument("--pools", type=int, default=25)
     parser.add_argument("-o", "--out", type=Path, default=Path("out/lots"))
     given = parser.parse_args()
-    wanted = [(pool, lot) for pool in map(Pool, range(given.first, given.first + given.pools)) for lot in pool.lots]
+    wanted = [
+        (pool, lot) for pool in map(VehiclePool, range(given.first, given.first + given.pools)) for lot in pool.lots
+    ]
     rows = resumed(wanted, given.out, lambda one: run_lot(*one), lambda one: f"{one[0].seed}/{one[1]}")
     print(json.dumps(figures(rows), indent=1))
 

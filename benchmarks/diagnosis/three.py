@@ -29,8 +29,8 @@ from diagnosis.evidence.localise import TIME
 from diagnosis.library.candidates import part
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import posed
-from diagnosis.result import Reach
-from diagnosis.several.result import Together
+from diagnosis.result import Transfer
+from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.workflow import diagnose_together
 from recordings import Recording
 from scenarios.arrays import Array
@@ -137,7 +137,7 @@ def run_three(trial: Three, policy: Policy = STANDARD) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _names(found: Together) -> list[Any]:
+def _names(found: PooledDiagnosis) -> list[Any]:
     return [
         (one.name, list(one.named.alternatives), one.named.how, one.reach, one.p, one.named.nats, one.named.rivals)
         for one in found.common
@@ -206,7 +206,7 @@ def figures_of_three(rows: Sequence[Row]) -> dict[str, Any]:
         out[f"three, {kind[0]}" + (f", {kind[1]:g} sigma" if kind[1] else "")] = {
             "runs": len(some),
             "wrong_name": float(np.mean([is_wrong(row) for row in some])),
-            **{str(reach): float(np.mean([_reaches(row, reach) for row in some])) for reach in Reach},
+            **{str(reach): float(np.mean([_reaches(row, reach) for row in some])) for reach in Transfer},
         }
     return out
 
@@ -233,7 +233,7 @@ def rightly_named(kind: str, hidden: str) -> set[str]:
     return {"null": set(), "alone": set(), "left-out": equal | drives}.get(kind, {hidden, "hard_iron"} | equal | drives)
 
 
-def _reaches(row: Row, reach: Reach) -> bool:
+def _reaches(row: Row, reach: Transfer) -> bool:
     right = {row["hidden"]} | EQUIVALENT.get(row["hidden"], set())
     return any(right & {name, *others} and how == reach for name, others, _, how, *_ in row["names"])
 

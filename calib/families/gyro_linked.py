@@ -12,7 +12,7 @@ from calib.acceptance import residual_of, widened
 from calib.base import Calibrator
 from calib.models.chained import Chained, Linear
 from calib.models.ellipsoid import SLOTS, SYMMETRIC_NAMES, UPPER
-from calib.models.linked import LEAST_NOISE, Estimate, Link, mean_rates, steps
+from calib.models.linked import LEAST_NOISE, LinkedEstimate, LinkedSamples, mean_rates, steps
 from calib.models.linked_noise import likeliest_ratio
 from calib.models.linked_start import starts
 from calib.models.response import Response
@@ -37,7 +37,7 @@ BIAS_NAMES = ("gyro_bias_x_rad_s", "gyro_bias_y_rad_s", "gyro_bias_z_rad_s")
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class LinkedFit:
     """A minimum, the noise of a measurement and of the gyro that it holds for, the steps to it, whether they settled.
 
     told : what else is to be said of it, by name
@@ -89,10 +89,10 @@ class GyroLinked(Calibrator):
         """Names of the parameters between S and the gyro's bias."""
 
     @abstractmethod
-    def _refined(self, fit: Fit, recording: Recording, reference: Reference) -> Fit | Status:
+    def _refined(self, fit: LinkedFit, recording: Recording, reference: Reference) -> LinkedFit | Status:
         """The fit along the gyro with what else there is to know; a status where that cannot be used."""
 
-    def _link(self, recording: Recording, strength_nT: float) -> Link:
+    def _link(self, recording: Recording, strength_nT: float) -> LinkedSamples:
         """The recording in order of time, with the noises that it shows by itself."""
         assert recording.gyro_rad_s is not None
         order = np.argsort(recording.time_s, kind="stable")
@@ -100,18 +100,18 @@ class GyroLinked(Calibrator):
         noise = max(rms(white_noise_std(x)), LEAST_NOISE)
         gyro_rad_s = self.gyro_std_rad_s or max(rms(white_noise_std(rate_rad_s)), LEAST_GYRO_RAD_S)
         slots, step_s = SYMMETRIC if self.aligned else FULL, steps(recording.time_s[order])
-        return Link(x, mean_rates(rate_rad_s, step_s), step_s, slots, gyro_rad_s / noise)
+        return LinkedSamples(x, mean_rates(rate_rad_s, step_s), step_s, slots, gyro_rad_s / noise)
 
-    def _first(self, link: Link) -> Minimum[Linear[Estimate]]:
+    def _first(self, link: LinkedSamples) -> Minimum[Linear[LinkedEstimate]]:
         """The best minimum from the starts, in order of their cost until one settles."""
-        tried: list[Minimum[Linear[Estimate]]] = []
+        tried: list[Minimum[Linear[LinkedEstimate]]] = []
         for start in sorted((link.settled(start) for start in starts(link)), key=lambda start: start.cost):
             tried.append(minimised(link, start, self.iterations, self.tolerance))
             if tried[-1].settled:
                 break
         return min(tried, key=lambda one: one.normal.cost)
 
-    def _rounds(self, link: Link, found: Minimum[Linear[Estimate]]) -> Fit:
+    def _rounds(self, link: LinkedSamples, found: Minimum[Linear[LinkedEstimate]]) -> LinkedFit:
         """Minimum and ratio of the noises in turn, until the ratio settles."""
         history, change = found.history, np.inf
         for _ in range(self.rounds):
@@ -122,14 +122,14 @@ class GyroLinked(Calibrator):
             if change < RATIO_SETTLED or not found.settled:
                 break
         gyro_rad_s = link.ratio * float(np.sqrt(found.normal.variance))
-        return Fit(link, found, gyro_rad_s, history, found.settled and change < RATIO_SETTLED)
+        return LinkedFit(link, found, gyro_rad_s, history, found.settled and change < RATIO_SETTLED)
 
-    def _ratio(self, link: Link, found: Minimum[Linear[Estimate]]) -> float:
+    def _ratio(self, link: LinkedSamples, found: Minimum[Linear[LinkedEstimate]]) -> float:
         if self.gyro_std_rad_s is None:
             return likeliest_ratio(link, found.point)
         return self.gyro_std_rad_s / float(np.sqrt(found.normal.variance))
 
-    def _response(self, fit: Fit, strength_nT: float) -> Response:
+    def _response(self, fit: LinkedFit, strength_nT: float) -> Response:
         """How each measurement, nT, moves offset, nT, S and what else is found."""
         per_nT = np.where(np.arange(fit.chain.count) < len(OFFSET_NAMES), 1.0, 1.0 / strength_nT)
         return Response(per_nT[:, None] * fit.chain.response(fit.found.point), self._names)
@@ -138,7 +138,7 @@ class GyroLinked(Calibrator):
     def _names(self) -> tuple[str, ...]:
         return (*OFFSET_NAMES, *(SYMMETRIC_NAMES if self.aligned else SOFT_IRON_NAMES), *self._beside, *BIAS_NAMES)
 
-    def _calibration(self, fit: Fit, status: Status, reference: Reference) -> Calibration:
+    def _calibration(self, fit: LinkedFit, status: Status, reference: Reference) -> Calibration:
         """The minimum in nT."""
         e, normal = fit.found.point.estimate, fit.found.normal
         noise, names = float(np.sqrt(normal.variance)), self._names

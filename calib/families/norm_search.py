@@ -27,7 +27,7 @@ from calib.numerics.kernels import fast_kernel
 from calib.observability import Extent, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
-from calib.search.population import Move, Search, search
+from calib.search.population import Move, SearchResult, search
 from calib.settings import Count
 from recordings import Recording
 from scenarios.arrays import Array
@@ -198,7 +198,7 @@ class PopulationCalibrator(Calibrator):
         """The method itself: what a generation does."""
 
     @final
-    def search(self, space: NormSpace, rng: np.random.Generator) -> Search:
+    def search(self, space: NormSpace, rng: np.random.Generator) -> SearchResult:
         """The search alone, without the polish."""
         return search(space, self.move(space), self.population, self.iterations, rng)
 

@@ -54,7 +54,7 @@ class KalmanSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class FilterTrack:
     """The filter along the samples: state (n, 21) and its variance (n, 21), scaled to nT, 1 and s; covariance (21, 21)
     of the last; squared normalised innovation nis (n,), three degrees of freedom; noise_variance_nT2 R (n,); ratio ROR
     (n,), tr of the innovations' mean square in a window over tr of the predicted, NaN before the window is full.
@@ -82,7 +82,7 @@ def track(
     window: int = 50,
     rule: NoiseRule = STEADY,
     engine: Engine = "compiled",
-) -> Track:
+) -> FilterTrack:
     """Run the filter over the data, [Li2017] section 2.1, see `calib.numerics.kalman`."""
     run = filtered(
         data.difference_nT,
@@ -95,7 +95,7 @@ def track(
         engine,
     )
     unit = settings.unit
-    return Track(
+    return FilterTrack(
         run.state * unit,
         run.variance * unit**2,
         run.covariance * np.outer(unit, unit),
@@ -120,8 +120,8 @@ class VectorFilter(Calibrator):
 
     T_m - T = H x + v,  H = [I3 | T_3x9 | dT_3x9],  x = (T_p, A, B),  x_k = x_k-1 + w  ([Li2017] eq. 1 to 9, table 1)
 
-    The claimed covariance is the filter's times `Track.variance_factor`. `engine`: the compiled filter, or filterpy's,
-    which gives the same and takes at least twice as long.
+    The claimed covariance is the filter's times `FilterTrack.variance_factor`. `engine`: the compiled filter, or
+    filterpy's, which gives the same and takes at least twice as long.
     """
 
     needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
@@ -153,7 +153,7 @@ def _scaled(settings: KalmanSettings) -> Array:
     return np.asarray(settings.prior_variance * settings.unit**2)
 
 
-def _status(steps: Track, settings: KalmanSettings) -> Status:
+def _status(steps: FilterTrack, settings: KalmanSettings) -> Status:
     root = np.sqrt(_scaled(settings))
     values, vectors = np.linalg.eigh(steps.covariance / np.outer(root, root))
     if values[0] < 0 or steps.nis.min() < 0:
@@ -176,7 +176,7 @@ def _advice(worst: str, settings: KalmanSettings) -> str:
     return f"record longer, turn about more axes{steady}, or use vector_least_squares, which needs no start value"
 
 
-def _history(steps: Track, settings: KalmanSettings) -> tuple[float, ...]:
+def _history(steps: FilterTrack, settings: KalmanSettings) -> tuple[float, ...]:
     """Largest variance over its start, at no more than MAX_HISTORY samples, the last among them."""
     share = (steps.variance / _scaled(settings)).max(axis=1)
     picked = np.unique(np.linspace(0, len(share) - 1, min(MAX_HISTORY, len(share))).round().astype(int))

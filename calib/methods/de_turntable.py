@@ -15,7 +15,7 @@ from calib.observability import Extent, axis_text, unobservable
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.search.differential import RandOne
-from calib.search.population import Search, search
+from calib.search.population import SearchResult, search
 from calib.settings import Count, Positive, Probability
 from recordings import Recording
 from scenarios.arrays import Array
@@ -79,7 +79,7 @@ class DeTurntable(Calibrator):
             history=tuple((reference.strength_nT * rms).tolist()),
         )
 
-    def search(self, points: Array, rng: np.random.Generator) -> Search:
+    def search(self, points: Array, rng: np.random.Generator) -> SearchResult:
         """Best (5,) and the best cost after each iteration, on points m / F (3, n)."""
         space = TurnSpace(points, self.bound, 1.0 if self.known_total else 0.0)
         return search(space, RandOne(self.weight, self.crossing), self.population, self.iterations, rng)

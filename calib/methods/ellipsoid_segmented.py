@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.base import Calibrator
 from calib.methods.ellipsoid import EllipsoidCalibrator
-from calib.models.change_points import PARAMETERS, Rows, find_cuts
+from calib.models.change_points import PARAMETERS, LinearisedRows, find_cuts
 from calib.models.ellipsoid import SYMMETRIC_NAMES, symmetric
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Segment, Status
@@ -72,7 +72,7 @@ class EllipsoidSegmented(Calibrator):
         coloured = whole.fit.parameters.get("covariance_inflation", 1.0) > 1.0  # what cuts may take out
         if whole.fit.status.kind not in ("ok", "not_converged") and not coloured:
             return whole.fit.status
-        rows = Rows.of(recording.mag_nT, whole.fit, reference.strength_nT)
+        rows = LinearisedRows.of(recording.mag_nT, whole.fit, reference.strength_nT)
         pieces = _fitted(recording, reference, find_cuts(rows, self.blocks, self.penalty, self.max_std_fraction))
         variance_nT2 = (rows.noise_std() * reference.strength_nT) ** 2
         price_nT2 = variance_nT2 * self.penalty * PARAMETERS * float(np.log(len(recording)))

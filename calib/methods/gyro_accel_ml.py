@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from calib.families.gyro_linked import Fit, GyroLinked, rms
+from calib.families.gyro_linked import GyroLinked, LinkedFit, rms
 from calib.models.levelled import Attitudes, Levelled
-from calib.models.linked import Link
+from calib.models.linked import LinkedSamples
 from calib.numerics.colour import inflation
 from calib.numerics.damped import minimised
 from calib.numerics.noise import white_noise_std
@@ -54,9 +54,9 @@ class GyroAccelMl(GyroLinked):
     def _beside(self) -> tuple[str, ...]:
         return LEVEL_NAMES
 
-    def _refined(self, fit: Fit, recording: Recording, reference: Reference) -> Fit | Status:
+    def _refined(self, fit: LinkedFit, recording: Recording, reference: Reference) -> LinkedFit | Status:
         assert recording.accel_m_s2 is not None
-        assert isinstance(fit.chain, Link)
+        assert isinstance(fit.chain, LinkedSamples)
         accel_m_s2 = recording.accel_m_s2[np.argsort(recording.time_s, kind="stable")]
         towards = np.einsum("ni,ni->n", fit.found.point.estimate.directions, accel_m_s2)
         size = np.linalg.norm(accel_m_s2, axis=1)
@@ -75,7 +75,7 @@ class GyroAccelMl(GyroLinked):
         east, north, up = reference.field_enu_nT
         return float(np.arctan2(up, np.hypot(east, north))), float(np.radians(self.inclination_std_deg))
 
-    def _levelled(self, fit: Fit, levelled: Levelled, least: float) -> Fit:
+    def _levelled(self, fit: LinkedFit, levelled: Levelled, least: float) -> LinkedFit:
         """Minimum and noise of the accelerometer in turn, until that settles."""
         point = levelled.settled(Attitudes.of(fit.found.point.estimate, levelled.accel_m_s2))
         history, change = fit.history, np.inf

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from calib.families.gyro_linked import Fit, GyroLinked
+from calib.families.gyro_linked import GyroLinked, LinkedFit
 from calib.reference import Reference
 from recordings import Recording
 
@@ -39,6 +39,6 @@ class GyroMl(GyroLinked):
     def _beside(self) -> tuple[str, ...]:
         return ()
 
-    def _refined(self, fit: Fit, recording: Recording, reference: Reference) -> Fit:
+    def _refined(self, fit: LinkedFit, recording: Recording, reference: Reference) -> LinkedFit:
         """As it is."""
         return fit

@@ -19,7 +19,7 @@ from calib.models.ellipsoid import (
     symmetric,
 )
 from calib.models.starts import starts
-from calib.numerics.damped import Minimum, Normal, minimised
+from calib.numerics.damped import Minimum, NormalEquations, minimised
 from calib.numerics.noise import NORMAL_MEDIAN
 from calib.reference import Reference
 from calib.result import STRENGTH_NAME, Calibration, Status
@@ -104,13 +104,13 @@ class Distances:
     x: Array
     limit: float = np.inf
 
-    def normal(self, q: Array) -> Normal:
+    def normal(self, q: Array) -> NormalEquations:
         """Cost and normal equations."""
         d, J, _ = self.rows(q)
         weight = np.minimum(1.0, self.limit / np.maximum(np.abs(d), 1e-300))
         cost = float(np.sum(weight * (2.0 - weight) * d * d))
         weighted = weight[:, None] * J
-        return Normal(cost, weighted.T @ d, weighted.T @ J, self._variance(d, weight))
+        return NormalEquations(cost, weighted.T @ d, weighted.T @ J, self._variance(d, weight))
 
     def moved(self, q: Array, step: Array) -> Array | None:
         """The ellipsoid a step further; None where it is none."""

@@ -66,7 +66,7 @@ class TwoStep(Calibrator):
         )
         return scaled.calibration(self.name, status, fit, reference)
 
-    def estimate(self, x: Array) -> Estimate | None:
+    def estimate(self, x: Array) -> TwoStepEstimate | None:
         """The estimate from standardised points (n, 3); None when step one's is not an ellipsoid."""
         theta = first_step(x)
         if theta is None:
@@ -82,7 +82,7 @@ class TwoStep(Calibrator):
             round_move = centred.length(theta, theta - before)
             if round_move < self.tolerance:
                 break
-        return Estimate(theta, centred, max(round_move, history[-1]), tuple(history))
+        return TwoStepEstimate(theta, centred, max(round_move, history[-1]), tuple(history))
 
     def _second_step(self, centred: Centred, theta: Array) -> tuple[Array, list[float]]:
         """Where the steps from theta (9,) end, and the length of each."""
@@ -97,7 +97,7 @@ class TwoStep(Calibrator):
 
 
 @dataclass(frozen=True)
-class Estimate:
+class TwoStepEstimate:
     """theta (9,) = (A's six as `shape_matrix` has them, p), the cost it minimises, and the length of each step.
 
     move: how far theta still moved at the end, in its standard deviations, by the last round or the last step in it.
@@ -139,7 +139,7 @@ class Estimate:
 class Centred:
     """The cost |R theta|^2 + W (mean row . theta + p^T A^-1 p - 1 - <v>)^2 of n points, in ten rows.
 
-    theta as in `Estimate`; R (9, 9) with R^T R the scatter of the centred rows.
+    theta as in `TwoStepEstimate`; R (9, 9) with R^T R the scatter of the centred rows.
     """
 
     R: Array

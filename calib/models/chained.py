@@ -9,7 +9,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from calib.numerics.chain import eliminated, states
-from calib.numerics.damped import Normal
+from calib.numerics.damped import NormalEquations
 from scenarios.arrays import Array
 
 BIAS = 3
@@ -20,7 +20,7 @@ STATE_ROUNDS, STATE_SETTLED = 5, 1e-6
 """Most rounds of the states at fixed parameters, and the share of the cost by which the last may still gain."""
 
 
-class Parameters(Protocol):
+class ChainedParameters(Protocol):
     """What an estimate of any kind of state holds: offset c (3,), root G (3, 3), gyro's bias (3,), rad/s."""
 
     @property
@@ -31,7 +31,7 @@ class Parameters(Protocol):
     def bias_rad_s(self) -> Array: ...
 
 
-E = TypeVar("E", bound=Parameters)
+E = TypeVar("E", bound=ChainedParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,9 +123,9 @@ class Chained(ABC, Generic[E]):
             found = self.linear(self.followed(found.estimate, found.states(np.zeros(self.count))))
         return found
 
-    def normal(self, found: Linear[E]) -> Normal:
+    def normal(self, found: Linear[E]) -> NormalEquations:
         """Cost and normal equations of p, each state at its best."""
-        return Normal(found.least, found.square[:-1, -1], found.square[:-1, :-1], self.variance(found))
+        return NormalEquations(found.least, found.square[:-1, -1], found.square[:-1, :-1], self.variance(found))
 
     def moved(self, found: Linear[E], step: Array) -> Linear[E] | None:
         """The parameters a step further and the states that follow; None where G turns inside out."""
@@ -146,7 +146,7 @@ class Chained(ABC, Generic[E]):
         return np.asarray(np.einsum("jk,nik->nji", inverse / scale[:, None], rows))
 
 
-def stepped(e: Parameters, step: Array, slots: Array) -> tuple[Array, Array, Array] | None:
+def stepped(e: ChainedParameters, step: Array, slots: Array) -> tuple[Array, Array, Array] | None:
     """Centre, root and bias a step further, slots (entries, 3, 3) dG / d each entry; None where G turns inside out."""
     root = e.root + np.tensordot(step[3 : 3 + len(slots)], slots, 1)
     if np.linalg.det(root) <= 0:

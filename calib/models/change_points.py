@@ -22,7 +22,7 @@ RIDGE = 1e-12
 
 
 @dataclass(frozen=True)
-class Rows:
+class LinearisedRows:
     """The whole-record fit linearised, in units of the field: r (n,) and q (n, 9) = -dr/d(T, c), over the gain |T u|.
 
     r_i = |T m_i - c| - 1, so a segment with its own (T + dT, c + dc) leaves r - q d, and its cost is
@@ -34,7 +34,7 @@ class Rows:
     centre_rows: Array
 
     @classmethod
-    def of(cls, mag_nT: Array, whole: Calibration, strength_nT: float) -> Rows:
+    def of(cls, mag_nT: Array, whole: Calibration, strength_nT: float) -> LinearisedRows:
         """Linearise at a whole-record fit of measurements (n, 3)."""
         middle = mag_nT.mean(axis=0)
         x = (mag_nT - middle) / strength_nT
@@ -62,7 +62,7 @@ class Rows:
         )
 
 
-def find_cuts(rows: Rows, blocks: int, penalty: float, max_std: float) -> list[int]:
+def find_cuts(rows: LinearisedRows, blocks: int, penalty: float, max_std: float) -> list[int]:
     """Samples at which new segments begin, between block edges first, then to the sample.
 
     min over cuts of  sum_segments [ cost / sigma^2 + penalty PARAMETERS ln n ]  (Schwarz's criterion at penalty 1),
@@ -87,7 +87,7 @@ def find_cuts(rows: Rows, blocks: int, penalty: float, max_std: float) -> list[i
     return _refined(rows, edges, sorted(ends[1:]))
 
 
-def _segment_costs(rows: Rows, edges: NDArray[np.int_], sigma: float, max_std: float) -> Array:
+def _segment_costs(rows: LinearisedRows, edges: NDArray[np.int_], sigma: float, max_std: float) -> Array:
     """Cost over sigma^2 of the stretch between every two edges (m, m); infinite where it is not allowed."""
     squares, mixed, normal = rows.sums(edges)
     i, j = np.triu_indices(len(edges), 1)
@@ -103,7 +103,7 @@ def _segment_costs(rows: Rows, edges: NDArray[np.int_], sigma: float, max_std: f
     return out
 
 
-def _refined(rows: Rows, edges: NDArray[np.int_], cuts: list[int]) -> list[int]:
+def _refined(rows: LinearisedRows, edges: NDArray[np.int_], cuts: list[int]) -> list[int]:
     """Each cut moved to the best sample within a block on either side, its neighbours held."""
     bounds = [0, *(int(edges[k]) for k in cuts), len(rows.r)]
     for place, k in enumerate(cuts, start=1):

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.models.chained import BIAS, Chained, Linear, stepped
-from calib.models.linked import Estimate as Directions
-from calib.models.linked import Link
+from calib.models.linked import LinkedEstimate as Directions
+from calib.models.linked import LinkedSamples
 from calib.numerics.points import cross_matrices
 from scenarios.arrays import Array
 
@@ -82,7 +82,7 @@ class Levelled(Chained[Attitudes]):
     to what it is known, None for one that is not
     """
 
-    link: Link
+    link: LinkedSamples
     accel_m_s2: Array
     noise: float
     level_m_s2: float

@@ -29,7 +29,7 @@ LEAST_TURN = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
+class LinkedEstimate:
     """Offset c (3,), root G (3, 3), gyro's bias (3,), rad/s, and the directions u (n, 3)."""
 
     centre: Array
@@ -43,13 +43,13 @@ class Estimate:
         return np.zeros(0)
 
     @classmethod
-    def of(cls, x: Array, centre: Array, root: Array) -> Estimate:
+    def of(cls, x: Array, centre: Array, root: Array) -> LinkedEstimate:
         """Without bias, with the direction of each measurement (n, 3) by itself."""
         return cls(centre, root, np.zeros(BIAS), _unit(np.asarray((x - centre) @ np.linalg.inv(root).T)))
 
 
 @dataclass(frozen=True, eq=False)
-class Link(Chained[Estimate]):
+class LinkedSamples(Chained[LinkedEstimate]):
     """Measurements x (n, 3), mean rates (n - 1, 3) and lengths (n - 1,), s, of the steps; 0 s for one without a gyro.
 
     slots (k, 3, 3): dG / d each of its parameters. ratio: the gyro's noise, rad/s, over that of x.
@@ -76,7 +76,7 @@ class Link(Chained[Estimate]):
         """Measured values less those that fit them."""
         return len(self.x) + 2 * self.links - self.count
 
-    def with_ratio(self, ratio: float) -> Link:
+    def with_ratio(self, ratio: float) -> LinkedSamples:
         """The same with another gyro."""
         return replace(self, ratio=ratio)
 
@@ -85,32 +85,32 @@ class Link(Chained[Estimate]):
         """Of each step's turn, over the noise of x."""
         return np.where(self.step_s > 0, self.ratio * self.step_s, LOOSE)
 
-    def measured(self, e: Estimate) -> tuple[Array, Array]:
+    def measured(self, e: LinkedEstimate) -> tuple[Array, Array]:
         """Two coordinates across each direction; what G makes of it."""
         M, J = _measured(self.x, e.directions, tangents(e.directions), e.centre, e.root, self.slots)
         return M, J
 
-    def linked(self, e: Estimate) -> tuple[Array, Array]:
+    def linked(self, e: LinkedEstimate) -> tuple[Array, Array]:
         """Direction to direction."""
         rate_rad_s = self.rate_rad_s - e.bias_rad_s
         turn, B = _turned(e.directions, tangents(e.directions), rate_rad_s, self.step_s, self.count + 1)
         return turn, B
 
-    def beforehand(self, e: Estimate) -> Array:
+    def beforehand(self, e: LinkedEstimate) -> Array:
         """Nothing."""
         return np.zeros((0, self.count + 1))
 
-    def followed(self, e: Estimate, x: Array) -> Estimate:
+    def followed(self, e: LinkedEstimate, x: Array) -> LinkedEstimate:
         """Directions a little further across."""
         further = e.directions + np.einsum("nij,nj->ni", tangents(e.directions), x)
         return replace(e, directions=_unit(further))
 
-    def changed(self, e: Estimate, step: Array) -> Estimate | None:
+    def changed(self, e: LinkedEstimate, step: Array) -> LinkedEstimate | None:
         """Offset, G and bias."""
         found = stepped(e, step, self.slots)
-        return None if found is None else Estimate(*found, e.directions)
+        return None if found is None else LinkedEstimate(*found, e.directions)
 
-    def variance(self, found: Linear[Estimate]) -> float:
+    def variance(self, found: Linear[LinkedEstimate]) -> float:
         """What is left over what is free."""
         return max(found.least / self.free, LEAST_NOISE**2)
 

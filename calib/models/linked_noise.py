@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from calib.models.chained import Linear
-from calib.models.linked import LEAST_NOISE, Estimate, Link
+from calib.models.linked import LEAST_NOISE, LinkedEstimate, LinkedSamples
 
 REACH, FURTHER, FURTHEST = 0.4, 4.0, 7.0
 """Of the ratio's logarithm: how far another is looked for at first, by what this grows where the best is at the edge,
@@ -17,7 +17,7 @@ RATIO_TOLERANCE = 0.01
 """Of the ratio's logarithm; thousands of links tell it to 0.02."""
 
 
-def likeliest_ratio(link: Link, found: Linear[Estimate]) -> float:
+def likeliest_ratio(link: LinkedSamples, found: Linear[LinkedEstimate]) -> float:
     """The ratio under which what the fit leaves is most likely, directions and parameters integrated out.
 
     (free) log C + log det A + log det H + 4 n log ratio, least: C the cost with all at their best, A and H the
@@ -38,7 +38,7 @@ def likeliest_ratio(link: Link, found: Linear[Estimate]) -> float:
         reach *= FURTHER
 
 
-def unlikeliness(link: Link, found: Linear[Estimate]) -> float:
+def unlikeliness(link: LinkedSamples, found: Linear[LinkedEstimate]) -> float:
     """-2 log of the likelihood of the link's noises, but for a constant, see `likeliest_ratio`."""
     again = link.linear(found.estimate)
     normal = link.normal(again)

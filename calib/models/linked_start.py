@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.models.ellipsoid import SLOTS, Standardised, is_definite, symmetric
-from calib.models.linked import Estimate, Link
+from calib.models.linked import LinkedEstimate, LinkedSamples
 from calib.models.starts import starts as ellipsoids
 from calib.numerics.points import cross_matrices
 from scenarios.arrays import Array
@@ -19,22 +19,24 @@ MOST_SHARE = 4
 """The comparison spans at most this part of the recording."""
 
 
-def starts(link: Link) -> list[Estimate]:
+def starts(link: LinkedSamples) -> list[LinkedEstimate]:
     """Estimates to start from, the gyro's bias at zero."""
     own = Standardised.of(link.x)
     shapes = [(own.middle_nT + own.scale_nT * q[:3], own.scale_nT * symmetric(q[3:])) for q in ellipsoids(own.x)]
     linear = turned_alike(link)
-    return [_turned(link, Estimate.of(link.x, *shape)) for shape in (shapes if linear is None else [*shapes, linear])]
+    return [
+        _turned(link, LinkedEstimate.of(link.x, *shape)) for shape in (shapes if linear is None else [*shapes, linear])
+    ]
 
 
-def _turned(link: Link, e: Estimate) -> Estimate:
+def _turned(link: LinkedSamples, e: LinkedEstimate) -> LinkedEstimate:
     """The estimate in the gyro's axes, where they are turned far from its own and S may have nine entries."""
     Q = axes_of_gyro(link, e.directions)
     far = (np.trace(Q) - 1.0) / 2.0 < np.cos(FAR_RAD)
-    return Estimate.of(link.x, e.centre, e.root @ Q) if far and len(link.slots) == Q.size else e
+    return LinkedEstimate.of(link.x, e.centre, e.root @ Q) if far and len(link.slots) == Q.size else e
 
 
-def axes_of_gyro(link: Link, u: Array) -> Array:
+def axes_of_gyro(link: LinkedSamples, u: Array) -> Array:
     """The rotation Q (3, 3) from the gyro's axes to those of directions u (n, 3), by what both see of the motion.
 
     u_(i+1) - u_i = u x (Q omega - beta) dt,  u the mean of both: linear least squares in Q and beta, then the rotation
@@ -49,7 +51,7 @@ def axes_of_gyro(link: Link, u: Array) -> Array:
     return np.asarray(left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right)
 
 
-def turned_alike(link: Link) -> tuple[Array, Array] | None:
+def turned_alike(link: LinkedSamples) -> tuple[Array, Array] | None:
     """Centre (3,) and root (3, 3) by linear least squares on what the gyro says, taken as having no bias.
 
     T x_j - d = R (T x_i - d),  R the rotation from sample i to j, tr T = 3;  then |T x - d| = 1 on the average.
@@ -66,7 +68,7 @@ def turned_alike(link: Link) -> tuple[Array, Array] | None:
     return root @ d, size * root
 
 
-def _differences(link: Link) -> Array:
+def _differences(link: LinkedSamples) -> Array:
     """d (T x_j - d - R (T x_i - d)) / d (T's six, d): (m, 3, 9), over windows that turn by some TURNED_RAD."""
     turns = Rotation.from_rotvec(-link.rate_rad_s * link.step_s[:, None])
     angle = float(np.sqrt(np.mean(turns.magnitude() ** 2)))

@@ -22,7 +22,7 @@ SMALLEST = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
-class Normal:
+class NormalEquations:
     """At a point: sum of squares r^T r, slope J^T r (k,), square J^T J (k, k), and the variance of a residual."""
 
     cost: float
@@ -40,7 +40,7 @@ class Normal:
 class Problem(Protocol[Point]):
     """What is minimised."""
 
-    def normal(self, point: Point) -> Normal:
+    def normal(self, point: Point) -> NormalEquations:
         """Cost and normal equations at a point."""
 
     def moved(self, point: Point, step: Array) -> Point | None:
@@ -52,7 +52,7 @@ class Minimum(Generic[Point]):
     """Where the steps end; history: the length of each undamped step, in standard deviations."""
 
     point: Point
-    normal: Normal
+    normal: NormalEquations
     history: tuple[float, ...]
     settled: bool
 
@@ -89,7 +89,7 @@ class At(Generic[Point]):
     """
 
     point: Point
-    normal: Normal
+    normal: NormalEquations
     values: Array
     axes: Array
     slope: Array

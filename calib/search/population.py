@@ -86,7 +86,7 @@ class Move(ABC):
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class SearchResult:
     """How a search went: its best individual (d,), the cost of its best after each generation, whether it settled."""
 
     best: Array
@@ -96,7 +96,7 @@ class Search:
 
 def search(
     space: Space, move: Move, size: int, generations: int, rng: np.random.Generator, tolerance: float | None = None
-) -> Search:
+) -> SearchResult:
     """Move a population of that size for so many generations, fewer where it settles to the tolerance."""
     population = Population.spread(space, size, rng)
     move.setup(population, space, rng)
@@ -112,4 +112,4 @@ def search(
         if settled:
             break
     best = population.best[population.leader].copy()
-    return Search(best, np.array(costs), settled)
+    return SearchResult(best, np.array(costs), settled)

@@ -12,7 +12,7 @@ from diagnosis.decision.sentence import curves_of
 from diagnosis.evidence.slow_noise import turns_the_field
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import Diagnosis, How, Named, Reach
+from diagnosis.result import Diagnosis, How, Named, Transfer
 from diagnosis.verdict import Verdict
 from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
 from sim.effects import BY_NAME
@@ -173,12 +173,12 @@ def confirm(found: Diagnosis) -> Iterator[str]:
         yield from _not_borne_out(found)
         return
     asked = [one for one in found.named if one.how is not How.DIRECT]
-    if asked and all(one.evidence is Reach.SINGLE_RUN for one in asked):
+    if asked and all(one.evidence is Transfer.SINGLE_RUN for one in asked):
         yield "Confirm on a second recording with --confirm: held-out segments of one run share its slow noise."
 
 
 def _not_borne_out(found: Diagnosis) -> Iterator[str]:
-    several = [one.name for one in found.named if one.askable and one.evidence is Reach.SINGLE_RUN]
+    several = [one.name for one in found.named if one.askable and one.evidence is Transfer.SINGLE_RUN]
     if several:
         yield (
             f"The second recording does not bear out {', '.join(several)}: not there, of another size, or not to be "

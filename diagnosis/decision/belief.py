@@ -11,7 +11,7 @@ from diagnosis.decision.iron import iron_changes
 from diagnosis.decision.selection import Selection
 from diagnosis.decision.white_choice import Accepted
 from diagnosis.evidence.model_noise import states_wander
-from diagnosis.evidence.residual_tests import Battery
+from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.slow_noise import SlowNoise, wander
 from sim.effects import BY_NAME
 
@@ -35,7 +35,7 @@ class Belief:
         return self.after.clean or self.noise is not None
 
     @property
-    def after(self) -> Battery:
+    def after(self) -> ResidualTests:
         """The tests of what the believed effects leave."""
         selection = self.selection
         return selection.after if self.found or not selection.found else selection.before

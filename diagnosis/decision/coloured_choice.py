@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from diagnosis.decision.screening import FirstLook
+from diagnosis.decision.screening import Screening
 from diagnosis.decision.white_choice import Accepted, Round, are_kin, instead_of, of_one_course, simplest
 from diagnosis.evidence.attitude_like import TURNS, an_attitude_does_as_well
 from diagnosis.evidence.attitude_wander import a_wander_does_better, beside_a_wander
-from diagnosis.evidence.baseline import Ground, IsClean, added_share
-from diagnosis.evidence.candidate_result import TOO_LITTLE, Judged
+from diagnosis.evidence.baseline import Baseline, IsClean, added_share
+from diagnosis.evidence.candidate_result import TOO_LITTLE, CandidateResult
 from diagnosis.evidence.candidate_test import (
-    Beside,
-    Standing,
+    CandidateFit,
+    ColouredBaseline,
     gained_along_the_field,
     gains_along_the_field,
     look_alikes,
@@ -41,14 +41,14 @@ WANDERS = "less than an attitude that wanders"
 OF_ATTITUDE = (NOT_ALONG, WANDERS)
 BY_ANOTHER = (*OF_ATTITUDE, DENIED_ALONG, OF_MANY_SIZES)
 """Refusals that may be for what another effect leaves."""
-Next = Callable[[Ground, Evidence], Accepted | None]
+Next = Callable[[Baseline, Evidence], Accepted | None]
 """(ground with an effect in, that one) -> what is found beside it."""
 
 
 def beside_colour(
-    ground: Ground,
+    ground: Baseline,
     ranking: Sequence[Evidence],
-    start: Ground,
+    start: Baseline,
     is_clean: IsClean,
     windowed: Sequence[Evidence] = (),
     fuller: Sequence[Evidence] = (),
@@ -60,20 +60,20 @@ def beside_colour(
     fuller : candidates with a form from the start, each in place of the plain one where that gains less. beyond : what
     is found beside one that does not stand alone.
     """
-    beside, policy = Beside.of(ground.problem, ground.inside), ground.problem.policy
-    look = FirstLook.of([*ranking, *fuller], beside, ground)
+    beside, policy = ColouredBaseline.of(ground.problem, ground.inside), ground.problem.policy
+    look = Screening.of([*ranking, *fuller], beside, ground)
     first, most = look.in_turn(ground, start), policy.tried_coloured
     tried = sorted((look.heard(one, beside) for one in first[:most]), key=lambda one: -one.gain)
     tried = [*_far_better(windowed, tried, beside, ground), *tried]
-    trials = _until_one_stands(Hearing(ground, beside, start, is_clean, beyond), tried)
+    trials = _until_one_stands(CandidateTest(ground, beside, start, is_clean, beyond), tried)
     chosen = _chosen(trials, tried, beside, look.several)
     others = [(look.several[i], float(look.nats[i])) for i in first[most:]]
     return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, policy)])
 
 
 def _far_better(
-    windowed: Sequence[Evidence], tried: Sequence[Standing], beside: Beside, ground: Ground
-) -> list[Standing]:
+    windowed: Sequence[Evidence], tried: Sequence[CandidateFit], beside: ColouredBaseline, ground: Baseline
+) -> list[CandidateFit]:
     """Candidates in a window that gain far more than any does in the whole run, the strongest first."""
     policy, problem = ground.problem.policy, ground.problem
     always = max((one.gain for one in tried), default=0.0)
@@ -83,13 +83,13 @@ def _far_better(
 
 
 @dataclass(frozen=True)
-class Trial:
+class CandidateTrial:
     """A candidate tried beside a rest of its own: what chance inflates its evidence by, and why it does not stand.
 
     turned : an error of the attitude does as well.
     """
 
-    one: Standing
+    one: CandidateFit
     inflation: float
     coloured: bool
     needed: float
@@ -103,21 +103,21 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Hearing:
+class CandidateTest:
     """What candidates of a round are tried against."""
 
-    ground: Ground
-    beside: Beside
-    start: Ground
+    ground: Baseline
+    beside: ColouredBaseline
+    start: Baseline
     is_clean: IsClean
     beyond: Next | None = None
 
     @cached_property
-    def wander(self) -> Beside | None:
+    def wander(self) -> ColouredBaseline | None:
         """The same beside an attitude that wanders."""
         return beside_a_wander(self.beside, self.ground.problem)
 
-    def stands_beside_another(self, one: Standing, refusal: str) -> bool:
+    def stands_beside_another(self, one: CandidateFit, refusal: str) -> bool:
         """Whether a candidate stands once the next effect is in, which is found with this one in.
 
         Of two effects the larger may be refused for what the other leaves: neither stands by itself, each beside the
@@ -132,10 +132,10 @@ class Hearing:
         if refusal in OF_ATTITUDE and _of_the_field(other.evidence) and _of_the_field(one.evidence):
             return False
         ground = self.ground.beside(other.columns(problem))
-        hearing = Hearing(ground, Beside.of(problem, ground.inside), self.start, self.is_clean)
+        hearing = CandidateTest(ground, ColouredBaseline.of(problem, ground.inside), self.start, self.is_clean)
         return not hearing.of(hearing.beside.standing(one.evidence, one.columns)).refusal
 
-    def of(self, one: Standing) -> Trial:
+    def of(self, one: CandidateFit) -> CandidateTrial:
         """A candidate on trial."""
         policy = self.ground.problem.policy
         with_it = self.ground.beside(one.evidence.candidate.columns(self.ground.problem))
@@ -151,9 +151,9 @@ class Hearing:
             refusal = self._refusal(one, with_it, coloured) or self._refusal_by_wander(one, with_it, coloured, needed)
         asked = not (refusal or coloured)
         turned = asked and an_attitude_does_as_well(self.ground, with_it, one.evidence.candidate)
-        return Trial(one, inflation, coloured, needed, refusal, turned)
+        return CandidateTrial(one, inflation, coloured, needed, refusal, turned)
 
-    def _refusal(self, one: Standing, with_it: Ground, coloured: bool) -> str:
+    def _refusal(self, one: CandidateFit, with_it: Baseline, coloured: bool) -> str:
         """Why what gains enough is no cause, if it is none."""
         return (
             self._refusal_by_survival(one.evidence, coloured)
@@ -164,14 +164,14 @@ class Hearing:
             or self._refusal_by_any_course(one, coloured)
         )
 
-    def _refusal_by_wander(self, one: Standing, with_it: Ground, coloured: bool, needed: float) -> str:
+    def _refusal_by_wander(self, one: CandidateFit, with_it: Baseline, coloured: bool, needed: float) -> str:
         """Why it is a part of an error of the attitude; a field of its own is none that explains what is along it."""
         source = one.evidence.candidate.effect.clues.source and with_it.problem.sees_across
         if not coloured or (source and self._is_along_the_field(with_it, needed)):
             return ""
         return WANDERS if a_wander_does_better(one, self.wander, needed) else ""
 
-    def _is_along_the_field(self, with_it: Ground, needed: float) -> bool:
+    def _is_along_the_field(self, with_it: Baseline, needed: float) -> bool:
         """Whether what is along the field is explained, by the evidence that is needed: a wander has nothing there."""
         enough = share_along_the_field(self.ground, with_it) > with_it.problem.policy.along_share
         return enough and gained_along_the_field(self.ground, with_it) > needed
@@ -181,12 +181,12 @@ class Hearing:
         turns = self.ground.problem.turns and not {"attitude", "rate"}.isdisjoint(one.candidate.effect.needs)
         return OF_ERRORS if coloured and turns and one.survival < self.ground.problem.policy.survival_of_errors else ""
 
-    def _refusal_by_size(self, one: Standing, coloured: bool) -> str:
+    def _refusal_by_size(self, one: CandidateFit, coloured: bool) -> str:
         policy = self.ground.problem.policy
         share = policy.other_size_coloured if coloured else policy.other_size
         return OF_MANY_SIZES if differs_along_the_run(one, self.beside, share) else ""
 
-    def _refusal_by_course(self, one: Evidence, with_it: Ground) -> str:
+    def _refusal_by_course(self, one: Evidence, with_it: Baseline) -> str:
         """Why it is no tone, or has no window."""
         if goes_with_heading(self.ground, one):
             return "goes with the heading as well"
@@ -196,11 +196,11 @@ class Hearing:
             return f"comes and goes with {course} as well"
         return "comes again beside its own window" if comes_again(self.ground, with_it, one.candidate) else ""
 
-    def _refusal_by_share(self, with_it: Ground, coloured: bool) -> str:
+    def _refusal_by_share(self, with_it: Baseline, coloured: bool) -> str:
         too_little = added_share(self.start, self.ground, with_it.squares) < self.ground.problem.policy.least_added
         return "explains next to nothing of the gap" if coloured and too_little else ""
 
-    def _refusal_by_any_course(self, one: Standing, coloured: bool) -> str:
+    def _refusal_by_any_course(self, one: CandidateFit, coloured: bool) -> str:
         """Why it is a part of a slow disturbance."""
         if coloured and a_course_of_time_does_better(one, self.beside, self.ground.problem):
             return "less than any smooth course of time"
@@ -209,7 +209,7 @@ class Hearing:
         of_place = coloured and a_course_of_the_place_does_better(one, self.beside, self.ground.problem)
         return "less than a field that changes with the place" if of_place else ""
 
-    def _refusal_along_the_field(self, one: Standing, with_it: Ground, coloured: bool) -> str:
+    def _refusal_along_the_field(self, one: CandidateFit, with_it: Baseline, coloured: bool) -> str:
         """Why it is an error of the attitude; what leaves nothing need not show along the field, but not deny it."""
         problem, candidate = self.ground.problem, one.evidence.candidate
         source = candidate.effect.clues.source
@@ -227,12 +227,12 @@ def _of_the_field(one: Evidence) -> bool:
     return one.candidate.effect.stage == "field"
 
 
-def _until_one_stands(hearing: Hearing, tried: Sequence[Standing]) -> list[Trial]:
+def _until_one_stands(hearing: CandidateTest, tried: Sequence[CandidateFit]) -> list[CandidateTrial]:
     """Trials in their order up to the first that stands.
 
     The strongest of all is also tried beside another, and so is the strongest that a wander does better than.
     """
-    trials: list[Trial] = []
+    trials: list[CandidateTrial] = []
     for one in tried:
         trial = hearing.of(one)
         first = one is tried[0] or (trial.refusal == WANDERS and all(t.refusal != WANDERS for t in trials))
@@ -245,23 +245,28 @@ def _until_one_stands(hearing: Hearing, tried: Sequence[Standing]) -> list[Trial
     return trials
 
 
-def _heard(trials: Sequence[Trial], tried: Sequence[Standing]) -> list[Judged]:
+def _heard(trials: Sequence[CandidateTrial], tried: Sequence[CandidateFit]) -> list[CandidateResult]:
     """The candidates with a rest of their own; those that were not tried any more by the last one's inflation."""
     if not trials:
         return []
     last = trials[-1]
     rest = [replace(last, one=one, refusal="") for one in tried[len(trials) :]]
-    return [Judged(t.one.evidence, t.one.gain / t.inflation, t.needed, t.refusal) for t in (*trials, *rest)]
+    return [CandidateResult(t.one.evidence, t.one.gain / t.inflation, t.needed, t.refusal) for t in (*trials, *rest)]
 
 
-def _unheard(trials: Sequence[Trial], others: Sequence[tuple[Evidence, float]], policy: Policy) -> list[Judged]:
+def _unheard(
+    trials: Sequence[CandidateTrial], others: Sequence[tuple[Evidence, float]], policy: Policy
+) -> list[CandidateResult]:
     """The candidates that gain less beside the rest as it is, by what they gain there."""
     inflation = trials[-1].inflation if trials else 1.0
-    return [Judged(e, gain / inflation, policy.coloured_nats, "") for e, gain in others]
+    return [CandidateResult(e, gain / inflation, policy.coloured_nats, "") for e, gain in others]
 
 
 def _chosen(
-    trials: Sequence[Trial], tried: Sequence[Standing], beside: Beside, ranking: Sequence[Evidence]
+    trials: Sequence[CandidateTrial],
+    tried: Sequence[CandidateFit],
+    beside: ColouredBaseline,
+    ranking: Sequence[Evidence],
 ) -> Accepted | None:
     """The one that stands, with what looks like it of those that were not refused, and errors of the attitude."""
     if not trials or trials[-1].refusal:
@@ -274,7 +279,7 @@ def _chosen(
     return replace(chosen, alternatives=tuple(name for name in names if name != chosen.name))
 
 
-def _named(trial: Trial, tried: Sequence[Standing], beside: Beside) -> Accepted:
+def _named(trial: CandidateTrial, tried: Sequence[CandidateFit], beside: ColouredBaseline) -> Accepted:
     """The simplest of those as good as the best and of its kin, and all others that look like it."""
     policy, best = beside.rows.policy, trial.one
     chance = policy.apart * trial.inflation
@@ -286,7 +291,9 @@ def _named(trial: Trial, tried: Sequence[Standing], beside: Beside) -> Accepted:
     return Accepted(chosen, instead_of(chosen, list(close.values()), policy), trial.needed)
 
 
-def _as_good(trial: Trial, others: Sequence[Standing], beside: Beside, chance: float) -> list[Standing]:
+def _as_good(
+    trial: CandidateTrial, others: Sequence[CandidateFit], beside: ColouredBaseline, chance: float
+) -> list[CandidateFit]:
     """The best with those that gain as much by chance, or but for an error of form: of its kin, or within it."""
     policy, best = beside.rows.policy, trial.one
     kin = [one for one in others if are_kin(one.evidence, best.evidence)]
@@ -300,5 +307,5 @@ def _as_good(trial: Trial, others: Sequence[Standing], beside: Beside, chance: f
     return list(dict.fromkeys([best, *as_good, *of_its_kin, *simpler, *slow]))
 
 
-def _deflated(one: Standing, inflation: float) -> Evidence:
+def _deflated(one: CandidateFit, inflation: float) -> Evidence:
     return replace(one.evidence, gain=one.gain, V=inflation)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.decision.selection import residual_tests
-from diagnosis.evidence.baseline import Ground, added_share
-from diagnosis.evidence.candidate_test import Beside, Standing, look_alikes
+from diagnosis.evidence.baseline import Baseline, added_share
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, look_alikes
 from diagnosis.evidence.held_out import Evidence, judged_at
 from diagnosis.evidence.hypothesis import Hypothesis
 from diagnosis.evidence.localise import TIME, channels
@@ -42,7 +42,7 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
+class _FeltDriver:
     """A driver as it is best felt, and the nats of a first look."""
 
     driver: Driver
@@ -50,7 +50,7 @@ class _Seen:
     nats: float
 
 
-def curves(start: Ground, ground: Ground | None = None) -> tuple[Curve, ...]:
+def curves(start: Baseline, ground: Baseline | None = None) -> tuple[Curve, ...]:
     """Curves of channels one after the other, each of which beats a slow rest beside any course of time of its order.
 
     Motion is a rival: where a curve of the field, a rate, an angle or a place explains more, what drives the gap is no
@@ -69,7 +69,7 @@ def curves(start: Ground, ground: Ground | None = None) -> tuple[Curve, ...]:
     return tuple(found)
 
 
-def _next(ground: Ground, start: Ground, known: Sequence[Driver], *, first: bool) -> Curve | None:
+def _next(ground: Baseline, start: Baseline, known: Sequence[Driver], *, first: bool) -> Curve | None:
     """The best curve of those that stand; one beside others need add less."""
     policy = ground.problem.policy
     look = _Look.of(ground)
@@ -89,11 +89,11 @@ def _next(ground: Ground, start: Ground, known: Sequence[Driver], *, first: bool
     return None
 
 
-def _adds(start: Ground, ground: Ground, chosen: Evidence) -> float:
+def _adds(start: Baseline, ground: Baseline, chosen: Evidence) -> float:
     return added_share(start, ground, ground.beside(chosen.candidate.columns(ground.problem)).squares)
 
 
-def _tried(ground: Ground, look: _Look, known: Sequence[Driver]) -> list[Standing]:
+def _tried(ground: Baseline, look: _Look, known: Sequence[Driver]) -> list[CandidateFit]:
     """The best channels of a first look, each beside a rest of its own; none where a motion does better than all."""
     policy = ground.problem.policy
     seen = sorted((look.best(one, EARLY) for one in known), key=lambda one: -one.nats)[: policy.tried_coloured]
@@ -109,18 +109,18 @@ class _Look:
     """A first look at drivers: curves of row means, beside the rest as it is; unit (rows, q, 3)."""
 
     problem: LinearProblem
-    beside: Beside
+    beside: ColouredBaseline
     unit: Array
 
     @classmethod
-    def of(cls, ground: Ground) -> _Look:
+    def of(cls, ground: Baseline) -> _Look:
         """Beside the effects that are in, and any course of time of the curves' order."""
         problem = ground.problem
         unit = _unit(problem)
-        beside = Beside.of(problem, (*ground.inside, in_axes(unit, powers(_clock(problem), HIGHEST))))
+        beside = ColouredBaseline.of(problem, (*ground.inside, in_axes(unit, powers(_clock(problem), HIGHEST))))
         return cls(problem, beside, beside.rows.taken(unit))
 
-    def best(self, driver: Driver, ways: Sequence[Way]) -> _Seen:
+    def best(self, driver: Driver, ways: Sequence[Way]) -> _FeltDriver:
         """The way of feeling a driver in which its curve gains most.
 
         What is felt later than the run is long has the course of a sum over time: no run shows that a driver makes it.
@@ -131,7 +131,7 @@ class _Look:
         terms = [rows.taken(driver.terms(way, interval_s) * rows.usable[:, None]) / root for way in ways]
         nats = self.beside.roughly([in_axes(self.unit, one) for one in terms])
         best = int(np.argmax(nats))
-        return _Seen(driver, ways[best], float(nats[best]))
+        return _FeltDriver(driver, ways[best], float(nats[best]))
 
 
 def _unit(problem: LinearProblem) -> Array:
@@ -153,14 +153,14 @@ def _motion(problem: LinearProblem) -> list[Driver]:
     return [one for name, x in courses if (one := Driver.of(name, x, problem.policy)) is not None]
 
 
-def _standing(ground: Ground, beside: Beside, seen: _Seen, known: int) -> Standing | None:
+def _standing(ground: Baseline, beside: ColouredBaseline, seen: _FeltDriver, known: int) -> CandidateFit | None:
     """A driver's curve of the highest order beside a rest of its own."""
     candidate = seen.driver.candidate(seen.way, known * len(WAYS) * HIGHEST)
     evidence = judged_at(ground, [candidate])
     return None if evidence is None else beside.standing(evidence, beside.rows.taken(candidate.columns(ground.problem)))
 
 
-def _simpler(best: Standing, beside: Beside, inflation: float) -> Candidate:
+def _simpler(best: CandidateFit, beside: ColouredBaseline, inflation: float) -> Candidate:
     """The curve of the lowest order that the data do not tell from the highest."""
     k = best.columns.shape[2] // HIGHEST
     held = [
@@ -172,7 +172,7 @@ def _simpler(best: Standing, beside: Beside, inflation: float) -> Candidate:
     return best.evidence.candidate.at({"order": order})
 
 
-def _finer(ground: Ground, candidate: Candidate) -> Candidate:
+def _finer(ground: Baseline, candidate: Candidate) -> Candidate:
     """The curve with its lag moved between its neighbours in the list."""
 
     def misfit(one: Candidate) -> float:

@@ -7,12 +7,12 @@ import math
 from collections.abc import Iterator
 
 from diagnosis.decision.monotone_courses import channels_of_time
-from diagnosis.evidence.baseline import Ground, IsClean
+from diagnosis.evidence.baseline import Baseline, IsClean
 from diagnosis.evidence.held_out import Evidence, between_listed, judged_at
 from diagnosis.library.candidates import Candidate
 
 
-def fuller(ground: Ground, members: dict[str, list[Candidate]], is_clean: IsClean) -> tuple[Evidence, ...]:
+def fuller(ground: Baseline, members: dict[str, list[Candidate]], is_clean: IsClean) -> tuple[Evidence, ...]:
     """The evidence of every effect that says with which form it is looked for, at the listed values of both.
 
     The curve of a channel that only rises is any slow course, and is not asked for.
@@ -26,7 +26,7 @@ def fuller(ground: Ground, members: dict[str, list[Candidate]], is_clean: IsClea
     return tuple(one for one in heard if one is not None)
 
 
-def _curve(ground: Ground, one: Evidence, is_clean: IsClean) -> Evidence | None:
+def _curve(ground: Baseline, one: Evidence, is_clean: IsClean) -> Evidence | None:
     """A channel's curve at the lag that fits best, where it leaves nothing: of a slow noise it follows a part."""
     finer = between_listed(ground, one)
     return finer if is_clean(ground.beside(finer.candidate.columns(ground.problem)), finer.name) else None
@@ -36,7 +36,7 @@ def _first_form(several: list[Candidate]) -> str:
     return several[0].effect.clues.first_form
 
 
-def _settings(ground: Ground, several: list[Candidate]) -> Iterator[Candidate]:
+def _settings(ground: Baseline, several: list[Candidate]) -> Iterator[Candidate]:
     """Members with the form's listed numbers, a policy's factor larger than their own: of one size both are one.
 
     A curve is counted from the middle of its course.

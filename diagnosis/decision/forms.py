@@ -11,19 +11,19 @@ import numpy as np
 from scipy.optimize import minimize
 
 from diagnosis.decision.white_choice import Accepted
-from diagnosis.evidence.baseline import Ground, nats_on_all
+from diagnosis.evidence.baseline import Baseline, nats_on_all
 from diagnosis.evidence.held_out import Evidence, judged_at, misfit
-from diagnosis.evidence.residual_tests import Battery
+from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 
-Tests = Callable[[Ground], Battery]
+Tests = Callable[[Baseline], ResidualTests]
 """(ground with effects in) -> the tests of what it leaves."""
 
 
-def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[list[Accepted], Ground, Battery]:
+def in_full(found: Sequence[Accepted], start: Baseline, tests: Tests) -> tuple[list[Accepted], Baseline, ResidualTests]:
     """Effects with what their forms lack, the last one's first, until what is left is clean; with ground and tests.
 
     start : the ground without any effect. A form is no name of its own, and is asked for only where something is left.
@@ -40,7 +40,7 @@ def in_full(found: Sequence[Accepted], start: Ground, tests: Tests) -> tuple[lis
     return out, ground, tests(ground)
 
 
-def _filled(found: Sequence[Accepted], i: int, start: Ground, tests: Tests) -> tuple[Accepted, bool]:
+def _filled(found: Sequence[Accepted], i: int, start: Baseline, tests: Tests) -> tuple[Accepted, bool]:
     """One of several effects with the forms that tell, until what is left is clean, and whether it is."""
     one, clean = found[i], False
     others = _with((*found[:i], *found[i + 1 :]), start)
@@ -50,14 +50,14 @@ def _filled(found: Sequence[Accepted], i: int, start: Ground, tests: Tests) -> t
     return one, clean
 
 
-def _with(found: Iterable[Accepted], start: Ground) -> Ground:
+def _with(found: Iterable[Accepted], start: Baseline) -> Baseline:
     """The ground with effects in; of a long recording it is large, and kept no longer than needed."""
     return start.with_all(one.columns(start.problem) for one in found)
 
 
 def _as_plain_as_clean(
-    found: Sequence[Accepted], start: Ground, tests: Tests
-) -> tuple[list[Accepted], Ground, Battery]:
+    found: Sequence[Accepted], start: Baseline, tests: Tests
+) -> tuple[list[Accepted], Baseline, ResidualTests]:
     """Effects that leave nothing, without the forms that do not tell any more, where these leave nothing either."""
     for each in (_with_forms_that_tell(found, start), list(found)):
         ground = _with(each, start)
@@ -67,7 +67,7 @@ def _as_plain_as_clean(
     return each, ground, after
 
 
-def _with_forms_that_tell(found: Sequence[Accepted], start: Ground) -> list[Accepted]:
+def _with_forms_that_tell(found: Sequence[Accepted], start: Baseline) -> list[Accepted]:
     """Effects without those of their forms that gain less than a name needs, beside all the others; each once.
 
     What was found a second time beside a form is what is left without it.
@@ -109,7 +109,7 @@ def _lead(fuller: Evidence, plainer: Evidence) -> float:
     return max((fuller.gain - plainer.gain) / fuller.V, on_all)
 
 
-def _fuller(others: Ground, one: Evidence) -> Evidence | None:
+def _fuller(others: Baseline, one: Evidence) -> Evidence | None:
     """The effect with the form that gains most on held-out data; None where none gains as much as a name needs.
 
     Its nats stay those of the effect, by which it was chosen.
@@ -157,7 +157,7 @@ def _swept(one: Candidate, form: str, problem: LinearProblem) -> Iterator[Candid
             yield one.at({sweeps[0].name: rate, frequency: there})
 
 
-def _between(others: Ground, one: Candidate) -> Candidate:
+def _between(others: Baseline, one: Candidate) -> Candidate:
     """The candidate with its listed numbers, its forms' too, moved together to where the misfit is least."""
     given = dict(one.nonlinear)
     of_forms = (p.name for form in one.forms for p in one.effect.forms[form] if p.role == "listed")

@@ -9,8 +9,8 @@ import numpy as np
 
 from diagnosis.decision.selection import Selection
 from diagnosis.decision.white_choice import Accepted, accepted
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.candidate_test import Beside
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.held_out import Evidence, ranked
 from diagnosis.library.candidates import Candidate, changes_of_iron, proposed
 from diagnosis.policy import Policy
@@ -51,7 +51,7 @@ def _conventions(selection: Selection) -> Array:
     return np.concatenate(columns, axis=2)
 
 
-def _changes(selection: Selection, ground: Ground) -> tuple[Accepted, ...]:
+def _changes(selection: Selection, ground: Baseline) -> tuple[Accepted, ...]:
     """Changes of the iron on a ground; alternatives are also the effects that look like one on this motion."""
     problem, members = selection.end.problem, changes_of_iron()
     others, bare = _listed(problem, selection.without), ground
@@ -69,7 +69,7 @@ def _changes(selection: Selection, ground: Ground) -> tuple[Accepted, ...]:
     return tuple(found) if selection.after.clean else tuple(_standing(bare, found))
 
 
-def _standing(bare: Ground, found: Sequence[Accepted]) -> Iterator[Accepted]:
+def _standing(bare: Baseline, found: Sequence[Accepted]) -> Iterator[Accepted]:
     """Those changes of the iron that beat a rest with its own colour, each beside the others.
 
     Of slow noise a slow motion makes iron; and beside one change alone what another leaves is such a rest.
@@ -77,7 +77,7 @@ def _standing(bare: Ground, found: Sequence[Accepted]) -> Iterator[Accepted]:
     problem = bare.problem
     for one in found:
         ground = bare.with_all(other.columns(problem) for other in found if other is not one)
-        beside = Beside.of(problem, ground.inside)
+        beside = ColouredBaseline.of(problem, ground.inside)
         standing = beside.standing(one.evidence, beside.rows.taken(one.columns(problem)))
         if standing.gain > problem.policy.coloured_nats:
             yield one
@@ -124,7 +124,7 @@ def survival(problem: LinearProblem, member: Candidate) -> float:
     return float(np.linalg.norm(left)) / size if size > 0 else 0.0
 
 
-def _unfitted(selection: Selection) -> Ground:
+def _unfitted(selection: Selection) -> Baseline:
     """Measured minus the model as given, with no base that is fitted, beside the effects that were found.
 
     Beside one with an origin also a constant of the earth's frame: the origin was found with the iron fitted.
@@ -137,7 +137,7 @@ def _unfitted(selection: Selection) -> Ground:
         for one in selection.found
         if one.evidence.candidate.effect.with_role("origin")
     ]
-    return Ground.of(bare, (*selection.end.inside, *constant[:1]))
+    return Baseline.of(bare, (*selection.end.inside, *constant[:1]))
 
 
 def _listed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 from diagnosis.decision.joint_iron import select_jointly
 from diagnosis.decision.selection import Progress, Selection
 from diagnosis.decision.white_choice import Accepted
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.problem.blocks import fit
 from diagnosis.problem.formulation import posed_anew
 from diagnosis.problem.linear import Instead, LinearProblem
@@ -78,7 +78,7 @@ def _ahead(selection: Selection, named: Accepted | None) -> LinearProblem | None
         shown = after_nT * policy.misread_gap < before_nT or (after_nT < before_nT and _by_gyro(start.problem, lead_s))
         return _moved(start.problem, q_at, lead_s) if shown else None
     moved = _moved(start.problem, q_at, lead_s)
-    grounds = (start, start.beside(named.columns(start.problem)), Ground.of(moved))
+    grounds = (start, start.beside(named.columns(start.problem)), Baseline.of(moved))
     before, by_name, by_lead = map(_power_nT2, grounds)
     by_form = policy.same_kin if selection.after.clean else policy.same_coloured
     return moved if before - by_lead > (1 - by_form) * (before - by_name) else None
@@ -93,7 +93,7 @@ def _by_gyro(problem: LinearProblem, lead_s: float) -> bool:
     return match is not None and abs(match.lag_s - lead_s) < problem.policy.same_lateness * lead_s
 
 
-def _first_lead_s(start: Ground) -> float:
+def _first_lead_s(start: Baseline) -> float:
     """The coefficient of the field's rate, alike on all axes: for a small lead that lead itself."""
     rate = start.problem.whitened(start.problem.state.field_rate_nT_s[:, :, None], AttitudeMisalignment)
     return float(fit(start.joined(rate), start.everything).c[-1])
@@ -150,6 +150,6 @@ def _told(lead_s: float, before_nT: float, after_nT: float, field_enu_nT: Array)
     return Instead(f"The attitude comes {late} later than the field, and was moved to its time.", figures, field_enu_nT)
 
 
-def _power_nT2(ground: Ground) -> float:
+def _power_nT2(ground: Baseline) -> float:
     """Mean square (nT^2) of what a ground leaves."""
     return rms(ground.residual() * ground.problem.sigma_nT) ** 2

@@ -9,7 +9,7 @@ import numpy as np
 
 from diagnosis.decision.forms import Tests
 from diagnosis.decision.white_choice import Accepted
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence, judged_at
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.blocks import fit, inflation
@@ -17,7 +17,7 @@ from scenarios.arrays import Array
 from sim.effects import EFFECTS
 
 
-def each_by_itself(found: Sequence[Accepted], start: Ground, tests: Tests) -> list[Accepted]:
+def each_by_itself(found: Sequence[Accepted], start: Baseline, tests: Tests) -> list[Accepted]:
     """Effects, those of one gain for all motors with a gain of each, where that explains what one gain leaves.
 
     Nats on held-out data beyond those of what is in, over the inflation, must be as many as a name needs. Motors that
@@ -32,7 +32,7 @@ def each_by_itself(found: Sequence[Accepted], start: Ground, tests: Tests) -> li
     return out
 
 
-def _by_itself(one: Accepted, found: Sequence[Accepted], start: Ground, tests: Tests) -> list[Accepted]:
+def _by_itself(one: Accepted, found: Sequence[Accepted], start: Baseline, tests: Tests) -> list[Accepted]:
     """An effect beside others that were found, in as many parts as there are motors that tell."""
     problem, whole = start.problem, one.evidence
     motors, role = problem.state.motors, whole.candidate.effect.with_role("motor")
@@ -48,7 +48,7 @@ def _by_itself(one: Accepted, found: Sequence[Accepted], start: Ground, tests: T
     return [first, *(Accepted(part, ()) for part in parts[1:])]
 
 
-def _parts(others: Ground, settings: Sequence[Candidate], one: Evidence) -> list[Evidence]:
+def _parts(others: Baseline, settings: Sequence[Candidate], one: Evidence) -> list[Evidence]:
     """Each motor's evidence beside all others, the strongest first; none where they do not do better.
 
     Neither all together, nor those that are kept: of motors that run alike none explains anything beside the others.
@@ -66,7 +66,7 @@ def _parts(others: Ground, settings: Sequence[Candidate], one: Evidence) -> list
     return sorted(known, key=lambda each: -each.strength)
 
 
-def _do_better(others: Ground, columns: Sequence[Array], one: Evidence) -> bool:
+def _do_better(others: Baseline, columns: Sequence[Array], one: Evidence) -> bool:
     """Whether columns (n, q, k) of several motors explain more than one gain by what a name needs.
 
     Both on held-out data: what one gain explains on all of it is less where the base is extrapolated.

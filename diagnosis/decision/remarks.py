@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import turn_rate_rad_s, turns_too_fast
 from diagnosis.result import Diagnosis, How
@@ -108,7 +108,7 @@ def left_by_iron_nT(problem: LinearProblem) -> tuple[float, float]:
     used = problem.usable > 0
     if problem.mode == "vector":
         given = (problem.recording.mag_nT - problem.predicted_nT)[used]
-        anew = Ground.of(problem).residual()[used] * problem.sigma_nT
+        anew = Baseline.of(problem).residual()[used] * problem.sigma_nT
         return rms(given), rms(anew)
     F = np.linalg.norm(problem.state.field_nT, axis=1)[used]
     return rms(_by_model_nT(problem)[used] - F), rms(_anew_nT(problem)[used] - F)

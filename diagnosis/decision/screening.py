@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.evidence.baseline import Ground, added_share
-from diagnosis.evidence.candidate_test import Beside, Standing
+from diagnosis.evidence.baseline import Baseline, added_share
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.evidence.within_row import gain_within
 from diagnosis.policy import Policy
@@ -16,7 +16,7 @@ from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
-class FirstLook:
+class Screening:
     """A first look at candidates: their columns as rows, the nats (m,) that each gains within rows, and in all."""
 
     several: Sequence[Evidence]
@@ -25,12 +25,12 @@ class FirstLook:
     nats: Array
 
     @classmethod
-    def of(cls, several: Sequence[Evidence], beside: Beside, ground: Ground) -> FirstLook:
+    def of(cls, several: Sequence[Evidence], beside: ColouredBaseline, ground: Baseline) -> Screening:
         """Beside the rest as it is."""
         columns, within = _in_rows(several, beside, ground)
         return cls(several, columns, within, beside.roughly(columns) + within)
 
-    def in_turn(self, ground: Ground, start: Ground) -> list[int]:
+    def in_turn(self, ground: Baseline, start: Baseline) -> list[int]:
         """One candidate of each name in the order of their nats, those behind that explain next to nothing of the gap.
 
         What an iron that is fitted anew moves about gains much beside a slow rest; it takes no turn from what explains.
@@ -39,7 +39,7 @@ class FirstLook:
         shares = {i: added_share(start, ground, self.several[i].squares) for i in kept}
         return sorted(kept, key=lambda i: (shares[i] < ground.problem.policy.least_added, -self.nats[i]))
 
-    def heard(self, one: int, beside: Beside) -> Standing:
+    def heard(self, one: int, beside: ColouredBaseline) -> CandidateFit:
         """A candidate beside a rest of its own, or another of its name that gains more there."""
         name = self.several[one].name
         same = [i for i, other in enumerate(self.several) if other.name == name]
@@ -61,7 +61,7 @@ def one_of_each(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:
     return list(best.values())
 
 
-def _in_rows(ranking: Sequence[Evidence], beside: Beside, ground: Ground) -> tuple[list[Array], Array]:
+def _in_rows(ranking: Sequence[Evidence], beside: ColouredBaseline, ground: Baseline) -> tuple[list[Array], Array]:
     """The columns of candidates as rows, and the nats (m,) that each gains between the samples of a row."""
     columns, within = [], np.zeros(len(ranking))
     for i, one in enumerate(ranking):

@@ -11,12 +11,12 @@ from diagnosis.decision.first_forms import fuller
 from diagnosis.decision.forms import in_full
 from diagnosis.decision.motors import each_by_itself
 from diagnosis.decision.white_choice import Accepted, Round, are_kin, beside_white_noise
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.candidate_result import Judged
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.field_pulsations import pulses
 from diagnosis.evidence.held_out import Evidence, judge, ranked
 from diagnosis.evidence.model_noise import as_stated
-from diagnosis.evidence.residual_tests import Battery, battery
+from diagnosis.evidence.residual_tests import ResidualTests, battery
 from diagnosis.evidence.windowed_candidates import windowed
 from diagnosis.library.candidates import Candidate, proposed
 from diagnosis.policy import Policy
@@ -36,11 +36,11 @@ class Selection:
     """
 
     found: tuple[Accepted, ...]
-    start: Ground
-    end: Ground
-    before: Battery
-    after: Battery
-    judged: tuple[Judged, ...]
+    start: Baseline
+    end: Baseline
+    before: ResidualTests
+    after: ResidualTests
+    judged: tuple[CandidateResult, ...]
     without: frozenset[str]
 
 
@@ -51,13 +51,13 @@ def select(
 
     without : names left out of the library (the bench's leave-one-out).
     """
-    start = ground = Ground.of(problem)
+    start = ground = Baseline.of(problem)
     before = after = residual_tests(ground, ())
     if before.clean and as_stated(problem, ground.residual()):  # slow errors that the model states look like effects
         return Selection((), start, start, before, before, (), without)
     members = proposed(problem, without)
     found: list[Accepted] = []
-    first: tuple[Judged, ...] = ()
+    first: tuple[CandidateResult, ...] = ()
     for number in range(problem.policy.most_effects):
         if found and after.clean:
             break
@@ -79,18 +79,18 @@ def select(
     return Selection(tuple(found), start, ground, before, after, first, without)
 
 
-def _with_forms(found: Sequence[Accepted], start: Ground) -> tuple[list[Accepted], Ground, Battery]:
+def _with_forms(found: Sequence[Accepted], start: Baseline) -> tuple[list[Accepted], Baseline, ResidualTests]:
     """Effects as single motors and in their fuller forms, with the ground and the tests of what is left."""
     tests = partial(tests_beside, found=names_of(found))
     return in_full(each_by_itself(found, start, tests), start, tests)
 
 
 def _round(
-    ground: Ground,
+    ground: Baseline,
     members: dict[str, list[Candidate]],
     found: Sequence[Accepted],
-    start: Ground,
-    tests: Battery,
+    start: Baseline,
+    tests: ResidualTests,
     *,
     alone: bool = False,
 ) -> Round:
@@ -103,10 +103,10 @@ def _round(
         return beside_white_noise(ranking, ground.problem.policy)
     before = names_of(found)
 
-    def is_clean(after: Ground, name: str) -> bool:
+    def is_clean(after: Baseline, name: str) -> bool:
         return residual_tests(after, [*before, name]).clean
 
-    def beyond(with_it: Ground, one: Evidence) -> Accepted | None:
+    def beyond(with_it: Baseline, one: Evidence) -> Accepted | None:
         left = tests_beside(with_it, [*before, one.name])
         return None if left.clean else _round(with_it, members, found, start, left, alone=True).chosen
 
@@ -120,7 +120,7 @@ def names_of(found: Sequence[Accepted]) -> list[str]:
     return [one.name for one in found]
 
 
-def residual_tests(ground: Ground, found: Sequence[str]) -> Battery:
+def residual_tests(ground: Baseline, found: Sequence[str]) -> ResidualTests:
     """The tests of what a ground leaves; slow errors that the model itself states pass them.
 
     After a low-pass or a delay the noise has a memory of some samples.
@@ -133,12 +133,12 @@ def residual_tests(ground: Ground, found: Sequence[str]) -> Battery:
     return tests if tests.clean or not as_stated(problem, left) else replace(tests, why=())
 
 
-def tests_beside(ground: Ground, found: Sequence[str]) -> Battery:
+def tests_beside(ground: Baseline, found: Sequence[str]) -> ResidualTests:
     """The tests of what a ground leaves that has effects in."""
     return _with_earth_vector(residual_tests(ground, found), ground)
 
 
-def _without_what_has_no_name(tests: Battery, ground: Ground, found: Sequence[Accepted]) -> Battery:
+def _without_what_has_no_name(tests: ResidualTests, ground: Baseline, found: Sequence[Accepted]) -> ResidualTests:
     """The tests of what a ground leaves where nothing more stands: a constant error of the field was no name.
 
     Beside an effect that depends on the place it stays a doubt.
@@ -159,13 +159,15 @@ def _with_kin(found: Sequence[Accepted], chosen: Accepted) -> list[Accepted]:
     return out
 
 
-def _has_no_name(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Judged], ground: Ground) -> bool:
+def _has_no_name(
+    chosen: Accepted, found: Sequence[Accepted], first: Sequence[CandidateResult], ground: Baseline
+) -> bool:
     """Whether an effect is only the form of what is in, is undone by it, or takes what it leaves by its growth."""
     form = _is_form(chosen, found, first, ground.problem.policy)
     return form or _is_undone(chosen, found, ground) or _grows_with_time(chosen, found, ground)
 
 
-def _is_undone(chosen: Accepted, found: Sequence[Accepted], ground: Ground) -> bool:
+def _is_undone(chosen: Accepted, found: Sequence[Accepted], ground: Baseline) -> bool:
     """Whether what is in undoes nearly all of an effect, as a body that moves away does a constant of the field.
 
     One that could stand for what is in shares its course, and both are one cause.
@@ -175,7 +177,7 @@ def _is_undone(chosen: Accepted, found: Sequence[Accepted], ground: Ground) -> b
     return bool(found) and not alike and chosen.evidence.taken_from(ground) < kept
 
 
-def _grows_with_time(chosen: Accepted, found: Sequence[Accepted], ground: Ground) -> bool:
+def _grows_with_time(chosen: Accepted, found: Sequence[Accepted], ground: Baseline) -> bool:
     """Whether an effect explains less than one that is in, and that a channel drives, would by growing or fading.
 
     That is its columns times the time; and of no use beside them. Both by all data: what an effect adds at the start
@@ -191,7 +193,7 @@ def _grows_with_time(chosen: Accepted, found: Sequence[Accepted], ground: Ground
     return any(ground.beside(one).evidence_on_all(columns) < policy.look_alike_left * own for one in better)
 
 
-def _is_form(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Judged], policy: Policy) -> bool:
+def _is_form(chosen: Accepted, found: Sequence[Accepted], first: Sequence[CandidateResult], policy: Policy) -> bool:
     """Whether an effect is only the form of what is in: smaller by far, of its kin, or the same at another setting.
 
     So is what is left of one that looked like what is in.
@@ -210,12 +212,12 @@ def _is_form(chosen: Accepted, found: Sequence[Accepted], first: Sequence[Judged
 
 
 def _beyond_form(
-    ground: Ground,
+    ground: Baseline,
     members: dict[str, list[Candidate]],
     found: Sequence[Accepted],
-    start: Ground,
+    start: Baseline,
     form: Accepted,
-    first: Sequence[Judged],
+    first: Sequence[CandidateResult],
 ) -> Accepted | None:
     """The next effect beside what is only the form of one that is in, if there is one that is no form itself.
 
@@ -230,7 +232,7 @@ def _beyond_form(
 
 
 def _settled_beside(
-    chosen: Accepted, found: Sequence[Accepted], members: dict[str, list[Candidate]], start: Ground
+    chosen: Accepted, found: Sequence[Accepted], members: dict[str, list[Candidate]], start: Baseline
 ) -> list[Accepted]:
     """Effects at the settings that fit best beside another: they were found with that one in what they leave.
 
@@ -268,7 +270,7 @@ def _differs_by_setting(one: Candidate, other: Candidate) -> bool:
     )
 
 
-def _with_earth_vector(tests: Battery, ground: Ground) -> Battery:
+def _with_earth_vector(tests: ResidualTests, ground: Baseline) -> ResidualTests:
     """The tests, failed where a constant vector of the earth's frame is left.
 
     An effect that depends on the place imitates such an error of the field.

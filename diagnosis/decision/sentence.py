@@ -10,7 +10,7 @@ from diagnosis.decision.remarks import remarks
 from diagnosis.evidence.active_parts import largest
 from diagnosis.evidence.candidate_result import TOO_LITTLE
 from diagnosis.problem.actuators import as_currents
-from diagnosis.result import Diagnosis, How, Named, Reach
+from diagnosis.result import Diagnosis, How, Named, Transfer
 from recordings.channels import current_name
 from sim.effects.base import Effect
 from sim.effects.straight import straightened
@@ -41,7 +41,7 @@ def _again(found: Diagnosis, one: Named) -> str:
     """What a second recording says of a name, where one was asked."""
     if not (found.second and one.askable):
         return ""
-    return f", {'' if one.evidence is Reach.TRANSFERRED else 'not '}borne out by the second recording"
+    return f", {'' if one.evidence is Transfer.TRANSFERRED else 'not '}borne out by the second recording"
 
 
 def _share(found: Diagnosis) -> str:

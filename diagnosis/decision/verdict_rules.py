@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.decision.monotone_courses import channels_of_time
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.channel_following import iron_follows
 from diagnosis.evidence.localise import TIME, Share, channels, localise
-from diagnosis.evidence.rising_spectrum import Rise
+from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.evidence.slow_noise import goes_with_time_alone
 from diagnosis.evidence.smooth_windows import on_in
 from diagnosis.problem.actuators import as_currents
@@ -26,7 +26,7 @@ from sim.effects.base import PLAIN, Effect
 
 
 @dataclass(frozen=True)
-class Case:
+class VerdictInput:
     """What a verdict is read from: names, whether what is left is clean, and the gap.
 
     where: channels that the gap goes with; left (n, q): what the names leave, in units of the noise; rise: where its
@@ -39,7 +39,7 @@ class Case:
     gap: GapSize
     where: tuple[Share, ...]
     left: Array
-    rise: Rise | None = None
+    rise: RisingSpectrum | None = None
 
     @property
     def noisy(self) -> bool:
@@ -52,16 +52,16 @@ class Case:
         return tuple(one for one in self.named if one.how is How.HELD_OUT)
 
 
-Rule = Callable[[Case], bool]
-NameDoubt = Callable[[Case], str | None]
+Rule = Callable[[VerdictInput], bool]
+NameDoubt = Callable[[VerdictInput], str | None]
 
 
-def verdict_of(case: Case) -> Verdict:
+def verdict_of(case: VerdictInput) -> Verdict:
     """The verdict of the first rule that holds."""
     return next(verdict for verdict, holds in RULES if holds(case))
 
 
-def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
+def doubts_of(case: VerdictInput, verdict: Verdict) -> tuple[str, ...]:
     """Why the names only resemble the cause; empty where nothing speaks against them, or nothing can be told."""
     sure = next(filter(None, (doubt(case) for doubt in SURE_DOUBTS)), None) if case.found else None
     if sure is not None:
@@ -72,25 +72,25 @@ def doubts_of(case: Case, verdict: Verdict) -> tuple[str, ...]:
     return tuple(reason for doubt in NAME_DOUBTS if (reason := doubt(case)) is not None)
 
 
-def gap_is_larger(case: Case) -> str | None:
+def gap_is_larger(case: VerdictInput) -> str | None:
     """The names do not fit what they were not fitted to."""
     larger = case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma
     return "with the names in the model the gap is larger" if larger else None
 
 
-def field_turns_too_fast(case: Case) -> str | None:
+def field_turns_too_fast(case: VerdictInput) -> str | None:
     """The sensor is in no vehicle."""
     return "the field turns faster than a vehicle does" if turns_too_fast(case.problem) else None
 
 
-def part_of_what_rises(case: Case) -> str | None:
+def part_of_what_rises(case: VerdictInput) -> str | None:
     """The names are the part of a tone that sweeps where it happens to stay."""
     if case.rise is None or not case.rise.hides:
         return None
     return f"where they act the names explain next to nothing: {case.rise.words} is left"
 
 
-def channel_is_left(case: Case) -> str | None:
+def channel_is_left(case: VerdictInput) -> str | None:
     """What is left still goes with the channels that the gap goes with, and with these more than with time.
 
     Shares are of the gap: what a slow disturbance of its own leaves goes with time, and with every channel that does.
@@ -110,7 +110,7 @@ def channel_is_left(case: Case) -> str | None:
     return f"what is left still goes with {', '.join(kept)}" if kept else None
 
 
-def motion_is_left(case: Case) -> str | None:
+def motion_is_left(case: VerdictInput) -> str | None:
     """A name acts while the motion that leads the gap is on, and what is left goes with that: a piece of its course."""
     left = localise(case.problem, case.left)
     if not (case.where and left) or left[0].channel != case.where[0].channel:
@@ -121,17 +121,17 @@ def motion_is_left(case: Case) -> str | None:
     return f"acts while {left[0].channel} is on, and what is left goes with that too" if acts else None
 
 
-def iron_follows_a_channel(case: Case) -> str | None:
+def iron_follows_a_channel(case: VerdictInput) -> str | None:
     """Iron that follows a channel, which no name has for its cause, leaves much less of the gap than the names do."""
     explained = case.gap.explained or 0.0
     asked = unnamed_channels(case) & {one.channel for one in case.where}
-    found = iron_follows(Ground.of(case.problem), asked) if asked else None
+    found = iron_follows(Baseline.of(case.problem), asked) if asked else None
     if found is None or 1 - found.share > case.problem.policy.curve_left * (1 - explained):
         return None
     return f"a scale or an offset that follows {found.channel} explains far more"
 
 
-def at_its_bounds(case: Case) -> str | None:
+def at_its_bounds(case: VerdictInput) -> str | None:
     """A leading name has coefficients at the ends of what it can have: what is sought is no such effect.
 
     Those of a fuller form are none: what a core had before the run dies out, and may then be of any size.
@@ -148,7 +148,7 @@ def _at_an_end(effect: Effect) -> bool:
     return any(bool(((x <= p.low) | (x >= p.high)).any()) for p, x in values)
 
 
-def unnamed_channels(case: Case) -> set[str]:
+def unnamed_channels(case: VerdictInput) -> set[str]:
     """Recorded channels that no name, nor what it may be instead, has for its cause; all motors' currents are one."""
     causes = {cause for one in case.named for cause in one.effect.causes}
     causes |= {need for one in case.named for name in one.alternatives for need in BY_NAME[name].needs}
@@ -162,11 +162,11 @@ SURE_DOUBTS: tuple[NameDoubt, ...] = (gap_is_larger, field_turns_too_fast, part_
 NAME_DOUBTS: tuple[NameDoubt, ...] = (at_its_bounds, channel_is_left, motion_is_left, iron_follows_a_channel)
 
 
-def _nothing(case: Case) -> bool:
+def _nothing(case: VerdictInput) -> bool:
     return not case.named
 
 
-def _explains_some(case: Case) -> bool:
+def _explains_some(case: VerdictInput) -> bool:
     """Whether names explain enough of the gap, or a part of which each is sure, beside noise and no other cause.
 
     Where there is no gap to speak of, those that rest on it explain none.
@@ -180,13 +180,13 @@ def _explains_some(case: Case) -> bool:
     return sure and goes_with_time_alone(case.problem, case.left)
 
 
-def _only_iron_with_rivals(case: Case) -> bool:
+def _only_iron_with_rivals(case: VerdictInput) -> bool:
     """Changes of the iron alone, for one of which an effect could stand that is no iron."""
     rivals = (other for one in case.named for other in one.alternatives)
     return all(one.how is How.IRON for one in case.named) and any(not BY_NAME[name].clues.absorbed for name in rivals)
 
 
-def _may_be_one_course(case: Case) -> bool:
+def _may_be_one_course(case: VerdictInput) -> bool:
     """Whether all beside one name that another channel drives as well is slow noise, or a constant of the iron.
 
     The curve of that channel may bend so, and its zero lie elsewhere: several causes are then not shown.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from diagnosis.evidence.candidate_result import Judged, with_outcomes
+from diagnosis.evidence.candidate_result import CandidateResult, with_outcomes
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.drivers import may_drive
@@ -46,10 +46,10 @@ class Round:
     """What a round of the loop chose, if anything, and every candidate as it was judged, the strongest first."""
 
     chosen: Accepted | None
-    judged: tuple[Judged, ...]
+    judged: tuple[CandidateResult, ...]
 
     @classmethod
-    def of(cls, chosen: Accepted | None, judged: Sequence[Judged]) -> Round:
+    def of(cls, chosen: Accepted | None, judged: Sequence[CandidateResult]) -> Round:
         """A round whose candidates learn from the choice what came of them."""
         name, alternatives = (chosen.name, chosen.alternatives) if chosen else (None, ())
         return cls(chosen, with_outcomes(judged, name, alternatives))
@@ -86,7 +86,7 @@ def instead_of(chosen: Evidence, close: Sequence[Evidence], policy: Policy) -> t
 def beside_white_noise(ranking: Sequence[Evidence], policy: Policy) -> Round:
     """The choice where what is left is clean."""
     needed = policy.accepted(len(EFFECTS))
-    return Round.of(accepted(ranking, policy), [Judged(e, e.nats, needed, "") for e in ranking])
+    return Round.of(accepted(ranking, policy), [CandidateResult(e, e.nats, needed, "") for e in ranking])
 
 
 class Rival(Protocol):

@@ -20,7 +20,7 @@ NORMAL_MAD = 1.4826
 
 
 @dataclass(frozen=True)
-class Stretch:
+class ActivePart:
     """A stretch of time in s of the run: its share of the run, its phases, and its heading where that is steady."""
 
     from_s: float
@@ -30,7 +30,7 @@ class Stretch:
     heading_deg: float | None
 
     @classmethod
-    def of(cls, problem: LinearProblem, from_s: float, to_s: float) -> Stretch:
+    def of(cls, problem: LinearProblem, from_s: float, to_s: float) -> ActivePart:
         """What is known of a stretch of a recording."""
         time_s = problem.state.time_s
         inside = (time_s >= from_s) & (time_s < to_s)
@@ -49,7 +49,7 @@ class Stretch:
 class Part:
     """A stretch and the gap's rms in it, in nT and in units of the noise."""
 
-    stretch: Stretch
+    stretch: ActivePart
     rms_nT: float
     rms_sigma: float
 
@@ -70,7 +70,7 @@ def parts_of(problem: LinearProblem, residual: Array) -> tuple[Part, ...]:
     ends_s = np.append(problem.state.time_s, problem.state.time_s[-1] + problem.state.interval_s)
     bounds = edges[np.concatenate([[0], cuts, [len(edges) - 1]])]
     return tuple(
-        _part(problem, residual, a, b, Stretch.of(problem, float(ends_s[a]), float(ends_s[b])))
+        _part(problem, residual, a, b, ActivePart.of(problem, float(ends_s[a]), float(ends_s[b])))
         for a, b in itertools.pairwise(bounds)
     )
 
@@ -87,7 +87,7 @@ def largest(parts: tuple[Part, ...], policy: Policy) -> Part | None:
     return most if most.rms_sigma**2 - 1 > policy.far_larger * max(rest, policy.least_held_excess) else None
 
 
-def _part(problem: LinearProblem, residual: Array, a: int, b: int, stretch: Stretch) -> Part:
+def _part(problem: LinearProblem, residual: Array, a: int, b: int, stretch: ActivePart) -> Part:
     some = residual[a:b][problem.usable[a:b] > 0]
     return Part(stretch, rms(some * problem.sigma_nT), rms(some))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import gains_along_the_field
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
@@ -16,7 +16,7 @@ TURNS = {name for effect in EFFECTS if effect.clues.turns for name in (effect.na
 """Effects that are an error of the attitude, and those that do the same on every motion."""
 
 
-def an_attitude_does_as_well(ground: Ground, with_it: Ground, one: Candidate) -> bool:
+def an_attitude_does_as_well(ground: Baseline, with_it: Baseline, one: Candidate) -> bool:
     """Whether a turn that changes smoothly in the run explains as much of what a ground leaves as a field of its own.
 
     The turn's columns times ``x^j``, x the time from 0 to 1, against the field's, on held-out segments. None is asked

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.evidence.candidate_test import Beside, Standing
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects.earth import AttitudeMisalignment
 
 
-def beside_a_wander(beside: Beside, problem: LinearProblem) -> Beside | None:
+def beside_a_wander(beside: ColouredBaseline, problem: LinearProblem) -> ColouredBaseline | None:
     """The same rows beside a rest of the sensor's axes and of three turns of the attitude.
 
     None where the motion shows no turns.
@@ -24,10 +24,10 @@ def beside_a_wander(beside: Beside, problem: LinearProblem) -> Beside | None:
     turns = rows.taken(Candidate(AttitudeMisalignment).columns(problem))
     sight = turns / np.sqrt((turns**2).mean())
     together = replace(rows, base=_for_all(rows.base), sight=sight, common=True)
-    return Beside.in_rows(together, beside.inside)
+    return ColouredBaseline.in_rows(together, beside.inside)
 
 
-def a_wander_does_better(one: Standing, wander: Beside | None, needed: float) -> bool:
+def a_wander_does_better(one: CandidateFit, wander: ColouredBaseline | None, needed: float) -> bool:
     """Whether a wander is likelier than a candidate beside a rest of its own, which gains too little beside the wander.
 
     Of slow errors of the attitude a sensor's axes see what the motion makes of them, which no rest of the axes is.

@@ -16,7 +16,7 @@ from scenarios.arrays import Array
 
 
 @dataclass(frozen=True)
-class Ground:
+class Baseline:
     """A problem cut into blocks, with the columns (n, q, k) of each effect already in, and the sums of all.
 
     Grounds share the columns: of ten hours they are the largest part of what is held.
@@ -28,7 +28,7 @@ class Ground:
     sums: Sums
 
     @classmethod
-    def of(cls, problem: LinearProblem, several: Iterable[Array] = ()) -> Ground:
+    def of(cls, problem: LinearProblem, several: Iterable[Array] = ()) -> Baseline:
         """The ground with the columns (n, q, k) of each effect already in, none at first."""
         (n, q), policy = problem.target.shape, problem.policy
         cut = Cut.of(n, problem.state.interval_s, policy)
@@ -59,13 +59,13 @@ class Ground:
             left -= columns @ c
         return np.asarray(left * self.problem.usable[:, None])
 
-    def beside(self, columns: Array) -> Ground:
+    def beside(self, columns: Array) -> Baseline:
         """The ground with further columns (n, q, k) in."""
         return replace(self, inside=(*self.inside, columns), sums=self.joined(columns))
 
-    def with_all(self, several: Iterable[Array]) -> Ground:
+    def with_all(self, several: Iterable[Array]) -> Baseline:
         """The ground with the columns (n, q, k) of several effects in, in their order."""
-        return reduce(Ground.beside, several, self)
+        return reduce(Baseline.beside, several, self)
 
     def joined(self, columns: Array) -> Sums:
         """Sums of the effects already in and further columns (n, q, k), which are not kept."""
@@ -117,7 +117,7 @@ class Ground:
         return self.mean_gain(gains)
 
 
-IsClean = Callable[[Ground, str], bool]
+IsClean = Callable[[Baseline, str], bool]
 """(ground with an effect in, its name) -> whether what is left is white."""
 
 
@@ -126,6 +126,6 @@ def nats_on_all(fewer_squares: float, V: float, k: int, m: int) -> float:
     return fewer_squares / 2 / V - k * math.log(m) / 2
 
 
-def added_share(start: Ground, before: Ground, squares: float) -> float:
+def added_share(start: Baseline, before: Baseline, squares: float) -> float:
     """Share of the first gap that ordinary least squares explain beside what is in before, where they leave squares."""
     return (before.squares - squares) / max(start.squares - start.problem.target.size, 1e-9)

@@ -14,7 +14,7 @@ from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class BinnedRows:
     """Samples (N,) taken together so that no series is longer than `most_rows`; white noise keeps its variance.
 
     time_s (N,), usable (N,) of the samples; base (n, q, p) and target (n, q) of the rows, each output with its base,
@@ -42,7 +42,7 @@ class Rows:
         target: Array,
         policy: Policy,
         sight: Array | None = None,
-    ) -> Rows:
+    ) -> BinnedRows:
         """The rows of samples: base (N, p), or (N, q, p) with common coefficients, target (N, q), 0 if not usable."""
         starts = np.arange(0, len(time_s), -(-len(time_s) // policy.most_rows))
         rows = cls(time_s, usable, starts, np.zeros(0), np.zeros(0), policy)
@@ -93,7 +93,7 @@ class Rows:
         """The fold (n,) of each row: segments of time go round."""
         return np.asarray(self.segment % self.policy.folds)
 
-    def showing(self, columns: Array) -> Rows:
+    def showing(self, columns: Array) -> BinnedRows:
         """The same rows in segments short enough that each column of (n, q, k) acts in as many as there are folds.
 
         An event within one segment would be held out whole. The number is ``(sum e)^2 / sum e^2``, e a column's power

@@ -13,7 +13,7 @@ TAKEN_BACK, SMALL_SHARE = "not believed: ", "all names together explain too litt
 
 
 @dataclass(frozen=True)
-class Judged:
+class CandidateResult:
     """A candidate with its evidence and the evidence needed, in nats beside the rest that the round judged by.
 
     outcome : what came of it, in words.
@@ -30,10 +30,12 @@ class Judged:
         return self.evidence.name
 
 
-def with_outcomes(judged: Sequence[Judged], named: str | None, alternatives: Sequence[str]) -> tuple[Judged, ...]:
+def with_outcomes(
+    judged: Sequence[CandidateResult], named: str | None, alternatives: Sequence[str]
+) -> tuple[CandidateResult, ...]:
     """Candidates, the strongest first, with what the choice of one of them says of each that has no outcome yet."""
 
-    def outcome(one: Judged) -> str:
+    def outcome(one: CandidateResult) -> str:
         if one.name == named:
             return NAMED
         if one.name in alternatives:
@@ -45,7 +47,7 @@ def with_outcomes(judged: Sequence[Judged], named: str | None, alternatives: Seq
     return tuple(sorted((replace(one, outcome=outcome(one)) for one in judged), key=lambda one: -one.nats))
 
 
-def taken_back(judged: Sequence[Judged], doubts: Sequence[str]) -> tuple[Judged, ...]:
+def taken_back(judged: Sequence[CandidateResult], doubts: Sequence[str]) -> tuple[CandidateResult, ...]:
     """The same where no name is believed in the end, for a doubt or because they explain too little."""
     why = TAKEN_BACK + ("; ".join(doubts) or SMALL_SHARE)
     names = {one.name for one in judged if one.outcome == NAMED}

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.binned_rows import Rows
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import Evidence, search_price
 from diagnosis.evidence.hypothesis import Hypothesis, gains, informations, white
 from diagnosis.library.candidates import Candidate
@@ -19,7 +19,7 @@ from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class CandidateFit:
     """A candidate beside a rest of its own: its columns (n, q, k) in rows, and nats that it gains on their folds.
 
     within : those of them that it gains between the samples of a row.
@@ -27,30 +27,30 @@ class Standing:
 
     evidence: Evidence
     columns: Array
-    rows: Rows
+    rows: BinnedRows
     hypothesis: Hypothesis
     gain: float
     within: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
+class ColouredBaseline:
     """The rows of a ground with the effects already in, and the hypothesis that they are all."""
 
-    rows: Rows
+    rows: BinnedRows
     inside: Array
     poorer: Hypothesis
 
     @classmethod
-    def of(cls, problem: LinearProblem, inside: Sequence[Array]) -> Beside:
+    def of(cls, problem: LinearProblem, inside: Sequence[Array]) -> ColouredBaseline:
         """The rows of a problem, with the columns (N, q, k) of effects in."""
         state, sigma = problem.state, problem.sigma_nT
         sight = None if problem.sight is None else problem.sight * (sigma[0] / sigma)[:, None]
-        rows = Rows.of(state.time_s, problem.usable, problem.base, problem.target, problem.policy, sight)
+        rows = BinnedRows.of(state.time_s, problem.usable, problem.base, problem.target, problem.policy, sight)
         return cls.in_rows(rows, rows.all_taken(inside))
 
     @classmethod
-    def in_rows(cls, rows: Rows, inside: Array) -> Beside:
+    def in_rows(cls, rows: BinnedRows, inside: Array) -> ColouredBaseline:
         """The same with rows that are there, inside (n, q, k).
 
         The rest is found again from itself: least squares give the base a part of a walk, and what they leave of it is
@@ -69,7 +69,7 @@ class Beside:
         width = np.array([columns.shape[2] for columns in several])
         return np.asarray(gains(self.rows, self.inside, several, self.poorer.rest) - width)
 
-    def standing(self, evidence: Evidence, columns: Array, within: float = 0.0) -> Standing:
+    def standing(self, evidence: Evidence, columns: Array, within: float = 0.0) -> CandidateFit:
         """A candidate's evidence beside a rest of its own, less the price of its search; `within`: nats within rows.
 
         Without it the rest is the likelier of the poorer hypothesis' and the candidate's own.
@@ -80,9 +80,9 @@ class Beside:
         poorer = self.poorer if rows is self.rows else Hypothesis.given(rows, self.inside, self.poorer.rest)
         same = Hypothesis.given(rows, self.inside, richer.rest)
         gain = richer.held - max(poorer.held, same.held) + within - price
-        return Standing(evidence, columns, rows, richer, gain, within)
+        return CandidateFit(evidence, columns, rows, richer, gain, within)
 
-    def surrogates(self, one: Standing, problem: LinearProblem) -> Array:
+    def surrogates(self, one: CandidateFit, problem: LinearProblem) -> Array:
         """Nats that a candidate's columns, moved in time, gain in sample from what it leaves."""
         moved = moved_in_time(one.evidence.candidate, problem, self.rows)
         return gains(*self._without_effect(one.columns, one.hypothesis), moved, one.hypothesis.rest)
@@ -91,12 +91,12 @@ class Beside:
         """Products (k + 1, k + 1) of columns moved in time and of what the candidate leaves."""
         return informations(*self._without_effect(columns, hypothesis), moved, hypothesis.rest)
 
-    def _without_effect(self, columns: Array, hypothesis: Hypothesis) -> tuple[Rows, Array]:
+    def _without_effect(self, columns: Array, hypothesis: Hypothesis) -> tuple[BinnedRows, Array]:
         """Rows whose target is what a hypothesis with an effect leaves, and nothing inside."""
         left = replace(self.rows, target=hypothesis.residual(self.rows, self.joined(columns)))
         return left, columns[:, :, :0]
 
-    def left_of(self, rival: Standing, best: Standing) -> float:
+    def left_of(self, rival: CandidateFit, best: CandidateFit) -> float:
         """Part of its own gain that a rival keeps once the best is in, with the best's rest."""
         both = self.joined(best.columns)
         rows, rest = best.rows, best.hypothesis.rest
@@ -106,7 +106,7 @@ class Beside:
         return (joint.held - best.hypothesis.held) / max(alone.held - without.held, 1e-9)
 
 
-def moved_in_time(candidate: Candidate, problem: LinearProblem, rows: Rows) -> list[Array]:
+def moved_in_time(candidate: Candidate, problem: LinearProblem, rows: BinnedRows) -> list[Array]:
     """Columns (n, q, k) of an effect that is none: what it adds, to and fro in time, begun at several shifts.
 
     So what only rises does not jump but comes back. Where only the strength is known they are moved in the frame of the
@@ -126,7 +126,7 @@ def _to_and_fro(columns: Array, times: int) -> Iterator[Array]:
         yield both[begin : begin + n]
 
 
-def gains_along_the_field(before: Ground, after: Ground, tried: int = 1) -> bool:
+def gains_along_the_field(before: Baseline, after: Baseline, tried: int = 1) -> bool:
     """Whether what was taken in explains the part along the field too, where an error of the attitude has nothing.
 
     Nats less what the k columns taken in gain by chance, ``k / 2``, and the price of a search among `tried` settings.
@@ -137,7 +137,7 @@ def gains_along_the_field(before: Ground, after: Ground, tried: int = 1) -> bool
     return bool(gained_along_the_field(before, after, k) - by_chance > policy.apart)
 
 
-def gained_along_the_field(before: Ground, after: Ground, least: int | None = None) -> float:
+def gained_along_the_field(before: Baseline, after: Baseline, least: int | None = None) -> float:
     """Nats of means over `slow_mean_s` of the part along the field, ``(b - a) / 2``, over what is still coloured.
 
     least : the longest means of which so many are left count as well; None: none longer.
@@ -147,7 +147,7 @@ def gained_along_the_field(before: Ground, after: Ground, least: int | None = No
     return float((poorer**2).sum() - (richer**2).sum()) / 2 / max(1.0, loudest)
 
 
-def share_along_the_field(before: Ground, after: Ground) -> float:
+def share_along_the_field(before: Baseline, after: Baseline) -> float:
     """Share of what means along the field have beyond white noise that is gone; 0 where they have none."""
     poorer, richer = (along_the_field(ground) for ground in (before, after))
     excess = float((poorer**2).sum()) - len(poorer)
@@ -163,7 +163,7 @@ def _variances_of_means(course: Array, least: int) -> Iterator[float]:
         length *= 2
 
 
-def along_the_field(ground: Ground) -> Array:
+def along_the_field(ground: Baseline) -> Array:
     """Means (m,) of what a ground leaves along the field, over `slow_mean_s`; white noise has a variance of one.
 
     The nine columns of a strength fit are taken off: a matrix that was fitted to a turn of the field leaves them there.
@@ -176,7 +176,7 @@ def along_the_field(ground: Ground) -> Array:
     return np.asarray(np.sqrt(length) * (means - base @ np.linalg.lstsq(base, means, rcond=1e-9)[0]))
 
 
-def _along(ground: Ground) -> tuple[Array, Array]:
+def _along(ground: Baseline) -> tuple[Array, Array]:
     """What a ground leaves (n,) along the field over its noise, and that noise (n,) in nT."""
     problem, left = ground.problem, ground.residual()
     if problem.sight is not None:
@@ -187,8 +187,8 @@ def _along(ground: Ground) -> tuple[Array, Array]:
 
 
 def look_alikes(
-    best: Standing, others: Sequence[Standing], beside: Beside, chance: float, share: float
-) -> list[Standing]:
+    best: CandidateFit, others: Sequence[CandidateFit], beside: ColouredBaseline, chance: float, share: float
+) -> list[CandidateFit]:
     """Those that are within a number of nats or a share of the best, and of no use once it is in."""
     within = max(chance, share * best.gain)
     near = [one for one in others if best.gain - one.gain < within]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.drivers import EARLY, Driver, Way, drivers
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
@@ -20,7 +20,7 @@ class Follows(NamedTuple):
     share: float
 
 
-def iron_follows(start: Ground, names: Collection[str]) -> Follows | None:
+def iron_follows(start: Baseline, names: Collection[str]) -> Follows | None:
     """Of the channels of these names the one whose course the base follows best, at once or late; None without any.
 
     ``B (x) (u, u^2, ...)`` on every axis, u the channel as it is felt, to the power `followed_order`; the lag is that

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import chi2
 
-from diagnosis.evidence.candidate_test import Beside, Standing
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.evidence.hypothesis import information_by_part
 from scenarios.arrays import Array
 
@@ -13,7 +13,7 @@ OPEN = 1e-6
 """Eigenvalue of a part's information, its columns scaled to one, below which it says nothing of a combination."""
 
 
-def differs_along_the_run(one: Standing, beside: Beside, share: float) -> bool:
+def differs_along_the_run(one: CandidateFit, beside: ColouredBaseline, share: float) -> bool:
     """Whether the parts of a run ask for coefficients of their own, beyond their errors and an error of form.
 
     ``Q = sum_b g_b^T N_b^-1 g_b - g^T N^-1 g`` of the parts' information N_b (k, k) and scores g_b (k,), and of their

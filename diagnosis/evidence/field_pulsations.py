@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.binned_rows import Rows
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import Evidence, judged_at
 from diagnosis.evidence.hypothesis import Hypothesis, gains, white
-from diagnosis.evidence.noise_model import Rest
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.drivers import in_axes
 from scenarios.arrays import Array
@@ -23,7 +23,7 @@ FINER, ROUNDS = 4, 6
 """Times that the step between frequencies is made finer, and how often: to a thousandth of a line."""
 
 
-def pulses(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
+def pulses(ground: Baseline, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
     """The evidence of every effect with a period, at the one that gains most beside a rest with its own colour."""
     found = (
         judged_at(ground, [one])
@@ -34,7 +34,7 @@ def pulses(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidenc
     return tuple(one for one in found if one is not None)
 
 
-def _at_best_period(ground: Ground, member: Candidate, name: str) -> Iterator[Candidate]:
+def _at_best_period(ground: Baseline, member: Candidate, name: str) -> Iterator[Candidate]:
     """The candidate at the best of its periods, from `fastest_pulse_s` to `least_pulse_cycles` of the run, if any."""
     policy, time_s = ground.problem.policy, ground.problem.state.time_s
     line_hz = 1 / float(time_s[-1] - time_s[0])
@@ -48,16 +48,16 @@ def _at_best_period(ground: Ground, member: Candidate, name: str) -> Iterator[Ca
 class _Swings:
     """Rows with what is in (n, q, k), their middle times (n,), and a unit along east, north and up (n, q, 3)."""
 
-    rows: Rows
+    rows: BinnedRows
     inside: Array
     time_s: Array
     unit: Array
 
     @classmethod
-    def of(cls, ground: Ground, member: Candidate) -> _Swings:
+    def of(cls, ground: Baseline, member: Candidate) -> _Swings:
         problem, state = ground.problem, ground.problem.state
         coarse = replace(problem.policy, most_rows=ROWS)
-        rows = Rows.of(state.time_s, problem.usable, problem.base, problem.target, coarse)
+        rows = BinnedRows.of(state.time_s, problem.usable, problem.base, problem.target, coarse)
         axes = problem.whitened(state.R_wb.transpose(0, 2, 1), member.effect)
         middle_s = rows.row_s + (rows.interval_s - state.interval_s) / 2
         return cls(rows, rows.all_taken(ground.inside), middle_s, rows.taken(axes))
@@ -73,7 +73,7 @@ class _Swings:
             best, step = self._first(near, self.inside, left), step / FINER
         return best
 
-    def _first(self, tried: Array, inside: Array, rest: Rest) -> float:
+    def _first(self, tried: Array, inside: Array, rest: NoiseModel) -> float:
         """The frequency of most nats beside columns (n, q, k) and a rest."""
         parts = np.array_split(tried, -(-len(tried) // TOGETHER))
         nats = [gains(self.rows, inside, [self._wave(hz) for hz in part], rest) for part in parts]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects.earth import RegionalField
 
 
-def goes_with_heading(ground: Ground, one: Evidence) -> bool:
+def goes_with_heading(ground: Baseline, one: Evidence) -> bool:
     """Whether the heading psi explains as much of what a ground leaves as a tone of frequency f does.
 
     The same columns along ``k psi(t)`` instead of ``2 pi f t``, k the whole number nearest to f over the median rate of
@@ -31,7 +31,7 @@ def goes_with_heading(ground: Ground, one: Evidence) -> bool:
     return ground.evidence_of(turned) > ground.evidence_of(tone) - problem.policy.apart
 
 
-def swings_with_the_field(ground: Ground, one: Evidence) -> bool:
+def swings_with_the_field(ground: Baseline, one: Evidence) -> bool:
     """Whether a tone along the earth's axes explains more of what a ground leaves than one that a current drives.
 
     So do a swell's and a pulsation's, and turn the other way as the vehicle turns.

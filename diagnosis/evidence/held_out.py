@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.parameter_search import between_neighbours, found_by_search
 from diagnosis.policy import Policy
-from diagnosis.problem.blocks import Fit, Sums, fit, inflation, squares
+from diagnosis.problem.blocks import BlockFit, Sums, fit, inflation, squares
 from scenarios.arrays import Array
 
 
@@ -32,7 +32,7 @@ class Evidence:
     strength: float
     survival: float
     sums: Sums
-    fit: Fit
+    fit: BlockFit
     width: int
 
     @property
@@ -67,7 +67,7 @@ class Evidence:
         samples = float(self.sums.count.sum()) * self.sums.y1.shape[1]
         return float(samples * (self.strength / max(self.survival, 1e-9)) ** 2 / 2)
 
-    def taken_from(self, ground: Ground) -> float:
+    def taken_from(self, ground: Baseline) -> float:
         """Rms of what it takes of what a ground leaves, in units of the noise."""
         samples = float(self.sums.count.sum()) * self.sums.y1.shape[1]
         return math.sqrt(max(ground.squares - self.squares, 0.0) / max(samples, 1.0))
@@ -83,16 +83,16 @@ class _Tried:
 
     setting: Candidate
     sums: Sums
-    whole: Fit
+    whole: BlockFit
 
 
-def ranked(ground: Ground, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
+def ranked(ground: Baseline, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
     """The evidence of every candidate that can have its fit, the strongest first."""
     judged = (judge(ground, several) for several in members.values())
     return tuple(sorted((e for e in judged if e is not None), key=lambda e: -e.gain))
 
 
-def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
+def judge(ground: Baseline, members: Sequence[Candidate]) -> Evidence | None:
     """The evidence of a candidate: its listed or searched settings, and the best of them refined."""
     found = judged_at(ground, found_by_search(ground.problem, ground.residual(), list(members)))
     if found is None:
@@ -103,14 +103,14 @@ def judge(ground: Ground, members: Sequence[Candidate]) -> Evidence | None:
     return _at_full_size(ground, between_listed(ground, found))
 
 
-def between_listed(ground: Ground, found: Evidence) -> Evidence:
+def between_listed(ground: Baseline, found: Evidence) -> Evidence:
     """The evidence with a listed number between its neighbours in the list, where that gains more."""
     finer = between_neighbours(found.candidate, lambda candidate: misfit(ground, candidate))
     better = judged_at(ground, [finer]) if finer else None
     return better if better is not None and better.gain > found.gain else found
 
 
-def _at_full_size(ground: Ground, found: Evidence) -> Evidence | None:
+def _at_full_size(ground: Baseline, found: Evidence) -> Evidence | None:
     """The evidence where an effect without coefficients has its own size; None where it would have to be another.
 
     Below a sample's interval twice the delay is twice the effect: there the value is moved by what the fit scales it.
@@ -126,7 +126,7 @@ def _at_full_size(ground: Ground, found: Evidence) -> Evidence | None:
     return None
 
 
-def judged_at(ground: Ground, settings: Sequence[Candidate]) -> Evidence | None:
+def judged_at(ground: Baseline, settings: Sequence[Candidate]) -> Evidence | None:
     """The evidence of settings profiled on the training segments of each split, less the price of their number.
 
     No more than the best gains on all blocks: what is held out can gain more where the training segments alone do not
@@ -157,7 +157,7 @@ def search_price(tried: int, k: int, policy: Policy) -> float:
     return float(chi2.isf(1.0 / (policy.search_price_odds * tried), k)) / 2
 
 
-def _tried(ground: Ground, settings: Sequence[Candidate]) -> Iterable[_Tried]:
+def _tried(ground: Baseline, settings: Sequence[Candidate]) -> Iterable[_Tried]:
     """Settings whose columns are finite and not zero."""
     for setting in settings:
         columns = setting.columns(ground.problem)
@@ -166,7 +166,7 @@ def _tried(ground: Ground, settings: Sequence[Candidate]) -> Iterable[_Tried]:
             yield _Tried(setting, joint, fit(joint, ground.everything))
 
 
-def _gains(ground: Ground, tried: Sequence[_Tried]) -> list[float]:
+def _gains(ground: Baseline, tried: Sequence[_Tried]) -> list[float]:
     """Nats on what each split holds out, of the setting that fits its training segments best."""
     gains = []
     for held in ground.splits:
@@ -177,19 +177,19 @@ def _gains(ground: Ground, tried: Sequence[_Tried]) -> list[float]:
     return gains
 
 
-def _gain_on_all(ground: Ground, one: _Tried) -> float:
+def _gain_on_all(ground: Baseline, one: _Tried) -> float:
     """Nats of a setting on the blocks that it was fitted to."""
     everything = ground.everything
     return (ground.squares - squares(one.sums, one.whole, everything)) / 2
 
 
-def misfit(ground: Ground, candidate: Candidate) -> float:
+def misfit(ground: Baseline, candidate: Candidate) -> float:
     """Squares that a candidate leaves beside those already in."""
     s = ground.joined(candidate.columns(ground.problem))
     return squares(s, fit(s, ground.everything), ground.everything)
 
 
-def _strength(ground: Ground, one: _Tried, k: int) -> tuple[float, float]:
+def _strength(ground: Baseline, one: _Tried, k: int) -> tuple[float, float]:
     """Rms of the candidate's part after the base, and that over its raw rms."""
     s, c = one.sums, one.whole.c[-k:]
     raw = float(c @ s.EE.sum(axis=0)[-k:, -k:] @ c)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.evidence.binned_rows import Rows
-from diagnosis.evidence.noise_model import Rest
+from diagnosis.evidence.binned_rows import BinnedRows
+from diagnosis.evidence.noise_model import NoiseModel
 from scenarios.arrays import Array
 
 SAME_NATS = 0.5
@@ -27,14 +27,14 @@ class Hypothesis:
     in both: it is not what is asked, and beside a slow rest a part of them does not determine it.
     """
 
-    rest: Rest
+    rest: NoiseModel
     beta: Array
     c: Array
     held: float
     whole: float
 
     @classmethod
-    def given(cls, rows: Rows, columns: Array, rest: Rest) -> Hypothesis:
+    def given(cls, rows: BinnedRows, columns: Array, rest: NoiseModel) -> Hypothesis:
         """The hypothesis with columns (n, q, k) and a rest that is known: generalised least squares."""
         stacked = np.concatenate([rows.base, columns, rows.target[:, :, None]], axis=2)
         z, ln_S = rest.whitened(rows.row_s, rows.count, stacked)
@@ -48,7 +48,7 @@ class Hypothesis:
         return cls(rest, beta, c, -(constant + sum(held)) / 2, -(constant + _squares(total, c)) / 2)
 
     @classmethod
-    def of(cls, rows: Rows, columns: Array, starts: tuple[Rest, ...]) -> Hypothesis:
+    def of(cls, rows: BinnedRows, columns: Array, starts: tuple[NoiseModel, ...]) -> Hypothesis:
         """The hypothesis with a rest of its own, from the residual of each start the likelier one, or a walk's.
 
         From one start alone a linear drift is swallowed by a slow rest.
@@ -56,17 +56,17 @@ class Hypothesis:
         found = []
         for start in starts:
             first = cls.given(rows, columns, start)
-            rest = Rest.of(first.residual(rows, columns), rows.interval_s, rows.policy, rows.sight)
+            rest = NoiseModel.of(first.residual(rows, columns), rows.interval_s, rows.policy, rows.sight)
             found.append(cls.given(rows, columns, rest))
         best = max(found, key=_whole)
         if rows.sight is None:
             return best
-        walk = Rest.walking(best.residual(rows, columns), rows.interval_s, rows.policy, rows.sight)
+        walk = NoiseModel.walking(best.residual(rows, columns), rows.interval_s, rows.policy, rows.sight)
         beside_walk = cls.given(rows, columns, walk)
         far_behind = beside_walk.whole < best.whole - FAR_NATS
         return best if far_behind else max(best, beside_walk._at_its_size(rows, columns), key=_whole)
 
-    def _at_its_size(self, rows: Rows, columns: Array) -> Hypothesis:
+    def _at_its_size(self, rows: BinnedRows, columns: Array) -> Hypothesis:
         """The hypothesis with axes that walk, from the size of this one to that in which it is likeliest.
 
         Iron takes up what is slowest of a wander that comes and goes with the motion: what it leaves has the spectrum
@@ -82,7 +82,7 @@ class Hypothesis:
                 now = then
         return now
 
-    def residual(self, rows: Rows, columns: Array) -> Array:
+    def residual(self, rows: BinnedRows, columns: Array) -> Array:
         """What base and effects leave (n, q)."""
         beta = np.broadcast_to(self.beta, rows.base.shape[1:])
         left = rows.target - np.einsum("nqp,qp->nq", rows.base, beta)
@@ -93,13 +93,13 @@ def _whole(one: Hypothesis) -> float:
     return one.whole
 
 
-def gains(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest) -> Array:
+def gains(rows: BinnedRows, inside: Array, several: Sequence[Array], rest: NoiseModel) -> Array:
     """Nats (m,) that each of m groups of columns (n, q, k) explains by itself in sample, beside base and `inside`."""
     found = informations(rows, inside, several, rest)
     return np.array([(N[-1, -1] - _squares(N, _solved(N))) / 2 for N in found])
 
 
-def informations(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest) -> list[Array]:
+def informations(rows: BinnedRows, inside: Array, several: Sequence[Array], rest: NoiseModel) -> list[Array]:
     """Products (k + 1, k + 1) of each of m groups of whitened columns (n, q, k) and of the target, which is last.
 
     Base and `inside` are fitted anew: the products are of what these leave of columns and target.
@@ -115,7 +115,7 @@ def informations(rows: Rows, inside: Array, several: Sequence[Array], rest: Rest
     return [N[np.ix_(g, g)] for g in groups]
 
 
-def information_by_part(rows: Rows, inside: Array, columns: Array, rest: Rest, parts: int) -> list[Array]:
+def information_by_part(rows: BinnedRows, inside: Array, columns: Array, rest: NoiseModel, parts: int) -> list[Array]:
     """The same products (k + 1, k + 1) of one group of columns, summed over each of so many parts of the rows."""
     stacked = np.concatenate([rows.base, inside, columns, rows.target[:, :, None]], axis=2)
     z, _ = rest.whitened(rows.row_s, rows.count, stacked)
@@ -132,7 +132,7 @@ def _taken(products: Array, k: int) -> Array:
     return np.asarray(through * size[k:] / size[:k, None])
 
 
-def _without_base(z: Array, rows: Rows) -> tuple[Array, Array]:
+def _without_base(z: Array, rows: BinnedRows) -> tuple[Array, Array]:
     """Columns (n, q, j) less their part along the first p, those of the base, and that part's coefficients (q, p, .).
 
     Each output by itself; outputs that have the coefficients in common are further rows, and these (1, p, .).
@@ -166,6 +166,6 @@ def _squares(products: Array, c: Array) -> float:
     return float(v @ products @ v)
 
 
-def white(q: int) -> Rest:
+def white(q: int) -> NoiseModel:
     """A rest without slow processes."""
-    return Rest(np.ones(1), np.ones(q), np.zeros((q, 1)))
+    return NoiseModel(np.ones(1), np.ones(q), np.zeros((q, 1)))

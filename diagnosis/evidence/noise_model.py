@@ -25,7 +25,7 @@ SAME_STEP, SETTLED = 1e-6, 1e-12
 
 
 @dataclass(frozen=True)
-class Rest:
+class NoiseModel:
     """``r = white + sum_j OU(tau_j)`` of q outputs: variances `white` (q,) and `slow` (q, J), memories `tau_s` (J,).
 
     Where the outputs are parts of a vector, seen by `sight` (n, q, 3), also ``sight . (OU_x, OU_y, OU_z)(tau_j)``: a
@@ -40,7 +40,7 @@ class Rest:
     sight: Array | None = None
 
     @classmethod
-    def of(cls, residual: Array, interval_s: float, policy: Policy, sight: Array | None = None) -> Rest:
+    def of(cls, residual: Array, interval_s: float, policy: Policy, sight: Array | None = None) -> NoiseModel:
         """The variances of greatest banded Whittle likelihood for a residual (n, q).
 
         ``sum_b a_b (ln S_b + P_b / S_b)`` over bands b of a_b lines under a Hann window, S the sum of the processes'
@@ -61,7 +61,7 @@ class Rest:
         return cls(tau_s, white, variance[:, 1:], turning, sight)
 
     @classmethod
-    def walking(cls, residual: Array, interval_s: float, policy: Policy, sight: Array) -> Rest:
+    def walking(cls, residual: Array, interval_s: float, policy: Policy, sight: Array) -> NoiseModel:
         """White noise of each output and a random walk of the axes alone, of greatest likelihood likewise."""
         tau_s = np.array([policy.longest_memory * len(residual) * interval_s])
         f, power, lines = _bands(residual, interval_s, policy)

@@ -19,7 +19,7 @@ MOST_TONES = 5
 
 
 @dataclass(frozen=True)
-class Battery:
+class ResidualTests:
     """The tests of a residual: block-mean excess by length, tones found, excess kurtosis; `why` lists what failed."""
 
     excess: dict[float, float]
@@ -33,7 +33,9 @@ class Battery:
         return not self.why
 
 
-def battery(residual: Array, usable: Array, time_s: Array, fitted: int, policy: Policy, memory: int = 1) -> Battery:
+def battery(
+    residual: Array, usable: Array, time_s: Array, fitted: int, policy: Policy, memory: int = 1
+) -> ResidualTests:
     """Test a residual (n, q) at times (n,) in units of the noise; `fitted` parameters were taken from it.
 
     What was fitted may be fast or slow: the means are counted as if nothing of theirs was, which alarms less often.
@@ -56,7 +58,7 @@ def battery(residual: Array, usable: Array, time_s: Array, fitted: int, policy: 
     kurtosis = _kurtosis(residual, usable)
     if kurtosis > policy.tail_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
         why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")
-    return Battery(excess, lines, kurtosis, tuple(why))
+    return ResidualTests(excess, lines, kurtosis, tuple(why))
 
 
 def _white_variance(residual: Array, usable: Array, fitted: int, memory: int) -> Array:

@@ -20,7 +20,7 @@ from validation.signals.bands import Bands
 
 
 @dataclass(frozen=True)
-class Rise:
+class RisingSpectrum:
     """Frequencies at which more is left than at lower ones; hides: names act there, and explain next to nothing."""
 
     low_hz: float
@@ -28,7 +28,7 @@ class Rise:
     hides: bool
 
     @classmethod
-    def of(cls, problem: LinearProblem, before: Array, after: Array) -> Rise | None:
+    def of(cls, problem: LinearProblem, before: Array, after: Array) -> RisingSpectrum | None:
         """What rises in a rest (n, q) after the names, in units of the noise; None where its spectrum only falls.
 
         A wheel's or a propeller's tone that sweeps with its speed is no line, and means over a second do not see it.

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.evidence.candidate_test import Beside, Standing
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.library.drivers import in_axes
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
@@ -14,7 +14,7 @@ from sim.effects.channels import HIGHEST, ChannelEffect, powers
 from sim.effects.earth import RegionalField
 
 
-def a_course_of_time_does_better(one: Standing, beside: Beside, problem: LinearProblem) -> bool:
+def a_course_of_time_does_better(one: CandidateFit, beside: ColouredBaseline, problem: LinearProblem) -> bool:
     """Whether any course of time of the third order gains more than an effect, which is of no use beside it.
 
     More by the part of the evidence within which two look alike. Noise that is steeper than a rest's processes is a
@@ -27,7 +27,7 @@ def a_course_of_time_does_better(one: Standing, beside: Beside, problem: LinearP
     return _does_better(course, one, beside) and _of_one_course(course) <= problem.policy.one_cause
 
 
-def a_course_of_the_field_does_better(one: Standing, beside: Beside, problem: LinearProblem) -> bool:
+def a_course_of_the_field_does_better(one: CandidateFit, beside: ColouredBaseline, problem: LinearProblem) -> bool:
     """The same of any course along the earth's axes, of an effect that is no field of its own nor an attitude's error.
 
     A field that changes turns as the vehicle does, which no rest of the sensor's axes takes up.
@@ -39,7 +39,7 @@ def a_course_of_the_field_does_better(one: Standing, beside: Beside, problem: Li
     return _does_better(course, one, beside)
 
 
-def a_course_of_the_place_does_better(one: Standing, beside: Beside, problem: LinearProblem) -> bool:
+def a_course_of_the_place_does_better(one: CandidateFit, beside: ColouredBaseline, problem: LinearProblem) -> bool:
     """The same of any field that is linear in the place, of an effect that is a field which changes in time.
 
     A vehicle that moves on meets the field of places one after the other.
@@ -51,13 +51,13 @@ def a_course_of_the_place_does_better(one: Standing, beside: Beside, problem: Li
     return _does_better(_free(one, beside, _courses_of_the_place(problem)), one, beside)
 
 
-def _free(one: Standing, beside: Beside, courses: Array) -> Standing:
+def _free(one: CandidateFit, beside: ColouredBaseline, courses: Array) -> CandidateFit:
     """Courses (n, q, k) beside a rest of their own, in place of a candidate, without the price of its search."""
     free = replace(one.evidence, candidate=replace(one.evidence.candidate, tried=1))
     return beside.standing(free, beside.rows.taken(courses))
 
 
-def _does_better(course: Standing, one: Standing, beside: Beside) -> bool:
+def _does_better(course: CandidateFit, one: CandidateFit, beside: ColouredBaseline) -> bool:
     """Whether a course gains more than look-alikes differ by, and a candidate is of no use beside it."""
     policy = beside.rows.policy
     if course.gain - one.gain < max(policy.apart, policy.same_coloured * course.gain):
@@ -65,7 +65,7 @@ def _does_better(course: Standing, one: Standing, beside: Beside) -> bool:
     return bool(beside.left_of(one, course) < policy.look_alike_left)
 
 
-def _of_one_course(course: Standing) -> float:
+def _of_one_course(course: CandidateFit) -> float:
     """Share of the power of what courses (n, q, k) add that one course makes on all axes."""
     k = course.columns.shape[2]
     added = course.columns @ course.hypothesis.c[-k:]

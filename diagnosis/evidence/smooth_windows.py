@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.localise import TIME
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.drivers import AT_ONCE, EARLY, Driver, drivers
@@ -16,7 +16,7 @@ from scenarios.arrays import Array
 from sim.effects.values import SWITCH
 
 
-def comes_and_goes(ground: Ground, one: Candidate) -> str:
+def comes_and_goes(ground: Baseline, one: Candidate) -> str:
     """The course with which an effect of a window grows as well, time or a channel: the best; none without a window.
 
     Its columns times the powers of time, or times a channel with a lag, against those in the window, on held-out

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.binned_rows import Rows
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import Evidence, judged_at
 from diagnosis.evidence.windows import Span, Timeline
 from diagnosis.library.candidates import Candidate, changes_of_iron
@@ -15,7 +15,7 @@ from scenarios.arrays import Array
 from sim.effects.values import SWITCH
 
 
-def windowed(ground: Ground, ranking: Sequence[Evidence], members: dict[str, list[Candidate]]) -> list[Evidence]:
+def windowed(ground: Baseline, ranking: Sequence[Evidence], members: dict[str, list[Candidate]]) -> list[Evidence]:
     """Candidates with the window in which they explain most, the strongest first.
 
     Only where that is much more than the same candidate explains in the whole run. Iron is a candidate too: in a part
@@ -37,7 +37,7 @@ def windowed(ground: Ground, ranking: Sequence[Evidence], members: dict[str, lis
     return [one for one in found if one is not None]
 
 
-def comes_again(ground: Ground, with_it: Ground, one: Candidate) -> bool:
+def comes_again(ground: Baseline, with_it: Baseline, one: Candidate) -> bool:
     """Whether beside a candidate in its window as much is left for it in another that overlaps the first.
 
     What has a window leaves nothing of its own there; what comes and goes in pieces leaves as much as it explains.
@@ -55,8 +55,8 @@ def comes_again(ground: Ground, with_it: Ground, one: Candidate) -> bool:
     return overlaps and again.gain > problem.policy.window_share * first
 
 
-def _timeline(problem: LinearProblem, ground: Ground) -> Timeline:
-    rows = Rows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy)
+def _timeline(problem: LinearProblem, ground: Baseline) -> Timeline:
+    rows = BinnedRows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy)
     return Timeline.of(rows, rows.all_taken(ground.inside))
 
 
@@ -65,7 +65,7 @@ def _is_worth(span: Span, policy: Policy) -> bool:
 
 
 def _judged(
-    ground: Ground, timeline: Timeline, several: Sequence[Candidate], one: Candidate, span: Span
+    ground: Baseline, timeline: Timeline, several: Sequence[Candidate], one: Candidate, span: Span
 ) -> Evidence | None:
     """The evidence of a candidate in its window: the best of its listed settings there, then the window once more."""
     problem, policy = ground.problem, ground.problem.policy

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.evidence.binned_rows import Rows
+from diagnosis.evidence.binned_rows import BinnedRows
 from scenarios.arrays import Array
 
 Places = NDArray[np.int64]
@@ -33,12 +33,12 @@ class Timeline:
     Q (n q, r): what base and effects already in span, orthonormal; left (n, q): what they leave.
     """
 
-    rows: Rows
+    rows: BinnedRows
     Q: Array
     left: Array
 
     @classmethod
-    def of(cls, rows: Rows, inside: Array) -> Timeline:
+    def of(cls, rows: BinnedRows, inside: Array) -> Timeline:
         """The timeline of rows, with effects' columns (n, q, k) in."""
         n, q, _ = rows.base.shape
         known = np.concatenate([_of_all(rows), inside.reshape(n * q, -1)], axis=1)
@@ -89,7 +89,7 @@ class Timeline:
         return np.concatenate([np.zeros((1, k, width)), np.cumsum(parts, axis=0)])
 
 
-def _of_all(rows: Rows) -> Array:
+def _of_all(rows: BinnedRows) -> Array:
     """The base of all outputs (n q, .): one output after the other, or with the coefficients in common."""
     n, q, p = rows.base.shape
     if rows.common:

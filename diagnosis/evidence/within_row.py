@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.evidence.binned_rows import Rows
+from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 
 
-def gain_within(problem: LinearProblem, rows: Rows, inside: Sequence[Array], columns: Array) -> float:
+def gain_within(problem: LinearProblem, rows: BinnedRows, inside: Sequence[Array], columns: Array) -> float:
     """Nats that columns (N, q, k) gain in samples less their rows' means, on held-out folds, beside those `inside`.
 
     0 where the rows keep most of their power. What is slow is the same in all samples of a row and falls out, so that
@@ -32,7 +32,7 @@ def gain_within(problem: LinearProblem, rows: Rows, inside: Sequence[Array], col
     return gained
 
 
-def _kept(rows: Rows, columns: Array) -> float:
+def _kept(rows: BinnedRows, columns: Array) -> float:
     """Share of the power of columns that is in the means of rows."""
     total = float((columns**2).sum())
     return float((rows.taken(columns) ** 2).sum()) / total if total > 0 else 1.0
@@ -43,12 +43,12 @@ def _joined(inside: Sequence[Array], columns: Array) -> Array:
     return np.concatenate([columns[:, :, :0], *inside], axis=2)
 
 
-def _each_base(problem: LinearProblem, rows: Rows) -> Array:
+def _each_base(problem: LinearProblem, rows: BinnedRows) -> Array:
     """The base (N, q, p) of each output."""
     return problem.base if rows.common else np.repeat(problem.base[:, None], problem.target.shape[1], axis=1)
 
 
-def _about_means(rows: Rows, usable: Array, values: Array) -> Array:
+def _about_means(rows: BinnedRows, usable: Array, values: Array) -> Array:
     """Values (N, q, j) less the mean of the usable ones of their row, 0 where they are not usable."""
     means = np.add.reduceat(values, rows.starts, axis=0) / np.maximum(rows.count, 1.0)[:, None, None]
     each = np.repeat(means, np.diff(np.append(rows.starts, len(values))), axis=0)

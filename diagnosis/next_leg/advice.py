@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.next_leg.legs import Leg, legs_of, repeated
+from diagnosis.next_leg.legs import CandidateLeg, legs_of, repeated
 from diagnosis.next_leg.pairs import are_twins, pairs_of
 from diagnosis.next_leg.separation import Flown
-from diagnosis.next_leg.table import Table
+from diagnosis.next_leg.table import LegTable
 from diagnosis.policy import Policy
-from diagnosis.problem.blocks import Cut, Fit, block_sums, colour, sums
+from diagnosis.problem.blocks import BlockFit, Cut, block_sums, colour, sums
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patched
 from diagnosis.result import Diagnosis, Flight, How
@@ -37,7 +37,7 @@ def advised(found: Diagnosis) -> Diagnosis:
 
 
 @dataclass(frozen=True, eq=False)
-class Next:
+class NextFlight:
     """A leg, the nats by which one flight of it tells a name from a look-alike at least, and how often to fly it.
 
     window : in which the effect acted, where that was a part of the run; on the leg it is to act all along.
@@ -45,7 +45,7 @@ class Next:
 
     name: str
     other: str
-    leg: Leg
+    leg: CandidateLeg
     nats: float
     needed_s: float
     times: int
@@ -71,28 +71,28 @@ class Next:
 
 
 @dataclass(frozen=True, eq=False)
-class Onward:
+class FlightAdvice:
     """What to fly next, if anything, and look-alikes that no leg tells apart: (name, the other)."""
 
-    next: Next | None
+    next: NextFlight | None
     same: tuple[tuple[str, str], ...]
 
 
-def onward(found: Diagnosis) -> Onward:
+def onward(found: Diagnosis) -> FlightAdvice:
     """The leg that by itself tells a name from all its look-alikes best, by the worse of the two directions of each.
 
     In vector mode and where the recording turns: a fixed station is not told to fly.
     """
     if not found.problem.turns:
-        return Onward(None, ())
+        return FlightAdvice(None, ())
     twins = tuple((one.name, other) for one in found.named for other in one.alternatives if are_twins(one.name, other))
     tables = _tables(found)
     best = [leg for one in tables if (leg := _next_of(one, found.problem.policy)) is not None]
     same = (*twins, *(pair for one in tables for pair in one.same))
-    return Onward(max(best, key=lambda one: one.nats, default=None), same)
+    return FlightAdvice(max(best, key=lambda one: one.nats, default=None), same)
 
 
-def _tables(found: Diagnosis) -> list[Table]:
+def _tables(found: Diagnosis) -> list[LegTable]:
     """What every leg that the model's vehicle can fly tells of each name that has look-alikes."""
     always = patched(found.model, (), found.problem).chain()
     hands = [Flown(found.problem, always, one.how is not How.IRON) for one in found.named]
@@ -102,22 +102,22 @@ def _tables(found: Diagnosis) -> list[Table]:
         return []
     V = _inflation_of(found.problem, found.after_nT / found.problem.sigma_nT)
     flown = [(leg, posed) for leg in legs_of(found.model) if (posed := leg.problem(found.problem, always)) is not None]
-    return [Table.of(one, hand, pairs, flown, V) for one, hand, pairs in asked]
+    return [LegTable.of(one, hand, pairs, flown, V) for one, hand, pairs in asked]
 
 
-def _next_of(table: Table, policy: Policy) -> Next | None:
+def _next_of(table: LegTable, policy: Policy) -> NextFlight | None:
     """The best leg of a name, and how long it is to be flown."""
     found = table.best
     if found is None:
         return None
     leg, other, nats = found
     times = int(np.clip(math.ceil(policy.leg_margin * policy.apart / nats), 1, MOST_TIMES))
-    return Next(
+    return NextFlight(
         table.one.name, other, leg, nats, leg.duration_s * policy.apart / nats, times, table.one.effect.active_s
     )
 
 
-def _by_name(told: Onward) -> list[tuple[str, list[str]]]:
+def _by_name(told: FlightAdvice) -> list[tuple[str, list[str]]]:
     """Each name with the look-alikes that no leg tells from it, once where two of the name have them."""
     pairs = dict.fromkeys(told.same)
     names = dict.fromkeys(name for name, _ in pairs)
@@ -133,5 +133,5 @@ def _inflation_of(problem: LinearProblem, left: Array) -> float:
     cut = Cut.of(len(left), problem.state.interval_s, problem.policy)
     none = np.zeros((len(left), left.shape[1], 0))
     s = sums(cut, np.zeros((len(left), 1)), none, left, np.ones(len(left)))
-    nothing = Fit(np.zeros((1, left.shape[1])), np.zeros(0), np.zeros((0, 0)))
+    nothing = BlockFit(np.zeros((1, left.shape[1])), np.zeros(0), np.zeros((0, 0)))
     return max(1.0, colour(block_sums(s, nothing), s.count, problem.policy))

@@ -61,7 +61,7 @@ QUIET = {"attitude_noise_std_deg": 0.0, "position_noise_std_m": 0.0}
 
 
 @dataclass(frozen=True, eq=False)
-class Leg:
+class CandidateLeg:
     """A leg: in words, as a scenario that flies it, and how long it takes."""
 
     words: str
@@ -86,18 +86,18 @@ class Leg:
         return replace(posed, sigma_nT=like.sigma_nT)
 
 
-def legs_of(model: Scenario) -> list[Leg]:
+def legs_of(model: Scenario) -> list[CandidateLeg]:
     """The legs that the model's vehicle can fly, without those that it has just flown."""
     flown = [phase.model_dump(exclude_unset=True) for phase in model.phases]
     legs = []
     for words, phases in LEGS:
         scenario = _with(model, phases)
         if scenario is not None and [one.model_dump(exclude_unset=True) for one in scenario.phases] != flown:
-            legs.append(Leg(words, scenario, sum(phase.duration_s for phase in scenario.phases)))
+            legs.append(CandidateLeg(words, scenario, sum(phase.duration_s for phase in scenario.phases)))
     return legs
 
 
-def repeated(leg: Leg, times: int) -> Scenario:
+def repeated(leg: CandidateLeg, times: int) -> Scenario:
     """The scenario that flies a leg several times over."""
     phases = leg.scenario.phases * times
     return leg.scenario.model_copy(update={"phases": phases, "name": "next", "summary": f"To tell apart: {leg.words}"})

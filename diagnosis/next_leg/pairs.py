@@ -17,7 +17,7 @@ from sim.effects.values import SWITCH, Window
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class HypothesisPair:
     """Two hypotheses for the recording in hand: effects as found, and the settings that each may take on.
 
     On a leg both act all along. listed : whether the second is a look-alike; else it is a change of the iron that the
@@ -31,7 +31,7 @@ class Pair:
     listed: bool
 
     @classmethod
-    def of(cls, hand: Flown, one: Named, other: str, *, listed: bool) -> Pair:
+    def of(cls, hand: Flown, one: Named, other: str, *, listed: bool) -> HypothesisPair:
         """What was named, and another as it is fitted to what was named."""
         window = one.effect.active_s
         others = _settings(hand, other, one.effect, window)
@@ -73,15 +73,15 @@ class Pair:
         return max(policy.same_kin if kin else 0.0, of_course, 0.0 if leg.iron else policy.same_iron)
 
 
-def pairs_of(hand: Flown, one: Named) -> Iterator[Pair]:
+def pairs_of(hand: Flown, one: Named) -> Iterator[HypothesisPair]:
     """A name beside each look-alike that another run can show, and for a change of the iron beside all others."""
     for other in one.alternatives:
         if _is_tried(hand, one.name, other) and not are_twins(one.name, other):
-            yield Pair.of(hand, one, other, listed=True)
+            yield HypothesisPair.of(hand, one, other, listed=True)
     if one.how is How.IRON:
         for other in changes_of_iron():
             if other not in (one.name, *one.alternatives):
-                yield Pair.of(hand, one, other, listed=False)
+                yield HypothesisPair.of(hand, one, other, listed=False)
 
 
 def are_twins(one: str, other: str) -> bool:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.next_leg.legs import Leg
-from diagnosis.next_leg.pairs import Pair
+from diagnosis.next_leg.legs import CandidateLeg
+from diagnosis.next_leg.pairs import HypothesisPair
 from diagnosis.next_leg.separation import Flown
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Named
@@ -16,19 +16,24 @@ from scenarios.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class LegTable:
     """A name, p pairs of it with another, l legs, and the nats (p, l) by which each leg tells the two apart."""
 
     one: Named
-    pairs: tuple[Pair, ...]
-    legs: tuple[Leg, ...]
+    pairs: tuple[HypothesisPair, ...]
+    legs: tuple[CandidateLeg, ...]
     nats: Array
     least_nats: float
 
     @classmethod
     def of(
-        cls, one: Named, hand: Flown, pairs: tuple[Pair, ...], legs: Sequence[tuple[Leg, LinearProblem]], V: float
-    ) -> Table:
+        cls,
+        one: Named,
+        hand: Flown,
+        pairs: tuple[HypothesisPair, ...],
+        legs: Sequence[tuple[CandidateLeg, LinearProblem]],
+        V: float,
+    ) -> LegTable:
         """The table of legs as the simulator flies them; V : inflation of the nats."""
         flown = [replace(hand, problem=posed) for _, posed in legs]
         nats = np.array([[pair.apart(leg) / V for leg in flown] for pair in pairs]).reshape(len(pairs), len(legs))
@@ -46,7 +51,7 @@ class Table:
         return tuple((self.one.name, self.pairs[i].second.name) for i in sorted(left) if self.pairs[i].listed)
 
     @property
-    def best(self) -> tuple[Leg, str, float] | None:
+    def best(self) -> tuple[CandidateLeg, str, float] | None:
         """The leg that tells the name best from what it tells it from least, the nearest look-alike there, and nats."""
         listed = [i for i in self.told if self.pairs[i].listed]
         if not listed:

@@ -142,7 +142,7 @@ def _beside(base: Array, columns: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class Fit:
+class BlockFit:
     """Base coefficients beta (p, q), or common ones (p, 1), candidates' c (k,), and the inverse normal matrix of c."""
 
     beta: Array
@@ -150,7 +150,7 @@ class Fit:
     covariance: Array
 
 
-def fit(s: Sums, use: NDArray[np.bool_]) -> Fit:
+def fit(s: Sums, use: NDArray[np.bool_]) -> BlockFit:
     """Least squares on the folds `use` (f,): c from the base's orthogonal complement, then beta."""
     BB, BE, EE = s.BB[use].sum(axis=0), s.BE[use].sum(axis=0), s.EE[use].sum(axis=0)
     By, Ey = s.By[use].sum(axis=0), s.Ey[use].sum(axis=0)
@@ -160,10 +160,10 @@ def fit(s: Sums, use: NDArray[np.bool_]) -> Fit:
     size = np.sqrt(np.maximum(np.diag(EE), 1e-300))
     covariance = np.linalg.pinv(S / np.outer(size, size), rcond=1e-9, hermitian=True) / np.outer(size, size)
     c = covariance @ (Ey - np.einsum("pqk,pq->k", through, By))
-    return Fit(inverse @ By - np.einsum("pqk,k->pq", through, c), c, covariance)
+    return BlockFit(inverse @ By - np.einsum("pqk,k->pq", through, c), c, covariance)
 
 
-def squares(s: Sums, f: Fit, use: NDArray[np.bool_]) -> float:
+def squares(s: Sums, f: BlockFit, use: NDArray[np.bool_]) -> float:
     """Sum of squared residuals on the folds `use` (f,)."""
     pulled = f.c @ s.EE[use].sum(axis=0) @ f.c - 2 * f.c @ s.Ey[use].sum(axis=0)
     BB, By = s.BB[use].sum(axis=0), s.By[use].sum(axis=0)
@@ -172,7 +172,7 @@ def squares(s: Sums, f: Fit, use: NDArray[np.bool_]) -> float:
     return float(s.yy[use].sum() + pulled + based + cross)
 
 
-def block_sums(s: Sums, f: Fit) -> Array:
+def block_sums(s: Sums, f: BlockFit) -> Array:
     """Sum of the residual in each block (m, q)."""
     return np.asarray(s.y1 - (s.B1 @ f.beta).reshape(s.y1.shape) - s.E1 @ f.c)
 
@@ -183,7 +183,7 @@ def colour(total: Array, count: Array, policy: Policy) -> float:
     return float(white_ratios(total[full], count[full]).mean()) if full.any() else 1.0
 
 
-def inflation(s: Sums, f: Fit, policy: Policy) -> float:
+def inflation(s: Sums, f: BlockFit, policy: Policy) -> float:
     """V = max(1, W over 5 s, 20 s and 80 s): by how much the residual's colour inflates a log-likelihood ratio."""
     total, count = block_sums(s, f), s.count
     worst = 1.0

@@ -14,7 +14,7 @@ from diagnosis.problem.linear import Instead, LinearProblem
 from diagnosis.problem.relative import recorded_reference, relative_problem
 from diagnosis.problem.repeated_attitude import Steady, between_repeats
 from diagnosis.problem.strength import strength_problem
-from diagnosis.problem.track import Track
+from diagnosis.problem.track import FieldTrack
 from diagnosis.problem.vector import stating, vector_problem
 from recordings import Recording
 from scenarios.arrays import Array
@@ -40,7 +40,7 @@ def pose(
     strength_nT: float,
     effects: tuple[Effect, ...],
     policy: Policy = STANDARD,
-    track: Track | None = None,
+    track: FieldTrack | None = None,
     level: Level | None = None,
 ) -> LinearProblem:
     """The problem of a recording; with attitude and the field's vector in vector mode, else with its strength only.
@@ -91,7 +91,7 @@ def posed(
     Raises InputError as `pose` does, and for a bad effect table of the model.
     """
     effects = model.chain() if iron_known else without_iron(model.chain())
-    track = Track.of(recording, model.field)
+    track = FieldTrack.of(recording, model.field)
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
     strength = strength_nT or NOMINAL_NT if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
@@ -128,6 +128,6 @@ def _told(steady: Steady, problem: LinearProblem) -> LinearProblem:
     return replace(problem, instead=(told,)).without(steady.unknown)
 
 
-def _field_enu_nT(given: FieldSpec, track: Track | None) -> Array:
+def _field_enu_nT(given: FieldSpec, track: FieldTrack | None) -> Array:
     """The stated field (3,), that of a date at the middle of a track where there is one."""
     return earth_field_enu_nT(given) if track is None or given.enu_nT is not None else track.field_enu_nT(given)

@@ -39,7 +39,7 @@ class Iron:
         return np.asarray(field_nT @ self.turn.T + self.offset_nT)
 
 
-class Task(Protocol):
+class IronFitTask(Protocol):
     """Numbers (p,) with a middle and a spread of their prior, by which q values of each sample ought to vanish."""
 
     @property
@@ -63,7 +63,7 @@ def unit_of(measured_nT: Array, strength_nT: Array, policy: Policy) -> tuple[flo
     return 1.0 if 1 / policy.other_unit < size / middle_nT < policy.other_unit else middle_nT / size, middle_nT
 
 
-def fitted(task: Task, block: int, policy: Policy) -> Array:
+def fitted(task: IronFitTask, block: int, policy: Policy) -> Array:
     """The numbers (p,) of ``min sum_a sum left_a^2 / v_a + prior``.
 
     v (q,) is the power of what is left times its colour over means of `block` samples and more, so that a slow
@@ -96,7 +96,7 @@ def _power(left: Array, block: int, policy: Policy) -> float:
     return power * excess
 
 
-def _minimum(theta: Array, task: Task, weight: Array) -> Array:
+def _minimum(theta: Array, task: IronFitTask, weight: Array) -> Array:
     """The numbers of least cost, by Levenberg-Marquardt steps from a start; weight (n, q) of each square."""
 
     def cost(left: Array, at: Array) -> float:

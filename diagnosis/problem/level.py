@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.policy import Policy
-from diagnosis.problem.track import Track
+from diagnosis.problem.track import FieldTrack
 from scenarios.arrays import Array
 
 LEAST_LEVEL = 1e-6
@@ -28,7 +28,7 @@ class Level:
         level_nT, size_nT = np.hypot(*field_enu_nT[:2]), np.linalg.norm(field_enu_nT)
         return cls(-R_wb[:, 2], field_enu_nT) if level_nT > policy.least_level * size_nT else None
 
-    def given_rad(self, track: Track | None) -> Array:
+    def given_rad(self, track: FieldTrack | None) -> Array:
         """The given field's dip (n,), along a track as it changes there."""
         field = self.field_enu_nT + (np.zeros((len(self.down), 3)) if track is None else track.change_enu_nT)
         return np.asarray(np.arctan2(-field[:, 2], np.hypot(field[:, 0], field[:, 1])))

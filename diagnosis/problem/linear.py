@@ -14,7 +14,7 @@ from scipy.integrate import cumulative_trapezoid
 from calib.numerics.noise import SECOND, clipped_mean, white_noise_std
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.level import Level
-from diagnosis.problem.track import Track
+from diagnosis.problem.track import FieldTrack
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects.base import Effect
@@ -78,7 +78,7 @@ class LinearProblem:
     still: bool = False
     relative: bool = False
     instead: tuple[Instead, ...] = ()
-    track: Track | None = None
+    track: FieldTrack | None = None
     level: Level | None = None
     sight: Array | None = None
 

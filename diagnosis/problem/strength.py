@@ -16,7 +16,7 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.model_effects import beside_known
 from diagnosis.problem.rates import course, measured
 from diagnosis.problem.repeated_rows import noise_of_neighbours
-from diagnosis.problem.track import Track
+from diagnosis.problem.track import FieldTrack
 from recordings import Recording
 from recordings.channels import SCALAR
 from scenarios.arrays import Array
@@ -36,7 +36,7 @@ def strength_problem(
     effects: tuple[Effect, ...],
     policy: Policy,
     disturbance_nT: Array | None = None,
-    track: Track | None = None,
+    track: FieldTrack | None = None,
     level: Level | None = None,
 ) -> LinearProblem:
     """The problem of the strength, see `LinearProblem`, about iron fitted beside a known part of the disturbance.
@@ -59,7 +59,7 @@ def _by_iron_alone(
     strength_nT: float,
     policy: Policy,
     disturbance_nT: Array | None,
-    track: Track | None,
+    track: FieldTrack | None,
     level: Level | None,
 ) -> LinearProblem:
     F = _strength(recording, strength_nT, track)
@@ -90,7 +90,7 @@ def _by_iron_alone(
     )
 
 
-def _compared(field_nT: Array, F: Array, track: Track | None, level: Level | None) -> tuple[Array, Array]:
+def _compared(field_nT: Array, F: Array, track: FieldTrack | None, level: Level | None) -> tuple[Array, Array]:
     """Directions (n, q, 3) that strength and dip of a field (n, 3) are seen along, and by how much they err (n, q)."""
     size = np.linalg.norm(field_nT, axis=1, keepdims=True)
     direction = field_nT / size
@@ -114,7 +114,7 @@ def _given(strength_nT: float, level: Level | None) -> Array:
     return np.asarray(level.field_enu_nT / np.linalg.norm(level.field_enu_nT)) * strength_nT
 
 
-def _strength(recording: Recording, given_nT: float, track: Track | None) -> Array:
+def _strength(recording: Recording, given_nT: float, track: FieldTrack | None) -> Array:
     """The field's strength (n, 1) in nT: measured, or as given, with its change along a track."""
     measured_nT = measured_strength(recording)
     if measured_nT is not None:
@@ -168,7 +168,9 @@ def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     return kept.without(problem.usable == 0)
 
 
-def _iron(recording: Recording, strength_nT: Array, policy: Policy, track: Track | None, level: Level | None) -> Iron:
+def _iron(
+    recording: Recording, strength_nT: Array, policy: Policy, track: FieldTrack | None, level: Level | None
+) -> Iron:
     interval_s = float(np.median(np.diff(recording.time_s)))
     block = max(1, round(policy.block_s / interval_s))
     if level is None:

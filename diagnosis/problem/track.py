@@ -25,7 +25,7 @@ ANY_DATE = datetime.date(2025, 1, 1)
 
 
 @dataclass(frozen=True)
-class Track:
+class FieldTrack:
     """The middle place (latitude, longitude in degrees, altitude in m), and the field along the track less that there.
 
     change_enu_nT (n, 3): of the vector; change_nT (n,): of its strength.
@@ -36,7 +36,7 @@ class Track:
     change_nT: Array
 
     @classmethod
-    def of(cls, recording: Recording, field: FieldSpec | None) -> Track | None:
+    def of(cls, recording: Recording, field: FieldSpec | None) -> FieldTrack | None:
         """The track of a recording beside the model's field; across rows without a place it is a line.
 
         None without latitude and longitude. Of a log with its altitude alone they are the field's, where that is given
@@ -58,9 +58,9 @@ class Track:
         latitude, longitude, altitude = (float(one) for one in middle)
         return cls((latitude, longitude, altitude), change[:, :3], change[:, 3])
 
-    def at(self, samples: NDArray[np.bool_]) -> Track:
+    def at(self, samples: NDArray[np.bool_]) -> FieldTrack:
         """The same at some of the samples."""
-        return Track(self.middle, self.change_enu_nT[samples], self.change_nT[samples])
+        return FieldTrack(self.middle, self.change_enu_nT[samples], self.change_nT[samples])
 
     def field_enu_nT(self, given: FieldSpec) -> Array:
         """The field model's vector (3,) at the middle place on a given date."""

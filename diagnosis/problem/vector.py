@@ -10,7 +10,7 @@ from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.rates import course, measured, quieter_rate
 from diagnosis.problem.repeated_rows import held, noise_of_neighbours
-from diagnosis.problem.track import Track
+from diagnosis.problem.track import FieldTrack
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
@@ -31,7 +31,7 @@ def vector_problem(
     field_enu_nT: Array,
     effects: tuple[Effect, ...],
     policy: Policy,
-    track: Track | None = None,
+    track: FieldTrack | None = None,
 ) -> LinearProblem:
     """The problem of the three axes, see `LinearProblem`, for a recording with attitude."""
     state = _state(recording, field_enu_nT, policy, track)
@@ -62,7 +62,7 @@ def vector_problem(
     )
 
 
-def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: Track | None) -> State:
+def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: FieldTrack | None) -> State:
     """The state of what is measured, ``dT/dt = R^T dF/dt - w x T``, F the field along the track."""
     assert recording.att_q is not None
     rate = quieter_rate(recording, policy)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.decision.curves import Curve, curves
-from diagnosis.decision.verdict_rules import Case, unnamed_channels
-from diagnosis.evidence.baseline import Ground
+from diagnosis.decision.verdict_rules import VerdictInput, unnamed_channels
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.problem.blocks import fit, inflation
-from diagnosis.repair.named_effects import Left
+from diagnosis.repair.named_effects import ModelledGap
 from diagnosis.result import GapSize, How, Named
 from scenarios.arrays import Array
 
@@ -21,7 +21,7 @@ class Followed:
     """Curves of channels as names, and what they leave together."""
 
     named: tuple[Named, ...]
-    left: Left
+    left: ModelledGap
 
     @property
     def explained(self) -> float:
@@ -29,7 +29,7 @@ class Followed:
         return self.left.gap.explained or 0.0
 
 
-def followed(start: Ground, ground: Ground | None = None) -> Followed | None:
+def followed(start: Baseline, ground: Baseline | None = None) -> Followed | None:
     """The channels that a gap follows, where curves of such stand; start : the ground without any effect.
 
     ground : that with effects which explain too little to be names, but may hide such a channel.
@@ -43,7 +43,7 @@ def followed(start: Ground, ground: Ground | None = None) -> Followed | None:
     return all_of_it if all_of_it.explained >= start.problem.policy.least_share else None
 
 
-def followed_instead(start: Ground, case: Case) -> Followed | None:
+def followed_instead(start: Baseline, case: VerdictInput) -> Followed | None:
     """Curves that explain much more than names do, where the gap goes first with a channel that no name follows.
 
     A name whose cause is that channel stays: a curve gains what its form lacks.
@@ -56,7 +56,7 @@ def followed_instead(start: Ground, case: Case) -> Followed | None:
     return found
 
 
-def _left(start: Ground, end: Ground) -> Left:
+def _left(start: Baseline, end: Baseline) -> ModelledGap:
     """What is left before, by iron that was fitted to all, and after, by what the first split trains on.
 
     Iron of a motion that hardly shows it leaves far more of what it was not fitted to: no gap, and nothing explains it.
@@ -64,10 +64,10 @@ def _left(start: Ground, end: Ground) -> Left:
     problem = start.problem
     before, after = start.residual(), end.residual(~start.splits[0])
     test = end.held_samples() & (problem.usable > 0)
-    return Left(before, after, GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy))
+    return ModelledGap(before, after, GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy))
 
 
-def _named(found: Sequence[Curve], end: Ground, widths: Sequence[int]) -> list[Named]:
+def _named(found: Sequence[Curve], end: Baseline, widths: Sequence[int]) -> list[Named]:
     """Each curve with its coefficients of the joint fit; the covariance is widened by what is still coloured."""
     whole = fit(end.sums, end.everything)
     V = inflation(end.sums, whole, end.problem.policy)

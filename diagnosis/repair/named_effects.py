@@ -28,7 +28,7 @@ def names_of(problem: LinearProblem, belief: Belief, direct: Sequence[Direct]) -
 
 
 @dataclass(frozen=True)
-class Left:
+class ModelledGap:
     """What is left before and after (n, q), in units of the noise, and its size on held-out segments."""
 
     before: Array
@@ -36,7 +36,7 @@ class Left:
     gap: GapSize
 
     @classmethod
-    def of(cls, problem: LinearProblem, belief: Belief) -> Left:
+    def of(cls, problem: LinearProblem, belief: Belief) -> ModelledGap:
         """What believed effects leave; parameters and iron are fitted to what the first split trains on.
 
         Where nothing is believed and nothing is left there is no gap: what exceeds the noise is chance.
@@ -53,13 +53,13 @@ class Left:
         some = belief.found or belief.iron or not belief.after.clean
         return cls(before, after, gap if some else replace(gap, explained=None))
 
-    def undone(self) -> Left:
+    def undone(self) -> ModelledGap:
         """The same where the names are taken back: nothing is explained."""
         gap = self.gap
         after = GapSize(
             gap.before_nT, gap.before_sigma, gap.before_nT, gap.before_sigma, None if gap.explained is None else 0.0
         )
-        return Left(self.before, self.before, after)
+        return ModelledGap(self.before, self.before, after)
 
 
 def _refined(problem: LinearProblem, belief: Belief) -> list[Named]:

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from diagnosis.decision.white_choice import Accepted
-from diagnosis.evidence.candidate_test import Beside
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Diagnosis, How
 from diagnosis.several.common_effects import Common, common_of
 from diagnosis.several.pooled_test import columns_in
-from diagnosis.several.result import Together
+from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.scope import SENSORS
 from diagnosis.several.selection import joint_of
 from diagnosis.several.sentence import advice_of_array, sentence_of_array
@@ -32,7 +32,7 @@ def diagnose_sensors(
     *,
     without: frozenset[str] = frozenset(),
     say: Progress = lambda what: None,
-) -> Together:
+) -> PooledDiagnosis:
     """Where n sensors of one array disagree with their models, and whether they do so alike.
 
     Each sensor has a diagnosis of its own; the verdict is that of the worst. Evidence is not summed over them: they
@@ -48,11 +48,11 @@ def diagnose_sensors(
     return replace(found, sentence=sentence_of_array(found), advice=advice_of_array(found))
 
 
-def _told(names: tuple[str, ...], each: tuple[Diagnosis, ...], every: Sequence[Common]) -> Together:
+def _told(names: tuple[str, ...], each: tuple[Diagnosis, ...], every: Sequence[Common]) -> PooledDiagnosis:
     """The sensors' own diagnoses with what was compared, without words."""
     first = worst(each)
     left = (f"{name}: {why}" for name, one in zip(names, each, strict=True) for why in one.left)
-    return Together(
+    return PooledDiagnosis(
         names=names,
         each=each,
         verdict=each[first].verdict,
@@ -100,6 +100,6 @@ def _common(name: str, believed: dict[str, list[Accepted]], problems: Sequence[L
     besides = []
     for problem in problems:
         columns = [each for other in others if (each := columns_in(other, problem)) is not None]
-        besides.append(Beside.of(problem, columns))
+        besides.append(ColouredBaseline.of(problem, columns))
     joint = joint_of(strongest.evidence.candidate, settings, besides, problems)
     return common_of(compared(joint, problems[0].policy), strongest.alternatives, problems, strongest.evidence.strength)

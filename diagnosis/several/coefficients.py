@@ -16,7 +16,7 @@ OPEN = 1e-9
 
 
 @dataclass(frozen=True)
-class Estimate:
+class CoefficientEstimate:
     """What one recording says of k coefficients: information N (k, k) and score g (k,); ``c = N^+ g``.
 
     spread: covariance (k, k) of ``R c``, R (k, k) the root of N: one where the stated error is right; None: it is.
@@ -69,7 +69,7 @@ class Agreement:
     p: float
 
 
-def agreement(several: Sequence[Estimate], form: float, known: int | None = None) -> Agreement:
+def agreement(several: Sequence[CoefficientEstimate], form: float, known: int | None = None) -> Agreement:
     """The common coefficient of estimates, and their differences from it.
 
     ``Q = sum_i u_i^T (spread_i + R_i F R_i^T)^-1 u_i``, ``u_i = R_i (c_i - c)``, chi-square of
@@ -85,12 +85,12 @@ def agreement(several: Sequence[Estimate], form: float, known: int | None = None
     degrees = sum(rank(one.N) for one in several) - rank(common.N)
     Q, plain = (sum(_distance(each, c, error) for each in rooted) for error in (F, 0 * F))
     spread = np.mean([spread for *_, spread in rooted], axis=0)
-    wide = Estimate(common.N, common.g, _root(common.N, size), spread)
+    wide = CoefficientEstimate(common.N, common.g, _root(common.N, size), spread)
     scatter = max(1.0, plain / max(degrees, 1))
     return Agreement(c, scatter * wide.covariance, Q, degrees, _odds(Q, degrees, known))
 
 
-def _rooted(one: Estimate, size: Array) -> tuple[Array, Array, Array]:
+def _rooted(one: CoefficientEstimate, size: Array) -> tuple[Array, Array, Array]:
     """Coefficients c (k,), root R (k, k) of the information, and the covariance (k, k) of R c."""
     R = _root(one.N, size) if one.R is None else one.R
     return one.c, R, np.eye(len(one.c)) if one.spread is None else one.spread
@@ -103,7 +103,7 @@ def _distance(one: tuple[Array, Array, Array], c: Array, F: Array) -> float:
     return float(u @ np.linalg.solve(spread + R @ F @ R.T, u))
 
 
-def with_scatter(several: Sequence[Sequence[Estimate]], least: Sequence[float]) -> list[Estimate]:
+def with_scatter(several: Sequence[Sequence[CoefficientEstimate]], least: Sequence[float]) -> list[CoefficientEstimate]:
     """Estimates of n recordings from their m parts each, with the error that the parts' scores show.
 
     Were the stated error right, the squares of ``u_b = N^-1/2 (g_b - N_b c) sqrt(m / (m - 1))`` summed over the parts b
@@ -122,26 +122,26 @@ def with_scatter(several: Sequence[Sequence[Estimate]], least: Sequence[float]) 
     m = len(several[0])
     values, vectors = np.linalg.eigh(np.transpose(u) @ np.array(u) * m / (m - 1) / len(several))
     spreads = [vectors * np.maximum(values, floor) @ vectors.T for floor in least]
-    return [Estimate(one.N, one.g, R, spread) for one, R, spread in zip(whole, roots, spreads, strict=True)]
+    return [CoefficientEstimate(one.N, one.g, R, spread) for one, R, spread in zip(whole, roots, spreads, strict=True)]
 
 
-def pooled(several: Sequence[Estimate]) -> Estimate:
+def pooled(several: Sequence[CoefficientEstimate]) -> CoefficientEstimate:
     """What all estimates together say of one coefficient."""
-    return Estimate(np.sum([one.N for one in several], axis=0), np.sum([one.g for one in several], axis=0))
+    return CoefficientEstimate(np.sum([one.N for one in several], axis=0), np.sum([one.g for one in several], axis=0))
 
 
-def foretold(several: Sequence[Estimate]) -> Array:
+def foretold(several: Sequence[CoefficientEstimate]) -> Array:
     """Coefficients (n, k) for each of n recordings that all the others together give."""
     rest = ([other for other in several if other is not one] for one in several)
     return np.array([pooled(others).c if others else np.zeros(len(several[0].g)) for others in rest])
 
 
-def left_out_gains(several: Sequence[Estimate]) -> Array:
+def left_out_gains(several: Sequence[CoefficientEstimate]) -> Array:
     """Nats (n,) that the others' coefficients, as they are, explain in each recording under the stated errors."""
     return np.array([one.gain(c) for one, c in zip(several, foretold(several), strict=True)])
 
 
-def size_over(one: Estimate, c: Array) -> tuple[float, float] | None:
+def size_over(one: CoefficientEstimate, c: Array) -> tuple[float, float] | None:
     """The factor a by which coefficients (k,) best explain an estimate, ``a = c^T g / c^T N c``, and its std.
 
     None where they explain nothing there whatever the factor.

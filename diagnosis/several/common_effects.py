@@ -13,11 +13,11 @@ from diagnosis.decision.white_choice import Accepted
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import How, Named, Reach
-from diagnosis.several.coefficients import Estimate, agreement, foretold, inverse, left_out_gains, size_over
+from diagnosis.result import How, Named, Transfer
+from diagnosis.several.coefficients import CoefficientEstimate, agreement, foretold, inverse, left_out_gains, size_over
 from diagnosis.several.parameter_values import parameters_of
 from diagnosis.several.selection import Chosen
-from diagnosis.several.transfer import Finding, There
+from diagnosis.several.transfer import There, TransferFinding
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from validation.signals.amplitude import rms
@@ -47,10 +47,10 @@ class Common:
     @property
     def several(self) -> bool:
         """Whether more than one shows it."""
-        return self.reach is not Reach.SINGLE_RUN
+        return self.reach is not Transfer.SINGLE_RUN
 
     @property
-    def reach(self) -> Reach:
+    def reach(self) -> Transfer:
         """Whether the recordings agree."""
         return self.named.evidence
 
@@ -68,16 +68,16 @@ def of_one_course(one: Common, problems: Sequence[LinearProblem]) -> Named:
     return replace(one.named, rivals=_in_all(several)) if several else one.named
 
 
-def not_borne_out(one: Finding, problems: Sequence[LinearProblem]) -> Common:
+def not_borne_out(one: TransferFinding, problems: Sequence[LinearProblem]) -> Common:
     """An effect that one recording alone names."""
     return common_of(one, (), problems, 0.0)
 
 
 def common_of(
-    one: Finding, alternatives: tuple[str, ...], problems: Sequence[LinearProblem], strength: float
+    one: TransferFinding, alternatives: tuple[str, ...], problems: Sequence[LinearProblem], strength: float
 ) -> Common:
     """A finding as parameters: pooled, and in each recording by itself."""
-    agree, candidate, reach = one.agreement, one.joint.candidate, one.reach or Reach.SINGLE_RUN
+    agree, candidate, reach = one.agreement, one.joint.candidate, one.reach or Transfer.SINGLE_RUN
     there = next(problem for problem, asked in zip(problems, one.joint.asked, strict=True) if asked)
     effect, spread = parameters_of(candidate, agree.c, agree.covariance, there)
     named = Named(effect, alternatives, How.HELD_OUT, one.nats, strength, spread, reach)
@@ -92,7 +92,7 @@ def common_of(
     return Common(named, tuple(each), one.there, agree.chi2, agree.degrees, agree.p, ratios)
 
 
-def _ratios(several: Sequence[Estimate | None]) -> tuple[tuple[float, float] | None, ...]:
+def _ratios(several: Sequence[CoefficientEstimate | None]) -> tuple[tuple[float, float] | None, ...]:
     """Size of each estimate over that of all others; None where one is missing or its course is not the others'."""
     there = [one for one in several if one is not None]
     pairs = zip(there, foretold(there), strict=True)
@@ -130,11 +130,11 @@ def _iron(each: Sequence[Accepted | None], problems: Sequence[LinearProblem], po
     return Common(named, own, _marks(each), agree.chi2, agree.degrees, agree.p, ratios)
 
 
-def _reach(same: bool, each: Sequence[object]) -> Reach:
+def _reach(same: bool, each: Sequence[object]) -> Transfer:
     """How far what some recordings show reaches, whether or not it is the same in them."""
     if not same:
-        return Reach.NOT_TRANSFERRED
-    return Reach.SOME if None in each else Reach.TRANSFERRED
+        return Transfer.NOT_TRANSFERRED
+    return Transfer.SOME if None in each else Transfer.TRANSFERRED
 
 
 def _in_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
@@ -142,7 +142,7 @@ def _in_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     return tuple(name for name in several[0] if all(name in other for other in several))
 
 
-def _iron_in_one(one: Accepted | None, reach: Reach, problem: LinearProblem) -> Named | None:
+def _iron_in_one(one: Accepted | None, reach: Transfer, problem: LinearProblem) -> Named | None:
     if one is None:
         return None
     own = estimate_of(one.evidence)
@@ -150,11 +150,11 @@ def _iron_in_one(one: Accepted | None, reach: Reach, problem: LinearProblem) -> 
     return Named(effect, (), How.IRON, one.evidence.nats, one.evidence.strength, spread, reach)
 
 
-def estimate_of(one: Evidence) -> Estimate:
+def estimate_of(one: Evidence) -> CoefficientEstimate:
     """The coefficients of a candidate that is fitted in one recording, as information and score."""
     k = one.width
     N = inverse(one.fit.covariance[-k:, -k:] * max(one.V, 1.0))
-    return Estimate(N, N @ one.coefficients)
+    return CoefficientEstimate(N, N @ one.coefficients)
 
 
 def seen_by_values(several: Sequence[Sequence[Named]], policy: Policy) -> list[Common]:

@@ -9,14 +9,14 @@ import numpy as np
 
 from diagnosis.decision.advice import advice_for
 from diagnosis.decision.sentence import sentence_for
-from diagnosis.evidence.candidate_test import Beside
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.reference_checks import settled
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.formulation import posed
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import about
-from diagnosis.result import FITTED, Diagnosis, Named, Reach
-from diagnosis.several.pooled_test import Joint, columns_in
+from diagnosis.result import FITTED, Diagnosis, Named, Transfer
+from diagnosis.several.pooled_test import PooledCandidate, columns_in
 from diagnosis.several.transfer import foretells
 from diagnosis.workflow import measured_rows
 from recordings import Recording
@@ -44,7 +44,7 @@ def confirmed(
             return one
         others = [effect for effect in effects if effect is not one.effect]
         holds = foretells(_joint(one.effect, others, problems), found.problem.policy)
-        return replace(one, evidence=Reach.TRANSFERRED) if holds else one
+        return replace(one, evidence=Transfer.TRANSFERRED) if holds else one
 
     known = replace(found, named=tuple(upgraded(one) for one in found.named), second=True)
     return replace(known, sentence=sentence_for(known), advice=advice_for(known))
@@ -55,13 +55,13 @@ def _lasts(one: Named) -> bool:
     return one.how in FITTED and one.effect.active_s is None
 
 
-def _joint(effect: Effect, others: Sequence[Effect], problems: Sequence[LinearProblem]) -> Joint:
+def _joint(effect: Effect, others: Sequence[Effect], problems: Sequence[LinearProblem]) -> PooledCandidate:
     """An effect asked of both recordings beside the others."""
     besides = []
     for problem in problems:
         columns = [each for other in others if (each := columns_in(Candidate.of(other), problem)) is not None]
-        besides.append(Beside.of(problem, columns))
-    return Joint.of(Candidate.of(effect), besides, problems, 1)
+        besides.append(ColouredBaseline.of(problem, columns))
+    return PooledCandidate.of(Candidate.of(effect), besides, problems, 1)
 
 
 def _beside_known(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:

@@ -16,7 +16,7 @@ from diagnosis.problem.formulation import posed
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.relative import BY_MODEL, needs_field
 from diagnosis.several.array import diagnose_sensors
-from diagnosis.several.result import Together
+from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.workflow import diagnose_together
 from recordings import read_recording
 from recordings.importer import sensors_in
@@ -113,7 +113,7 @@ def diagnose_files(
     actuators: Sequence[str] = (),
     policy: Policy = STANDARD,
     say: Callable[[str], object] = lambda what: None,
-) -> Together:
+) -> PooledDiagnosis:
     """Diagnose files together against a model file or scenario; without one against fitted iron and white noise.
 
     The sensors of one array are compared, see `diagnose_sensors`.
@@ -140,7 +140,7 @@ def diagnose_files(
 
 def _compared(
     measured: Sequence[Source], problems: Sequence[LinearProblem], model: Model, say: Callable[[str], object]
-) -> Together:
+) -> PooledDiagnosis:
     names, models = [one.name for one in measured], [model_of_sensor(model, one.sensor) for one in measured]
     if of_one_array(measured):
         return diagnose_sensors(names, problems, models, say=say)

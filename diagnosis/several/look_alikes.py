@@ -11,30 +11,30 @@ from diagnosis.evidence.hypothesis import Hypothesis, informations
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import Reach
-from diagnosis.several.coefficients import Estimate, pooled
-from diagnosis.several.pooled_test import Joint, columns_in, estimate
-from diagnosis.several.transfer import Finding, There
+from diagnosis.result import Transfer
+from diagnosis.several.coefficients import CoefficientEstimate, pooled
+from diagnosis.several.pooled_test import PooledCandidate, columns_in, estimate
+from diagnosis.several.transfer import There, TransferFinding
 from scenarios.arrays import Array
 
 Settings = dict[str, list[Candidate]]
 
 
 def look_alikes(
-    best: Joint, tried: Sequence[Joint], policy: Policy, *, coloured: bool
-) -> tuple[list[Joint], list[Joint]]:
+    best: PooledCandidate, tried: Sequence[PooledCandidate], policy: Policy, *, coloured: bool
+) -> tuple[list[PooledCandidate], list[PooledCandidate]]:
     """Those as good as the best or of its kin, the best first, and others that may be it beside a coloured rest."""
     useless = [one for one in tried if one is not best and is_useless_beside(one.columns, best)]
     kin_share = policy.same_kin_coloured if coloured else policy.same_kin
 
-    def within(one: Joint, share: float) -> bool:
+    def within(one: PooledCandidate, share: float) -> bool:
         return best.gain - one.gain < max(best.chance, share * best.gain)
 
     closest = [one for one in useless if within(one, kin_share if are_kin(one, best) else 0.0)]
     return [best, *closest], [one for one in useless if coloured and within(one, policy.same_coloured)]
 
 
-def is_useless_beside(columns: Sequence[Array | None], best: Joint) -> bool:
+def is_useless_beside(columns: Sequence[Array | None], best: PooledCandidate) -> bool:
     """Whether a rival's columns in each recording keep little of their own gain over all once the best is in."""
     kept = alone = 0.0
     for one, other in zip(columns, best.asked, strict=True):
@@ -48,7 +48,7 @@ def is_useless_beside(columns: Sequence[Array | None], best: Joint) -> bool:
     return kept / max(alone, 1e-9) < best.policy.look_alike_left
 
 
-def explain_as_much(found: Finding, settings: Settings, problems: Sequence[LinearProblem]) -> list[str]:
+def explain_as_much(found: TransferFinding, settings: Settings, problems: Sequence[LinearProblem]) -> list[str]:
     """Names that fit as well as the best where it is present, on all data, and are of no use beside it.
 
     What many columns lose on held-out data and what a search pays for guard a name, but not against its look-alikes.
@@ -68,7 +68,7 @@ def explain_as_much(found: Finding, settings: Settings, problems: Sequence[Linea
 
 
 def _where_present(
-    found: Finding, several: Sequence[Candidate], problems: Sequence[LinearProblem]
+    found: TransferFinding, several: Sequence[Candidate], problems: Sequence[LinearProblem]
 ) -> dict[Candidate, list[Array | None]]:
     """Columns (n, q, k) in rows of the recordings that have the effect, of candidates whose causes all these hold."""
     columns: dict[Candidate, list[Array | None]] = {one: [] for one in several}
@@ -84,12 +84,12 @@ def _where_present(
     return columns
 
 
-def _fitted_gains(found: Finding, several: Sequence[Sequence[Array | None]]) -> list[float]:
+def _fitted_gains(found: TransferFinding, several: Sequence[Sequence[Array | None]]) -> list[float]:
     """Nats that groups of columns explain in sample where an effect is present, beside its rests.
 
     Of one coefficient for all, or where the effect has several of as many.
     """
-    each: list[list[Estimate]] = [[] for _ in several]
+    each: list[list[CoefficientEstimate]] = [[] for _ in several]
     for i, (asked, says) in enumerate(zip(found.joint.asked, found.there, strict=True)):
         if asked is None or says is not There.PRESENT:
             continue
@@ -97,5 +97,5 @@ def _fitted_gains(found: Finding, several: Sequence[Sequence[Array | None]]) -> 
         columns = [there for one in several if (there := one[i]) is not None]
         for estimates, one in zip(each, informations(rows, inside, columns, rest), strict=True):
             estimates.append(estimate(one))
-    own = found.reach is Reach.NOT_TRANSFERRED
+    own = found.reach is Transfer.NOT_TRANSFERRED
     return [sum(one.gain(one.c) for one in (some if own else [pooled(some)])) for some in each]

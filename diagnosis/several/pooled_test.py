@@ -8,19 +8,19 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.evidence.candidate_test import Beside, moved_in_time
+from diagnosis.evidence.candidate_test import ColouredBaseline, moved_in_time
 from diagnosis.evidence.held_out import search_price
 from diagnosis.evidence.hypothesis import Hypothesis, information_by_part, white
 from diagnosis.library.candidates import Candidate, missing_channels
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.coefficients import Estimate, left_out_gains, with_scatter
+from diagnosis.several.coefficients import CoefficientEstimate, left_out_gains, with_scatter
 from scenarios.arrays import Array
 from sim.state import State
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class CandidateInRecording:
     """A candidate in one recording: its columns (n, q, k) in rows, and the hypothesis that it is there.
 
     parts: products (k + 1, k + 1) of the whitened columns and the target over parts of the recording; without: by how
@@ -29,7 +29,7 @@ class Asked:
 
     candidate: Candidate
     problem: LinearProblem
-    beside: Beside
+    beside: ColouredBaseline
     columns: Array
     hypothesis: Hypothesis
     parts: tuple[Array, ...]
@@ -37,7 +37,9 @@ class Asked:
     held: float
 
     @classmethod
-    def of(cls, candidate: Candidate, problem: LinearProblem, beside: Beside, columns: Array) -> Asked:
+    def of(
+        cls, candidate: Candidate, problem: LinearProblem, beside: ColouredBaseline, columns: Array
+    ) -> CandidateInRecording:
         """The candidate with a rest of its own, the likelier of those that begin white and with the poorer's colour."""
         both = beside.joined(columns)
         richer = Hypothesis.of(beside.rows, both, (beside.poorer.rest, white(both.shape[1])))
@@ -61,7 +63,7 @@ class Asked:
         return max(1.0, float(2 * np.mean(gains) / self.columns.shape[2]))
 
     @cached_property
-    def estimate(self) -> Estimate:
+    def estimate(self) -> CoefficientEstimate:
         """What the recording says of the coefficients, with the error that its rest states."""
         return estimate(np.sum(self.parts, axis=0))
 
@@ -93,27 +95,27 @@ class Asked:
         return float(np.sqrt(squares / (rows.count.sum() * added.shape[1])))
 
 
-def estimate(products: Array, inflation: float = 1.0) -> Estimate:
+def estimate(products: Array, inflation: float = 1.0) -> CoefficientEstimate:
     """Information and score of products (k + 1, k + 1) of columns and target."""
-    return Estimate(products[:-1, :-1] / inflation, products[:-1, -1] / inflation)
+    return CoefficientEstimate(products[:-1, :-1] / inflation, products[:-1, -1] / inflation)
 
 
 @dataclass(frozen=True, eq=False)
-class Joint:
+class PooledCandidate:
     """A candidate at one setting in n recordings; None where a recording lacks its causes."""
 
     candidate: Candidate
-    asked: tuple[Asked | None, ...]
+    asked: tuple[CandidateInRecording | None, ...]
     price: float
 
     @classmethod
     def of(
-        cls, candidate: Candidate, besides: Sequence[Beside], problems: Sequence[LinearProblem], tried: int
-    ) -> Joint:
+        cls, candidate: Candidate, besides: Sequence[ColouredBaseline], problems: Sequence[LinearProblem], tried: int
+    ) -> PooledCandidate:
         """The candidate, found among so many settings, beside the effects that are in already."""
         columns = [columns_in(candidate, problem) for problem in problems]
         asked = tuple(
-            None if each is None else Asked.of(candidate, problem, beside, beside.rows.taken(each))
+            None if each is None else CandidateInRecording.of(candidate, problem, beside, beside.rows.taken(each))
             for problem, beside, each in zip(problems, besides, columns, strict=True)
         )
         width = next((one.columns.shape[2] for one in asked if one), 1)
@@ -135,7 +137,7 @@ class Joint:
         return self.there[0].columns.shape[2] if self.there else 0
 
     @property
-    def there(self) -> list[Asked]:
+    def there(self) -> list[CandidateInRecording]:
         """The recordings that hold its causes."""
         return [one for one in self.asked if one is not None]
 
@@ -162,7 +164,7 @@ class Joint:
         return max(common - sum(one.without for one in self.there), own) - self.price
 
     @cached_property
-    def estimates(self) -> tuple[Estimate | None, ...]:
+    def estimates(self) -> tuple[CoefficientEstimate | None, ...]:
         """What each recording says of the coefficients, with the whole width of their error."""
         parts = [[estimate(one) for one in asked.parts] for asked in self.there]
         found = iter(with_scatter(parts, [one.inflation for one in self.there]) if parts else ())
@@ -189,7 +191,7 @@ class Joint:
         return float(np.mean([one.inflation for one in self.there])) if self.there else 1.0
 
 
-def beside_own(one: Asked, own: Sequence[Array]) -> Asked:
+def beside_own(one: CandidateInRecording, own: Sequence[Array]) -> CandidateInRecording:
     """The same beside columns (N, q, k) that its recording alone has, where these take it up and explain more.
 
     A cause that one recording alone has is none that another of the lot could lend its name.
@@ -197,7 +199,7 @@ def beside_own(one: Asked, own: Sequence[Array]) -> Asked:
     if not own:
         return one
     rows, policy = one.beside.rows, one.problem.policy
-    beside = Beside.in_rows(rows, one.beside.joined(rows.all_taken(own)))
+    beside = ColouredBaseline.in_rows(rows, one.beside.joined(rows.all_taken(own)))
     with_own, rest = beside.poorer, beside.poorer.rest
     if with_own.held - one.hypothesis.held <= policy.apart * one.inflation:
         return one
@@ -205,7 +207,7 @@ def beside_own(one: Asked, own: Sequence[Array]) -> Asked:
     alone -= Hypothesis.given(rows, one.beside.inside, rest).held
     kept = Hypothesis.given(rows, beside.joined(one.columns), rest).held - with_own.held
     useless = kept < policy.look_alike_left * max(alone, 1e-9)
-    return Asked.of(one.candidate, one.problem, beside, one.columns) if useless else one
+    return CandidateInRecording.of(one.candidate, one.problem, beside, one.columns) if useless else one
 
 
 def columns_in(candidate: Candidate, problem: LinearProblem) -> Array | None:

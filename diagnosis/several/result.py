@@ -6,16 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from diagnosis.evidence.localise import Share
-from diagnosis.result import Diagnosis, GapSize, Reach, parameters
+from diagnosis.result import Diagnosis, GapSize, Transfer, parameters
 from diagnosis.several.common_effects import Common
-from diagnosis.several.scope import RECORDINGS, Among
+from diagnosis.several.scope import RECORDINGS, Scope
 from diagnosis.verdict import Verdict
 from scenarios.arrays import Array
 from sim.scenario import Scenario
 
 
 @dataclass(frozen=True, repr=False)
-class Together:
+class PooledDiagnosis:
     """All that is reported of n recordings against one model.
 
     names, each: the recordings with their own diagnoses; common: effects that more than one bears out; single: effects
@@ -38,7 +38,7 @@ class Together:
     model: Scenario
     before_nT: tuple[Array, ...]
     after_nT: tuple[Array, ...]
-    among: Among = RECORDINGS
+    among: Scope = RECORDINGS
     first: int | None = None
 
     def __repr__(self) -> str:
@@ -95,7 +95,7 @@ class Together:
         """One run's sensors share its slow errors: they are no second recording."""
         if self.first is None:
             return {"evidence": one.reach}
-        return {"evidence": Reach.SINGLE_RUN, "among_sensors": self.among.reach[one.reach]}
+        return {"evidence": Transfer.SINGLE_RUN, "among_sensors": self.among.reach[one.reach]}
 
     def _recording(self, i: int) -> dict[str, Any]:
         own = self.each[i].as_dict()

@@ -7,16 +7,16 @@ from collections.abc import Iterator
 
 from diagnosis.decision.advice import ways_to_tell
 from diagnosis.decision.sentence import LISTED_CHANNELS, words_of
-from diagnosis.result import NORMAL_95, Diagnosis, How, Reach
+from diagnosis.result import NORMAL_95, Diagnosis, How, Transfer
 from diagnosis.several.common_effects import Common, main_size
-from diagnosis.several.result import Together
-from diagnosis.several.scope import RECORDINGS, Among
+from diagnosis.several.result import PooledDiagnosis
+from diagnosis.several.scope import RECORDINGS, Scope
 from diagnosis.several.transfer import There
 from diagnosis.verdict import Verdict
 from validation.text import all_of, figure
 
 
-def sentence_together(found: Together) -> str:
+def sentence_together(found: PooledDiagnosis) -> str:
     """The finding in one sentence for a field engineer."""
     explained = found.gap.explained
     seen = explained is not None and any(one.named.how is How.HELD_OUT for one in found.common)
@@ -30,24 +30,24 @@ def sentence_together(found: Together) -> str:
     )
 
 
-def _share(found: Together) -> str:
+def _share(found: PooledDiagnosis) -> str:
     fitted = [one for one in found.common if one.named.how is How.HELD_OUT]
-    own = all(one.reach is Reach.NOT_TRANSFERRED for one in fitted)
+    own = all(one.reach is Transfer.NOT_TRANSFERRED for one in fitted)
     whose = "its own coefficients" if own else "the others' coefficients"
     return f"; in each recording {whose} explain {100 * (found.gap.explained or 0.0):.0f} % of the gap"
 
 
-def reach_of(one: Common, among: Among = RECORDINGS) -> str:
+def reach_of(one: Common, among: Scope = RECORDINGS) -> str:
     """How far an effect reaches, in words."""
     n, with_it = len(one.there), sum(there is There.PRESENT for there in one.there)
-    if one.reach is Reach.TRANSFERRED:
+    if one.reach is Transfer.TRANSFERRED:
         return f"the same in {all_of(n, among.key)}"
-    if one.reach is Reach.NOT_TRANSFERRED:
+    if one.reach is Transfer.NOT_TRANSFERRED:
         return f"of another size from {among.one} to {among.one}"
     return f"in {with_it} of {n} {among.key}"
 
 
-def advice_together(found: Together) -> tuple[str, ...]:
+def advice_together(found: PooledDiagnosis) -> tuple[str, ...]:
     """What to do next with the lot, then what every recording's own diagnosis advises."""
     shared = [line for line in found.each[0].advice if all(line in other.advice for other in found.each[1:])]
     own = [*_of_differences(found), *_of_one_alone(found), *ways_to_tell([one.named for one in found.common])]
@@ -56,20 +56,20 @@ def advice_together(found: Together) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*own, *others]))
 
 
-def _of_differences(found: Together) -> Iterator[str]:
+def _of_differences(found: PooledDiagnosis) -> Iterator[str]:
     for one in found.common:
-        if one.reach is Reach.NOT_TRANSFERRED:
+        if one.reach is Transfer.NOT_TRANSFERRED:
             yield (
                 f"{one.name} does not transfer{_odd_one(found, one)}. Ask what was changed between the recordings "
                 "(mount, load, power, settings), and calibrate each state by itself."
             )
-        if one.reach is Reach.SOME:
+        if one.reach is Transfer.SOME:
             without = [name for name, there in zip(found.names, one.there, strict=True) if there is There.ABSENT]
             if without:
                 yield f"{one.name} is not in {', '.join(without)}: ask what was on or mounted in the others only."
 
 
-def _odd_one(found: Together, one: Common) -> str:
+def _odd_one(found: PooledDiagnosis, one: Common) -> str:
     """The recording that differs most from all others, and by what factor."""
     known = [(name, *ratio) for name, ratio in zip(found.names, one.ratios, strict=False) if ratio is not None]
     if not known:
@@ -78,7 +78,7 @@ def _odd_one(found: Together, one: Common) -> str:
     return f": {name} has {figure(ratio)} times the size that the others have (+-{figure(NORMAL_95 * std, 1)})"
 
 
-def sentence_of_array(found: Together) -> str:
+def sentence_of_array(found: PooledDiagnosis) -> str:
     """What the worst sensor says, how many others say what, and how far its names reach."""
     assert found.first is not None
     count = Counter(str(one.verdict) for one in found.each)
@@ -89,25 +89,25 @@ def sentence_of_array(found: Together) -> str:
     return f"{found.names[found.first]}, of {len(found.each)} sensors ({verdicts}): {_own(found).sentence}{reaches}"
 
 
-def _own(found: Together) -> Diagnosis:
+def _own(found: PooledDiagnosis) -> Diagnosis:
     """The diagnosis in the headline."""
     return found.each[found.first or 0]
 
 
-def advice_of_array(found: Together) -> tuple[str, ...]:
+def advice_of_array(found: PooledDiagnosis) -> tuple[str, ...]:
     """Whether a source is near or far, then what the worst sensor's own diagnosis advises."""
     return tuple(dict.fromkeys([*_near_or_far(found), *_own(found).advice]))
 
 
-def _near_or_far(found: Together) -> Iterator[str]:
+def _near_or_far(found: PooledDiagnosis) -> Iterator[str]:
     for one in (*found.common, *found.single):
-        if one.reach is Reach.TRANSFERRED:
+        if one.reach is Transfer.TRANSFERRED:
             yield (
                 f"{one.name} is the same at all sensors: its source is far off beside the distance between them, or it "
                 "is something that they share (the given field, navigation, a supply): another place in the array does "
                 "not help."
             )
-        elif one.reach is Reach.NOT_TRANSFERRED:
+        elif one.reach is Transfer.NOT_TRANSFERRED:
             size, name = min(_sizes(found, one))
             largest, where = max(_sizes(found, one))
             more = f"{figure(largest / size)} times as much" if size > 0 else "most"
@@ -121,13 +121,13 @@ def _near_or_far(found: Together) -> Iterator[str]:
                 yield f"{one.name} is not in {', '.join(without)}: its source is near the others, or in them."
 
 
-def _sizes(found: Together, one: Common) -> list[tuple[float, str]]:
+def _sizes(found: PooledDiagnosis, one: Common) -> list[tuple[float, str]]:
     """Size of the main parameter at each sensor."""
     pairs = zip(found.names, one.each, strict=True)
     return [(main_size(mine.effect), name) for name, mine in pairs if mine is not None]
 
 
-def _of_one_alone(found: Together) -> Iterator[str]:
+def _of_one_alone(found: PooledDiagnosis) -> Iterator[str]:
     for one in found.single:
         against = [name for name, there in zip(found.names, one.there, strict=True) if there is There.ABSENT]
         why = f"{', '.join(against)} speak against it" if against else "the others cannot tell"

@@ -9,29 +9,29 @@ import numpy as np
 
 from diagnosis.decision.belief import Belief, believed
 from diagnosis.decision.selection import tests_beside
-from diagnosis.decision.verdict_rules import Case, doubts_of, verdict_of
+from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
 from diagnosis.decision.white_choice import Accepted
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judged_at
 from diagnosis.evidence.localise import localise
-from diagnosis.evidence.rising_spectrum import Rise
+from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.named_effects import noise_of
-from diagnosis.result import GapSize, How, Named, Reach
+from diagnosis.result import GapSize, How, Named, Transfer
 from diagnosis.several.coefficients import foretold
 from diagnosis.several.common_effects import Common, changes_of_iron, fitted_effect, seen_by_values
-from diagnosis.several.selection import Chosen, Member
-from diagnosis.several.transfer import Finding, There
+from diagnosis.several.selection import Chosen, PooledRecording
+from diagnosis.several.transfer import There, TransferFinding
 from diagnosis.verdict import Verdict
 from scenarios.arrays import Array
 from validation.signals.amplitude import rms
 
 
 @dataclass(frozen=True)
-class Lot:
+class Pool:
     """The recordings with what they believe together."""
 
-    members: Sequence[Member]
+    members: Sequence[PooledRecording]
     chosen: Sequence[Chosen]
 
     @property
@@ -72,18 +72,18 @@ class Lot:
             if finding.joint.asked[i] is None or finding.there[i] is There.ABSENT:
                 continue
             columns = finding.joint.candidate.columns(member.problem)
-            if finding.reach is Reach.NOT_TRANSFERRED:
+            if finding.reach is Transfer.NOT_TRANSFERRED:
                 inside.append(columns)
             else:
                 target = target - columns @ _foretold(finding, i)
-        return Ground.of(replace(member.problem, target=target), inside).residual()
+        return Baseline.of(replace(member.problem, target=target), inside).residual()
 
 
-def _events(member: Member) -> list[Array]:
+def _events(member: PooledRecording) -> list[Array]:
     return [one.columns(member.problem) for one in member.events]
 
 
-def _foretold(finding: Finding, i: int) -> Array:
+def _foretold(finding: TransferFinding, i: int) -> Array:
     """Coefficients (k,) that the other recordings give."""
     there = [
         (j, one)
@@ -95,13 +95,13 @@ def _foretold(finding: Finding, i: int) -> Array:
 
 
 @dataclass(frozen=True)
-class Judged:
+class PooledVerdict:
     """Verdict and names of a lot after every doubt, with the gaps (n, q) that they leave in units of the noise."""
 
     verdict: Verdict
     common: tuple[Common, ...]
     beliefs: tuple[Belief, ...]
-    cases: tuple[Case, ...]
+    cases: tuple[VerdictInput, ...]
     doubts: tuple[tuple[str, ...], ...]
     gap: GapSize
     gaps: tuple[GapSize, ...]
@@ -109,7 +109,7 @@ class Judged:
     after: tuple[Array, ...]
 
     @classmethod
-    def of(cls, lot: Lot) -> Judged:
+    def of(cls, lot: Pool) -> PooledVerdict:
         """The verdict of all recordings as of one case; names are doubted where half of them speak against."""
         beliefs = tuple(_borne_out(lot.belief(i)) for i in range(len(lot.members)))
         common = _common(lot, beliefs)
@@ -128,7 +128,7 @@ class Judged:
         """Whether the names explain too little, or half of the recordings speak against them."""
         return self.verdict is Verdict.UNKNOWN or 2 * sum(map(bool, self.doubts)) >= len(self.doubts)
 
-    def undone(self) -> Judged:
+    def undone(self) -> PooledVerdict:
         """The same where the names are taken back: nothing is explained."""
         direct = tuple(one for one in self.common if one.named.how is How.DIRECT)
         gaps = tuple(_undone(one) for one in self.gaps)
@@ -146,7 +146,7 @@ class Judged:
         )
 
 
-def _explains_little(case: Case) -> tuple[str, ...]:
+def _explains_little(case: VerdictInput) -> tuple[str, ...]:
     """Where something is left: whether the lot's names explain less than a name must."""
     explained = case.gap.explained
     if case.clean or explained is None or explained >= case.problem.policy.least_share or not case.found:
@@ -154,17 +154,17 @@ def _explains_little(case: Case) -> tuple[str, ...]:
     return (f"what the others give explains {100 * explained:.0f} % of its gap",)
 
 
-def _case(lot: Lot, i: int, named: Sequence[Named], belief: Belief) -> Case:
+def _case(lot: Pool, i: int, named: Sequence[Named], belief: Belief) -> VerdictInput:
     """One recording with the lot's names."""
     member, after = lot.members[i], lot.left(i)
     before = lot.before[i]
     use = member.problem.usable > 0
     gap = GapSize.of(before[use], after[use], member.problem.sigma_nT, member.problem.policy)
-    where, rise = localise(member.problem, before), Rise.of(member.problem, before, after)
-    return Case(member.problem, tuple(named), belief.clean, gap, where, after, rise)
+    where, rise = localise(member.problem, before), RisingSpectrum.of(member.problem, before, after)
+    return VerdictInput(member.problem, tuple(named), belief.clean, gap, where, after, rise)
 
 
-def _common(lot: Lot, beliefs: Sequence[Belief]) -> tuple[Common, ...]:
+def _common(lot: Pool, beliefs: Sequence[Belief]) -> tuple[Common, ...]:
     """Effects, changes of the iron, noise and what the values show, that more than one recording bears out."""
     fitted = sorted(lot.chosen, key=lambda one: -one.strength)
     effects = [fitted_effect(one, lot.problems) for one in fitted]
@@ -183,7 +183,7 @@ def _nothing_is_left(common: Sequence[Common], beliefs: Sequence[Belief]) -> boo
 def _is_the_sensors(one: Common) -> bool:
     """Slow noise of the sensor is of one size in all recordings; what is of another in each comes from elsewhere."""
     slow = one.named.how is How.SPECTRUM and one.named.effect.clues.spectrum is not None
-    return not slow or one.reach is Reach.TRANSFERRED
+    return not slow or one.reach is Transfer.TRANSFERRED
 
 
 def _borne_out(belief: Belief) -> Belief:

@@ -14,10 +14,10 @@ from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patched
 from diagnosis.several.common_effects import Common, not_borne_out
-from diagnosis.several.result import Together
-from diagnosis.several.selection import Member, select_together
+from diagnosis.several.result import PooledDiagnosis
+from diagnosis.several.selection import PooledRecording, select_together
 from diagnosis.several.sentence import advice_together, sentence_together
-from diagnosis.several.verdict_rules import Judged, Lot
+from diagnosis.several.verdict_rules import Pool, PooledVerdict
 from diagnosis.workflow import examined, told
 from recordings import Recording
 from scenarios.errors import InputError
@@ -34,7 +34,7 @@ def diagnose_together(
     *,
     without: frozenset[str] = frozenset(),
     say: Progress = lambda what: None,
-) -> Together:
+) -> PooledDiagnosis:
     """What n recordings of one instrument, posed with the same model, say together.
 
     An effect is believed where the coefficients that the other recordings give explain each, in nats over all of them
@@ -49,10 +49,10 @@ def diagnose_together(
     seen = []
     for name, problem in zip(names, problems, strict=True):
         seen.append(examined(problem, model, without, lambda what, name=name: say(f"{name}: {what}")))  # type: ignore[misc]
-    members = [Member.of(one) for one in seen]
+    members = [PooledRecording.of(one) for one in seen]
     chosen, alone = select_together(members, say)
     say("the simulator with the new models")
-    lot = Lot(members, chosen)
+    lot = Pool(members, chosen)
     return _told(tuple(names), model, lot, [not_borne_out(one, lot.problems) for one in alone])
 
 
@@ -62,12 +62,12 @@ def check_apart(one: Recording, other: Recording, where: str) -> None:
         raise InputError("the field is the same in every sample", where=where, do="give recordings of different times")
 
 
-def _told(names: tuple[str, ...], model: Model, lot: Lot, alone: Sequence[Common]) -> Together:
+def _told(names: tuple[str, ...], model: Model, lot: Pool, alone: Sequence[Common]) -> PooledDiagnosis:
     """The lot's diagnosis of what is believed, in words and with the new model."""
-    judged = Judged.of(lot)
+    judged = PooledVerdict.of(lot)
     each = tuple(told(one.seen) for one in lot.members)
     common, problems = judged.common, lot.problems
-    found = Together(
+    found = PooledDiagnosis(
         names=names,
         each=each,
         verdict=judged.verdict,

@@ -14,7 +14,7 @@ from scenarios.names import find
 if TYPE_CHECKING:
     from sim.scenario import Scenario
     from validation.bound.experiment import Experiment
-    from validation.bound.query import Answer, Question
+    from validation.bound.query import BoundAnswer, BoundQuery
 
 WHAT_IF = "--what-if"
 Source = Annotated[
@@ -96,10 +96,10 @@ def bound(
     if not what_if:
         none_of({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
     from validation.bound.limit import Tilts
-    from validation.bound.query import Question
+    from validation.bound.query import BoundQuery
 
     tilts = Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
-    question = Question(
+    question = BoundQuery(
         knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts, coloured, gyro_scale_std
     )
     if path.suffix == ".toml":
@@ -111,7 +111,7 @@ def bound(
 
 
 def _of_scenario(
-    question: Question, path: Path, set_: list[str] | None, what_if: str | None, out: Path | None, json: bool
+    question: BoundQuery, path: Path, set_: list[str] | None, what_if: str | None, out: Path | None, json: bool
 ) -> None:
     from sim.scenario import load
 
@@ -138,7 +138,7 @@ def _log(
     )
 
 
-def _sweep(question: Question, scenario: Scenario, text: str, out: Path, json: bool) -> None:
+def _sweep(question: BoundQuery, scenario: Scenario, text: str, out: Path, json: bool) -> None:
     from magbench.console import emit, say, show_table
     from reports.outputs.bound import write_what_if
     from scenarios.sweep import parse_sweep
@@ -155,7 +155,7 @@ def _sweep(question: Question, scenario: Scenario, text: str, out: Path, json: b
     say(f"{out}: report.html, bound.json")
 
 
-def _tell(found: Answer, json: bool) -> None:
+def _tell(found: BoundAnswer, json: bool) -> None:
     from magbench.console import emit, say, show_table
     from validation.bound.summary import headline, rows, summary, use_rows
 

@@ -16,7 +16,7 @@ from validation.calibrating.processes import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT
 
 if TYPE_CHECKING:
     from validation.comparison.engine import Engine
-    from validation.gates.progress import Outcome
+    from validation.gates.progress import GateOutcome
     from validation.gates.schedule import Group
 
 Gates = Annotated[
@@ -91,7 +91,7 @@ def gate(
     return None
 
 
-def _show(outcomes: list[Outcome], place: Path, gates: Path, json: bool) -> None:
+def _show(outcomes: list[GateOutcome], place: Path, gates: Path, json: bool) -> None:
     """The verdicts on standard output, why and what to do on standard error."""
     from magbench.console import emit, say, show_table, warn
     from reports.outputs.gates import FILES, github_lines

@@ -10,7 +10,7 @@ import typer
 from magbench.options import Json
 
 
-class Kind(StrEnum):
+class ListKind(StrEnum):
     """What can be listed."""
 
     effects = "effects"
@@ -20,7 +20,7 @@ class Kind(StrEnum):
     sensors = "sensors"
 
 
-def listing(kind: Annotated[Kind, typer.Argument(help="What to list.")], json: Json = False) -> None:
+def listing(kind: Annotated[ListKind, typer.Argument(help="What to list.")], json: Json = False) -> None:
     """List scenarios, effects, calibrators, vehicles or sensors with a line each.
 
     Example: magbench list scenarios
@@ -34,20 +34,20 @@ def listing(kind: Annotated[Kind, typer.Argument(help="What to list.")], json: J
         show_table("", (kind.value[:-1], "summary"), list(items.items()), numbers=False)
 
 
-def _items(kind: Kind) -> dict[str, str]:
-    if kind is Kind.scenarios:
+def _items(kind: ListKind) -> dict[str, str]:
+    if kind is ListKind.scenarios:
         from scenarios.load import catalogue
 
         return catalogue()
-    if kind is Kind.calibrators:
+    if kind is ListKind.calibrators:
         from validation.calibrating.candidates import known_names
 
         return known_names()
-    if kind is Kind.vehicles:
+    if kind is ListKind.vehicles:
         from sim.vehicles import VEHICLES
 
         return {name: cls.summary for name, cls in VEHICLES.items()}
-    if kind is Kind.sensors:
+    if kind is ListKind.sensors:
         from sim.sensors import SENSORS
 
         return {name: sensor.summary for name, sensor in SENSORS.items()}

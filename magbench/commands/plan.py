@@ -14,9 +14,9 @@ from magbench.options import CORES, FieldVector, Jobs, Json, Maps, Overrides
 if TYPE_CHECKING:
     from validation.bound.goal import Goal
     from validation.bound.limit import Tilts
-    from validation.planning.next_leg import Onward
+    from validation.planning.next_leg import LegSequence
     from validation.planning.plan import Plan
-    from validation.planning.task import Task
+    from validation.planning.task import PlanningTask
 
 LIKE = "standard-full"
 """Field, sensor and noise that are planned for, where nobody says others: the standard case's."""
@@ -93,11 +93,13 @@ def plan(
     from validation.comparison.engine import Processes
     from validation.planning.next_leg import onward
     from validation.planning.plan import planned
-    from validation.planning.task import Task
+    from validation.planning.task import PlanningTask
 
     goal, size, tilts = _asked(target, tilt_limits)
     with progress(f"planning for the {vehicle}"):
-        task = Task.of(vehicle, load(like, set_ or ()), knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
+        task = PlanningTask.of(
+            vehicle, load(like, set_ or ()), knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT
+        )
         most_s = time_s or task.usual_s
         if after is not None:
             return _tell(onward(_after(task, after, noise_std_nT, map_, enu), most_s, size), out, json)
@@ -115,14 +117,14 @@ def _asked(target: str | None, tilt_limits: str | None) -> tuple[Goal, float | N
 
 
 def _after(
-    task: Task, log: Path, noise_std_nT: float | None, maps: list[str] | None, enu: Sequence[float] | None
-) -> Task:
+    task: PlanningTask, log: Path, noise_std_nT: float | None, maps: list[str] | None, enu: Sequence[float] | None
+) -> PlanningTask:
     from validation.bound.files import recording_experiment
 
     return task.after(recording_experiment(log, noise_std_nT=noise_std_nT, maps=maps or (), enu=enu))
 
 
-def _tell(found: Plan | Onward, place: Path | None, json: bool) -> None:
+def _tell(found: Plan | LegSequence, place: Path | None, json: bool) -> None:
     from magbench.console import emit, say, show_table
     from reports.outputs.plan import write_plan
     from validation.planning import next_leg_summary as onward_words

@@ -10,7 +10,7 @@ import typer
 from magbench.options import Json
 
 
-class Kind(StrEnum):
+class SchemaKind(StrEnum):
     """What has a schema."""
 
     scenario = "scenario"
@@ -19,7 +19,7 @@ class Kind(StrEnum):
 
 
 def schema(
-    kind: Annotated[Kind, typer.Argument(help="Of which kind of file.")] = Kind.scenario,
+    kind: Annotated[SchemaKind, typer.Argument(help="Of which kind of file.")] = SchemaKind.scenario,
     json: Json = False,
 ) -> None:
     """Print the JSON Schema of scenario files or files of gates, for editors, or of a calibrator's result.
@@ -33,12 +33,12 @@ def schema(
     emit(_of(kind))
 
 
-def _of(kind: Kind) -> dict[str, object]:
-    if kind is Kind.calibration:
+def _of(kind: SchemaKind) -> dict[str, object]:
+    if kind is SchemaKind.calibration:
         from calib.schema import json_schema
 
         return json_schema()
-    if kind is Kind.gates:
+    if kind is SchemaKind.gates:
         from validation.gates.spec import json_schema as gates_schema
 
         return gates_schema()

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from papers.base import Findings, Progress, Reproduction, Row, Work, gathered
+from papers.base import Findings, PaperRow, Progress, Reproduction, Work, gathered
 from papers.ding2021.figures import convergence, tensor_before_after
 from papers.ding2021.rows import NOISES_NT, simulations
 from papers.ding2021.search_rows import searching
@@ -16,7 +16,7 @@ from papers.ding2021.trials import SpreadTask, spread
 
 FEW, EVOLVED = 5, 3
 """Seeds of the longer searches: populations, counts of attitudes; and for each pair F, CR and each comparison."""
-REAL_ARRAY = Row(
+REAL_ARRAY = PaperRow(
     "real array, 60 samples: total rms after (evolution, genetic, least squares)",
     "3.398, 18.197, 14.210 nT",
     "no data",

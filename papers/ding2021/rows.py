@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.base import Row, Verdict, judged
+from papers.base import PaperRow, Verdict, judged
 from papers.ding2021.trials import BASELINE_M, SpreadTask
 from scenarios.arrays import Array
 
@@ -28,7 +28,7 @@ FACTOR = 1.15
 Results = dict[Any, Any]
 
 
-def simulations(results: Results, seeds: int, evolved: int) -> Iterable[Row]:
+def simulations(results: Results, seeds: int, evolved: int) -> Iterable[PaperRow]:
     """Both simulations, each noise."""
     yield from _exact(results, seeds, evolved)
     for (case, quantity), printed in PRINTED.items():
@@ -57,13 +57,13 @@ def _evolved(results: Results, key: str, evolved: int) -> Array:
     return np.concatenate([_of(results, key, case, 10.0, evolved) for case in (1, 2)])
 
 
-def _exact(results: Results, seeds: int, evolved: int) -> Iterable[Row]:
+def _exact(results: Results, seeds: int, evolved: int) -> Iterable[PaperRow]:
     for case in (1, 2):
         errors = _of(results, "evolved_errors", case, 0.0, evolved)
         both = np.concatenate((errors, _of(results, "errors", case, 0.0, seeds)))
         rms = _of(results, "rms", case, 0.0, seeds)
         good = both[:, 0].max() < 1e-3 and both[:, 2].max() < 1e-6
-        yield Row(
+        yield PaperRow(
             f"simulation {case}, no noise: all 48 parameters",
             "exact; total 52,000 nT, tensor 0",
             f"largest offset error {both[:, 0].max():.1g} nT, angle {both[:, 2:].max():.1g} deg, scale "
@@ -73,7 +73,7 @@ def _exact(results: Results, seeds: int, evolved: int) -> Iterable[Row]:
         )
 
 
-def error_row(results: Results, seeds: int, case: int, quantity: int, noise: float, printed: float) -> Row:
+def error_row(results: Results, seeds: int, case: int, quantity: int, noise: float, printed: float) -> PaperRow:
     """One printed error beside our spread."""
     ours = _of(results, "errors", case, noise, seeds)[:, quantity]
     two = _of(results, "two_step", case, noise, seeds)[:, quantity]
@@ -86,7 +86,7 @@ def error_row(results: Results, seeds: int, case: int, quantity: int, noise: flo
         f"{100 * np.mean(ours < printed):.0f} % point; errors are {np.sqrt(np.mean(over**2)):.2f} times the "
         f"Cramer-Rao deviation, rms; two-step: median {np.median(two):.3g}"
     )
-    return Row(
+    return PaperRow(
         f"simulation {case}, noise {noise:g} nT: largest error of {QUANTITIES[quantity]}",
         f"{printed:g} {UNITS[quantity]}".strip(),
         median_and_range(ours, UNITS[quantity]),
@@ -95,9 +95,9 @@ def error_row(results: Results, seeds: int, case: int, quantity: int, noise: flo
     )
 
 
-def _same_minimum(results: Results, evolved: int) -> Row:
+def _same_minimum(results: Results, evolved: int) -> PaperRow:
     apart = _evolved(results, "evolved_apart", evolved)
-    return Row(
+    return PaperRow(
         "noise 10 nT: evolution and least squares with a good start",
         "evolution clearly better with noise",
         f"largest difference of a parameter {apart.max():.1g} standard deviations",
@@ -107,12 +107,12 @@ def _same_minimum(results: Results, evolved: int) -> Row:
     )
 
 
-def _weights(results: Results, evolved: int) -> Row:
+def _weights(results: Results, evolved: int) -> PaperRow:
     apart = _evolved(results, "weights", evolved)
     errors = _evolved(results, "weights_errors", evolved)
     usual = _evolved(results, "evolved_errors", evolved)[:, 0]
     ratio = np.median(errors, axis=0) / np.median(usual)
-    return Row(
+    return PaperRow(
         "weights of the objective (formula lost in print)",
         "not given",
         f"largest offset error {ratio.min():.2f} to {ratio.max():.2f} times that with weights 1, 1, 0",
@@ -122,11 +122,11 @@ def _weights(results: Results, evolved: int) -> Row:
     )
 
 
-def _systematic(results: Results, seeds: int) -> Row:
+def _systematic(results: Results, seeds: int) -> PaperRow:
     level = _of(results, "systematic", 1, 10.0, seeds)
     shared = _of(results, "systematic", 1, 10.0, seeds, common=True)
     offset_nT = np.median(_of(results, "bound_offset_nT", 1, 10.0, seeds))
-    return Row(
+    return PaperRow(
         "simulation 1, noise 10 nT: corrected tensor without the noise itself, largest",
         "below 0.2 nT/m",
         median_and_range(level, "nT/m"),
@@ -136,7 +136,7 @@ def _systematic(results: Results, seeds: int) -> Row:
     )
 
 
-def _tensor_rms(results: Results, seeds: int) -> Iterable[Row]:
+def _tensor_rms(results: Results, seeds: int) -> Iterable[PaperRow]:
     floor = np.sqrt(2.0) * (10.0 / np.sqrt(3.0)) / BASELINE_M
     ours = _of(results, "rms", 2, 10.0, seeds)
     common = _of(results, "rms", 2, 10.0, seeds, common=True)
@@ -150,7 +150,7 @@ def _tensor_rms(results: Results, seeds: int) -> Iterable[Row]:
                 f"noise of its own on each sensor; {note}, the size that is printed"
             )
         better = ours[:, column].max() < printed
-        yield Row(
+        yield PaperRow(
             f"simulation 2, noise 10 nT: rms of {name} after",
             f"{printed:g} {unit}",
             median_and_range(ours[:, column], unit),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from calib.families.gradiometer import GradiometerCalibrator
-from papers.base import Row, judged
+from papers.base import PaperRow, judged
 from papers.ding2021.rows import FACTOR, Results, median_and_range
 from papers.ding2021.searches import (
     COUNTS,
@@ -29,7 +29,7 @@ from scenarios.arrays import Array
 ACCEPTED, SOLVED_NT = 0.01, 1e-4
 
 
-def searching(results: Results, seeds: int, few: int, evolved: int) -> Iterable[Row]:
+def searching(results: Results, seeds: int, few: int, evolved: int) -> Iterable[PaperRow]:
     """Each claim on how a method gets to the minimum."""
     yield _stuck(results, few)
     yield _iterations(results, few)
@@ -43,14 +43,14 @@ def _found(results: Results, method: GradiometerCalibrator, count: int, n: int =
     return [results[SearchTask(method, seed, n)] for seed in range(count)]
 
 
-def _stuck(results: Results, few: int) -> Row:
+def _stuck(results: Results, few: int) -> PaperRow:
     stuck = {}
     for size, method in zip(SIZES, populations(), strict=True):
         runs = _found(results, method, few)
         stuck[size] = np.mean([run["rms"] > ACCEPTED for run in runs])
     text = ", ".join(f"NP {size}: {100 * share:.0f} %" for size, share in stuck.items())
     small, large = max(stuck[10], stuck[15], stuck[20]), max(stuck[50], stuck[100], stuck[200])
-    return Row(
+    return PaperRow(
         "population: runs without noise that end off the solution",
         "NP 10 to 20 risk local minima, 50 suffices",
         text,
@@ -59,11 +59,11 @@ def _stuck(results: Results, few: int) -> Row:
     )
 
 
-def _iterations(results: Results, few: int) -> Row:
+def _iterations(results: Results, few: int) -> PaperRow:
     runs = _found(results, EVOLUTION, few)
     when = np.array([_first(run["history"]) for run in runs])
     tight = np.array([_first(run["history"]) for run in _found(results, TIGHT, few)])
-    return Row(
+    return PaperRow(
         "NP = 50 without noise: iterations to an rms of 1e-4 nT",
         "about 2,000",
         median_and_range(when),
@@ -79,9 +79,9 @@ def _first(history: Array) -> float:
     return float(below[0] + 1) if len(below) else np.inf
 
 
-def _genetic(results: Results, few: int) -> Row:
+def _genetic(results: Results, few: int) -> PaperRow:
     ends = np.array([run["history"][-1] for run in _found(results, GENETIC, few)])
-    return Row(
+    return PaperRow(
         "genetic algorithm, NP = 50, 10,000 iterations: rms without noise",
         "17.68",
         median_and_range(ends, "nT"),
@@ -90,12 +90,12 @@ def _genetic(results: Results, few: int) -> Row:
     )
 
 
-def _factors(results: Results, evolved: int) -> Row:
+def _factors(results: Results, evolved: int) -> PaperRow:
     ide, de = (
         np.mean([run["rms"] < ACCEPTED for method in methods for run in _found(results, method, evolved)])
         for methods in improved_and_classic()
     )
-    return Row(
+    return PaperRow(
         "F from 0.2 to 0.9, CR from 0.2 to 1: runs that reach rms 0.01",
         "improved depends less on F and CR",
         f"improved {100 * ide:.0f} %, classic {100 * de:.0f} %",
@@ -104,13 +104,13 @@ def _factors(results: Results, evolved: int) -> Row:
     )
 
 
-def _count_rows(results: Results, few: int) -> Iterable[Row]:
+def _count_rows(results: Results, few: int) -> Iterable[PaperRow]:
     for n in COUNTS:
         runs = _found(results, LARGE, few, n)
         errors = np.array([run["errors"][0] for run in runs])
         rms = np.array([run["rms"] for run in runs])
         solved = errors.max() < 0.1
-        yield Row(
+        yield PaperRow(
             f"{n} attitudes, no noise, NP = 200: largest offset error",
             "too few" if n < 20 else "precise" if n >= 50 else "between",
             median_and_range(errors, "nT"),
@@ -119,11 +119,11 @@ def _count_rows(results: Results, few: int) -> Iterable[Row]:
         )
 
 
-def _least_squares_rows(results: Results, seeds: int) -> Iterable[Row]:
+def _least_squares_rows(results: Results, seeds: int) -> Iterable[PaperRow]:
     tried = [results[StartTask(seed)] for seed in range(seeds)]
     for name in ("nominal", *STARTS):
         share = np.mean([one[name] for one in tried])
-        yield Row(
+        yield PaperRow(
             f"least squares, noise 10 nT, start: {name}",
             "depends on its start",
             f"{100 * share:.0f} % reach the minimum",

@@ -37,7 +37,7 @@ OFFSET, SCALE, AXES, TURN = (slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 
 
 @dataclass(frozen=True)
-class Case:
+class ErrorWidths:
     """Half widths of the even distributions that a simulation of the paper draws its errors from."""
 
     offset_nT: float
@@ -46,11 +46,11 @@ class Case:
     turn_deg: float
 
 
-CASES = {1: Case(200.0, 0.1, 2.0, 2.0), 2: Case(100.0, 1e-4, 0.1, 1.0)}
+CASES = {1: ErrorWidths(200.0, 0.1, 2.0, 2.0), 2: ErrorWidths(100.0, 1e-4, 0.1, 1.0)}
 
 
 @dataclass(frozen=True, eq=False)
-class Sensor:
+class SensorErrors:
     """The errors of one sensor of the array: offset_nT, scale, axes_deg, turn_deg (3,) each."""
 
     offset_nT: Array
@@ -59,7 +59,7 @@ class Sensor:
     turn_deg: Array
 
     @classmethod
-    def drawn(cls, case: Case, draw: np.random.Generator, *, first: bool) -> Sensor:
+    def drawn(cls, case: ErrorWidths, draw: np.random.Generator, *, first: bool) -> SensorErrors:
         """Even within the case's half widths; the first sensor is the reference, which is not turned."""
         return cls(
             draw.uniform(-1, 1, 3) * case.offset_nT,
@@ -99,7 +99,7 @@ def simulate(case: int, noise_nT: float, seed: int, n: int = 200, common: bool =
     """n random attitudes; noise even within +-noise_nT on each axis, `common`: the same for the four sensors."""
     draw = stream(2021, seed, case, n)
     state = held(Rotation.random(n, rng=draw).as_matrix(), field_enu_nT())
-    sensors = [Sensor.drawn(CASES[case], draw, first=i == 0) for i in range(SENSORS)]
+    sensors = [SensorErrors.drawn(CASES[case], draw, first=i == 0) for i in range(SENSORS)]
     clean_nT = np.array([sensor.measured_nT(state) for sensor in sensors])
     noise = stream(2021, seed, case, n, "noise").uniform(-1.0, 1.0, (SENSORS, n, 3))
     array_nT = clean_nT + noise_nT * (noise[:1] if common else noise)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.base import Row, judged, spread
+from papers.base import PaperRow, judged, spread
 from papers.li2017.rows import T_P, Trials, errors_pct
 from papers.li2017.trials import CALM, LOUD
 
@@ -12,7 +12,7 @@ STATE_VARIANCES = (1e-10, 1e-9, 1e-8, 1e-7)
 Table = dict[tuple[int, float], tuple[int, float]]
 
 
-def fuzzy_part(trials: Trials) -> list[Row]:
+def fuzzy_part(trials: Trials) -> list[PaperRow]:
     """Rescaling alone, the fuzzy part alone, and what the second adds to the first."""
     alone, both = (errors_pct(trials, name).mean(axis=1) for name in ("rescaled", "both"))
     nT = np.array([t["kf+fuzzy"].state_error_pct[T_P] for t in trials])
@@ -20,21 +20,21 @@ def fuzzy_part(trials: Trials) -> list[Row]:
     ratio = [t["both"].ratio for t in trials]
     fallen = max(t["no floor"].noise_nT2 for t in trials)
     return [
-        Row(
+        PaperRow(
             "rescaling alone: mean parameter error",
             "(not separated)",
             spread(alone, "%"),
             "not comparable",
             f"the whole improvement: with the fuzzy part {spread(both, '%')}",
         ),
-        Row(
+        PaperRow(
             "fuzzy part alone (T_p in nT): T_p error",
             "(not separated)",
             f"{nT.mean():.3f} %",
             "not comparable",
             "no improvement over the original filter",
         ),
-        Row(
+        PaperRow(
             "what the fuzzy part adds under Q = 1e-5",
             "the adaptation reaches the optimal parameters",
             f"{difference:.1g} % largest change of any parameter",
@@ -50,18 +50,18 @@ def _change(trials: Trials, one: str, other: str) -> float:
     return max(float(np.abs(t[one].state_error_pct - t[other].state_error_pct).max()) for t in trials)
 
 
-def adaptation(trials: Trials, changing: list[tuple[float, float]], table: Table) -> list[Row]:
+def adaptation(trials: Trials, changing: list[tuple[float, float]], table: Table) -> list[PaperRow]:
     """Noise that changes during the run, under a small Q and under the paper's; window and exponent."""
     return [
         _small_state_noise(trials, changing),
-        Row(
+        PaperRow(
             "the same noise under the paper's Q = 1e-5",
             "strong adaptivity to time-varying noise",
             f"{_change(trials, 'changing', 'changing+fuzzy'):.1g} % largest change by the fuzzy part",
             "does not hold",
             "Q hides the measurement noise",
         ),
-        Row(
+        PaperRow(
             "window n and exponent b (neither printed), first case",
             "b > 1 faster but oscillating, b < 1 slow",
             "; ".join(f"n {n} b {b:g}: {delay} samples, {ripple:.2f}" for (n, b), (delay, ripple) in table.items()),
@@ -73,13 +73,13 @@ def adaptation(trials: Trials, changing: list[tuple[float, float]], table: Table
     ]
 
 
-def _small_state_noise(trials: Trials, changing: list[tuple[float, float]]) -> Row:
+def _small_state_noise(trials: Trials, changing: list[tuple[float, float]]) -> PaperRow:
     fixed, fuzzy = (errors_pct(trials, name).mean(axis=1) for name in ("calm", "calm+fuzzy"))
     total, total_fuzzy = (np.array([t[name].total_nT for t in trials]) for name in ("calm", "calm+fuzzy"))
     ratio, ratio_fuzzy = (float(np.median([t[name].ratio for t in trials])) for name in ("calm", "calm+fuzzy"))
     noise = [t["calm+fuzzy"].noise_nT2 for t in trials]
     others = "; ".join(f"{q:g}: {a:.3g}, {b:.3g} nT" for q, (a, b) in zip(STATE_VARIANCES, changing, strict=True))
-    return Row(
+    return PaperRow(
         f"adapting to changing noise, Q = {CALM.state_variance:g}, noise {LOUD:g} times larger in the last third",
         "strong adaptivity to time-varying noise",
         f"mean length of the error {spread(total_fuzzy, 'nT')} against {spread(total, 'nT')} with R fixed at 25 nT^2; "

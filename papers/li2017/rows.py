@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from papers.base import Row, Verdict, judged, spread
+from papers.base import PaperRow, Verdict, judged, spread
 from papers.li2017.trials import ANGLE_RATES_RAD_S, INTERVAL_S, MOTIONS, FilterErrors
 from scenarios.arrays import Array
 
@@ -36,15 +36,15 @@ def _against(ours: Array, printed: float, most: float) -> Verdict:
     return "better" if np.quantile(ours, 0.95) < printed else "holds"
 
 
-def original(trials: Trials, long: list[Array]) -> list[Row]:
+def original(trials: Trials, long: list[Array]) -> list[PaperRow]:
     """The failure of the filter with T_p in nT."""
     return [*_permanent_field(trials, long), *_original_errors(trials)]
 
 
-def _permanent_field(trials: Trials, long: list[Array]) -> list[Row]:
+def _permanent_field(trials: Trials, long: list[Array]) -> list[PaperRow]:
     T_p = np.mean([t["kf"].state_error_pct[T_P] for t in trials], axis=0)
     rows = [
-        Row(
+        PaperRow(
             "original filter: T_p error after 10,000 samples, x y z",
             "-99.988, -99.988, -99.988 %",
             ", ".join(f"{v:.3f}" for v in T_p) + " %",
@@ -54,7 +54,7 @@ def _permanent_field(trials: Trials, long: list[Array]) -> list[Row]:
     ]
     for n, left in zip(LONG, long, strict=True):
         rows.append(
-            Row(
+            PaperRow(
                 f"original filter: T_p error after {n:,} samples",
                 "moves to the truth extremely slowly",
                 f"{left.mean():.2f} % (mean of x y z, one seed)",
@@ -64,18 +64,18 @@ def _permanent_field(trials: Trials, long: list[Array]) -> list[Row]:
     return rows
 
 
-def _original_errors(trials: Trials) -> list[Row]:
+def _original_errors(trials: Trials) -> list[PaperRow]:
     mean = errors_pct(trials, "kf").mean(axis=1)
     largest = "; ".join(spread(errors_pct(trials, "kf", part).max(axis=1), "%") for part in (A, B))
     return [
-        Row(
+        PaperRow(
             "original filter: mean parameter error",
             "16.2206 %",
             spread(mean, "%"),
             judged(13 < np.median(mean) < 19),
             "three of 21 at 100 % make 14.3 %",
         ),
-        Row(
+        PaperRow(
             "original filter: largest error of A, of B",
             "21.4 %, 3.85 %",
             largest,
@@ -86,13 +86,13 @@ def _original_errors(trials: Trials) -> list[Row]:
     ]
 
 
-def _original_field(trials: Trials) -> list[Row]:
+def _original_field(trials: Trials) -> list[PaperRow]:
     total = np.array([t["kf"].total_nT for t in trials])
     component = np.array([t["kf"].component_nT for t in trials])
     ours = {name: total_over_components(trials, name) for name in ("kf", "both")}
     printed = [total / np.linalg.norm(parts) for total, parts in zip(TOTAL_NT, COMPONENTS_NT, strict=True)]
     return [
-        Row(
+        PaperRow(
             "original filter: total-field error, mean length of the error vector",
             "175.75 nT",
             spread(total, "nT"),
@@ -102,7 +102,7 @@ def _original_field(trials: Trials) -> list[Row]:
             "of the strength hardly; the mean length over the mean absolute components does, here "
             f"{ours['kf']:.3f} and {ours['both']:.3f}. Without noise, over the run",
         ),
-        Row(
+        PaperRow(
             "original filter: component errors x, y, z, mean absolute",
             "59.2, 110.2, 122.2 nT",
             listed(np.median(component, axis=0)) + " nT (medians)",
@@ -117,7 +117,7 @@ def total_over_components(trials: Trials, name: str) -> float:
     return float(np.median([t[name].total_nT / np.linalg.norm(t[name].component_nT) for t in trials]))
 
 
-def proposed(trials: Trials) -> list[Row]:
+def proposed(trials: Trials) -> list[PaperRow]:
     """The filter with T_p in microtesla and adapted R."""
     T_p = errors_pct(trials, "both", T_P)
     settled = np.array([t["both"].settled for t in trials])
@@ -127,7 +127,7 @@ def proposed(trials: Trials) -> list[Row]:
         ("mean parameter error", 0.3734, errors_pct(trials, "both").mean(axis=1), 0.4),
     )
     return [
-        Row(
+        PaperRow(
             "rescaled + fuzzy: T_p error x, y, z",
             "1.879, 1.325, 1.952 %",
             f"{listed(np.median(T_p, axis=0))} % (medians)",
@@ -135,11 +135,11 @@ def proposed(trials: Trials) -> list[Row]:
             "judged by the mean of the three",
         ),
         *(
-            Row(f"rescaled + fuzzy: {what}", f"{paper:g} %", spread(ours, "%"), _against(ours, paper, most))
+            PaperRow(f"rescaled + fuzzy: {what}", f"{paper:g} %", spread(ours, "%"), _against(ours, paper, most))
             for what, paper, ours, most in figures
         ),
         *_field_errors(trials),
-        Row(
+        PaperRow(
             "rescaled + fuzzy: settles",
             "near sample 4,000",
             spread(settled, "samples", significant=4),
@@ -150,7 +150,7 @@ def proposed(trials: Trials) -> list[Row]:
     ]
 
 
-def _field_errors(trials: Trials) -> list[Row]:
+def _field_errors(trials: Trials) -> list[PaperRow]:
     total, strength = ([getattr(t["both"], name) for t in trials] for name in ("total_nT", "strength_nT"))
     return [
         _field_error("mean length of the error vector", np.array(total)),
@@ -160,8 +160,8 @@ def _field_errors(trials: Trials) -> list[Row]:
     ]
 
 
-def _field_error(measure: str, ours: Array) -> Row:
-    return Row(
+def _field_error(measure: str, ours: Array) -> PaperRow:
+    return PaperRow(
         f"rescaled + fuzzy: total-field error, {measure}",
         "6.66 nT",
         spread(ours, "nT"),
@@ -171,11 +171,11 @@ def _field_error(measure: str, ours: Array) -> Row:
     )
 
 
-def _components(trials: Trials) -> Row:
+def _components(trials: Trials) -> PaperRow:
     component = np.array([t["both"].component_nT for t in trials])
     rms = np.array([t["both"].component_rms_nT for t in trials])
     worst = component.max(axis=1)
-    return Row(
+    return PaperRow(
         "rescaled + fuzzy: component errors x, y, z, mean absolute",
         "6.03, 1.72, 1.52 nT",
         f"{listed(np.median(component, axis=0))} nT (medians); largest axis {spread(worst, 'nT')}",
@@ -186,11 +186,11 @@ def _components(trials: Trials) -> Row:
     )
 
 
-def _every_run(trials: Trials) -> Row:
+def _every_run(trials: Trials) -> PaperRow:
     worst = np.array([t["both"].component_nT.max() for t in trials])
     constant = np.array([t["constant"].component_nT.max() for t in trials])
     share = np.mean(worst <= MOST_COMPONENT_NT)
-    return Row(
+    return PaperRow(
         f"rescaled + fuzzy: each component at most {MOST_COMPONENT_NT} nT in every run",
         "one run",
         f"in {100 * share:.0f} % of the seeds",
@@ -205,14 +205,14 @@ def _share(those: NDArray[np.bool_]) -> str:
     return f"{100 * those.mean():.0f} %"
 
 
-def motions(runs: list[tuple[float, float, list[int]]]) -> Row:
+def motions(runs: list[tuple[float, float, list[int]]]) -> PaperRow:
     """What depends on the motion, which the paper does not print."""
     text = "; ".join(
         f"{'/'.join(f'{r:g}' for r in rates)} rad/s every {interval:g} s: {T_p:.2f} %, {mean:.3g} %, settled {settled}"
         for (rates, interval), (T_p, mean, settled) in zip(ALL_MOTIONS, runs, strict=True)
     )
     good = sum(mean <= 0.4 for _, mean, _ in runs)
-    return Row(
+    return PaperRow(
         "other motions: T_p error of the original, mean error of the proposed, settled within 20, 5, 2 %",
         "-99.988 %, 0.3734 %, near 4,000",
         text,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.base import Row, Verdict, judged, spread
+from papers.base import PaperRow, Verdict, judged, spread
 from papers.li2017.rows import listed
 from papers.li2017.trials import SOURCES, Marquardt, Survey
 from scenarios.arrays import Array
 
 
-def quadrotor(surveys: list[Survey], without: list[Survey], one_less: list[Survey]) -> list[Row]:
+def quadrotor(surveys: list[Survey], without: list[Survey], one_less: list[Survey]) -> list[PaperRow]:
     """The survey with all error sources, without those that the paper names, and without one of them at a time."""
     return [*_component_errors(surveys), _sources(surveys, without, one_less), _iterations(surveys)]
 
@@ -20,7 +20,7 @@ def _mean_nT(surveys: list[Survey], name: str) -> Array:
     return np.asarray(np.mean([s.rms_nT[name] for s in surveys], axis=0))
 
 
-def _component_errors(surveys: list[Survey]) -> list[Row]:
+def _component_errors(surveys: list[Survey]) -> list[PaperRow]:
     raw = np.asarray(np.mean([s.raw_nT for s in surveys], axis=0))
     kf, proposed = (_mean_nT(surveys, name) for name in ("kalman", "kalman_fuzzy"))
     figures = (
@@ -40,10 +40,10 @@ def _component_errors(surveys: list[Survey]) -> list[Row]:
     )
     return [
         *(
-            Row(f"quadrotor: {what}", paper, listed(ours) + " nT rms", "not comparable", note)
+            PaperRow(f"quadrotor: {what}", paper, listed(ours) + " nT rms", "not comparable", note)
             for what, paper, ours, note in figures
         ),
-        Row(
+        PaperRow(
             "quadrotor: order on every axis",
             "proposed below original below raw",
             "proposed / original " + listed(proposed / kf) + "; original / raw " + listed(kf / raw),
@@ -53,13 +53,13 @@ def _component_errors(surveys: list[Survey]) -> list[Row]:
     ]
 
 
-def _sources(surveys: list[Survey], without: list[Survey], one_less: list[Survey]) -> Row:
+def _sources(surveys: list[Survey], without: list[Survey], one_less: list[Survey]) -> PaperRow:
     lm, without_lm = _mean_nT(surveys, "vector_lm"), _mean_nT(without, "vector_lm")
     shares = "; ".join(
         f"without {name} {listed(s.rms_nT['kalman_fuzzy'])}, least squares {listed(s.rms_nT['vector_lm'])}"
         for name, s in zip(SOURCES, one_less, strict=True)
     )
-    return Row(
+    return PaperRow(
         "quadrotor: the four named error sources removed",
         "alignment, reference field, gradient, surroundings",
         f"rescaled + fuzzy {listed(_mean_nT(without, 'kalman_fuzzy'))}, least squares of 21 parameters "
@@ -69,9 +69,9 @@ def _sources(surveys: list[Survey], without: list[Survey], one_less: list[Survey
     )
 
 
-def _iterations(surveys: list[Survey]) -> Row:
+def _iterations(surveys: list[Survey]) -> PaperRow:
     kf, fuzzy = ([s.settled[name] for s in surveys] for name in ("kalman", "kalman_fuzzy"))
-    return Row(
+    return PaperRow(
         "quadrotor: iterations until A settles, original and proposed",
         "149 and 29",
         f"{spread(kf, significant=4)} and {spread(fuzzy, significant=4)}",
@@ -81,7 +81,7 @@ def _iterations(surveys: list[Survey]) -> Row:
     )
 
 
-def levenberg_marquardt(runs: list[Marquardt]) -> list[Row]:
+def levenberg_marquardt(runs: list[Marquardt]) -> list[PaperRow]:
     """The same 21 unknowns from vector and from total-field equations, on spread and on consecutive samples."""
     paper = "194,580, 80,290, 325,380 nT"
     notes = {
@@ -96,7 +96,7 @@ def levenberg_marquardt(runs: list[Marquardt]) -> list[Row]:
     verdicts: dict[str, Verdict] = {"vector, 200 spread": "does not hold"}
     medians = {name: np.median([r.rms_nT[name] for r in runs], axis=0) for name in runs[0].rms_nT}
     return [
-        Row(
+        PaperRow(
             f"Levenberg-Marquardt, {name} samples: component errors",
             paper,
             listed(rms) + " nT rms (medians)",

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Reference
-from calib.families.vector_filter import KalmanSettings, Track, track
+from calib.families.vector_filter import FilterTrack, KalmanSettings, track
 from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.methods.kalman_rescaled import MICROTESLA
 from calib.models.vector import VectorData
@@ -108,7 +108,7 @@ def simulated(seed: int, samples: int = SAMPLES, loud: float = 1.0, state: State
     return VectorData.of(recording, REFERENCE)
 
 
-def outcome(data: VectorData, steps: Track) -> FilterErrors:
+def outcome(data: VectorData, steps: FilterTrack) -> FilterErrors:
     """What a run of a filter gave."""
     error_pct = 100.0 * (steps.state - TRUE_STATE) / TRUE_STATE
     outside = np.flatnonzero(np.abs(error_pct).max(axis=1) > 20.0)
@@ -133,7 +133,7 @@ def compensated(state: Array, data: VectorData) -> Array:
     return np.asarray(np.linalg.solve(np.eye(3) + state[3:12].reshape(3, 3), centred.T).T)
 
 
-def fuzzy_track(data: VectorData, settings: KalmanSettings, **options: float) -> Track:
+def fuzzy_track(data: VectorData, settings: KalmanSettings, **options: float) -> FilterTrack:
     """The filter with adapted noise."""
     return track(data, settings, rule=KalmanFuzzyCalibrator(settings, **options).noise_rule())  # type: ignore[arg-type]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from papers.long2013.rows import LIMIT_PITCH_DEG, LIMIT_ROLL_DEG, LIMIT_SHARE, printed_figures
-from papers.long2013.trials import STRENGTH_NT, Trial
+from papers.long2013.trials import STRENGTH_NT, LongTrial
 from reports.palette import LINES, RAW
 from reports.plots.style import Figure
 
 
-def strength_figure(trial: Trial) -> Figure:
+def strength_figure(trial: LongTrial) -> Figure:
     """Field strength before and after, and its deviation."""
     figure = Figure(figsize=(7.0, 4.6), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
@@ -28,7 +28,7 @@ def strength_figure(trial: Trial) -> Figure:
     return figure
 
 
-def attitude_figure(trial: Trial) -> Figure:
+def attitude_figure(trial: LongTrial) -> Figure:
     """Roll and pitch errors on the turntable before and after, with and without the alignment."""
     figure = Figure(figsize=(7.0, 5.6), layout="constrained")
     grid = figure.subplots(2, 2, sharex=True)
@@ -47,7 +47,7 @@ def attitude_figure(trial: Trial) -> Figure:
     return figure
 
 
-def noise_figure(by_noise: dict[float, list[Trial]]) -> Figure:
+def noise_figure(by_noise: dict[float, list[LongTrial]]) -> Figure:
     """The figures over the printed ones against the noise."""
     figure = Figure(figsize=(7.0, 3.6), layout="constrained")
     axis = figure.subplots()

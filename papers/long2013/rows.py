@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.base import Row, Verdict, judged
-from papers.long2013.trials import STRENGTH_NT, Trial
+from papers.base import PaperRow, Verdict, judged
+from papers.long2013.trials import STRENGTH_NT, LongTrial
 from scenarios.arrays import Array
 from validation.signals.amplitude import rms
 
@@ -16,7 +16,7 @@ LIMIT_SHARE, LIMIT_ROLL_DEG, LIMIT_PITCH_DEG = 0.02, 1.0, 2.2
 RAW_ROLL_DEG, RAW_PITCH_DEG = 27.0, 13.0
 
 
-def rows(by_noise: dict[float, list[Trial]]) -> tuple[Row, ...]:
+def rows(by_noise: dict[float, list[LongTrial]]) -> tuple[PaperRow, ...]:
     """The paper's figures at the noise chosen, and the claims over all."""
     trials = by_noise[NOISE_NT]
     return (
@@ -31,7 +31,7 @@ def rows(by_noise: dict[float, list[Trial]]) -> tuple[Row, ...]:
     )
 
 
-def _worst(trials: list[Trial], errors: str, axis: int) -> Array:
+def _worst(trials: list[LongTrial], errors: str, axis: int) -> Array:
     """Largest error of roll (0) or pitch (1) over the turn, degrees, a value a trial."""
     return np.array([np.abs(getattr(trial, errors)[:, axis]).max() for trial in trials])
 
@@ -45,10 +45,10 @@ def _judge(values: Array, limit: float) -> Verdict:
     return judged(values.max() <= limit)
 
 
-def _strength(trials: list[Trial]) -> Row:
+def _strength(trials: list[LongTrial]) -> PaperRow:
     share = np.array([trial.worst_share for trial in trials])
     low, high = (np.mean([f(t.before_nT) for t in trials]) / STRENGTH_NT for f in (np.min, np.max))
-    return Row(
+    return PaperRow(
         f"largest deviation of the corrected field strength, four turns (noise {NOISE_NT:g} nT)",
         "within 2 %",
         _text(100 * share, "%"),
@@ -59,7 +59,7 @@ def _strength(trials: list[Trial]) -> Row:
     )
 
 
-def _after(trials: list[Trial], axis: int) -> Row:
+def _after(trials: list[LongTrial], axis: int) -> PaperRow:
     name, paper, limit, note = (
         (
             "roll",
@@ -76,7 +76,7 @@ def _after(trials: list[Trial], axis: int) -> Row:
     )[axis]
     worst = _worst(trials, "corrected_deg", axis)
     test = "yaw 90, pitch -33.1 degrees" if axis == 0 else "the same"
-    return Row(
+    return PaperRow(
         f"largest {name} error after, {test} (noise {NOISE_NT:g} nT)",
         paper,
         _text(worst, "degrees"),
@@ -85,10 +85,10 @@ def _after(trials: list[Trial], axis: int) -> Row:
     )
 
 
-def _raw(trials: list[Trial], axis: int) -> Row:
+def _raw(trials: list[LongTrial], axis: int) -> PaperRow:
     name, paper = (("roll", RAW_ROLL_DEG), ("pitch", RAW_PITCH_DEG))[axis]
     worst = _worst(trials, "raw_deg", axis)
-    return Row(
+    return PaperRow(
         f"largest {name} error before, the same",
         f"{paper:g} degrees",
         _text(worst, "degrees", 1),
@@ -97,13 +97,13 @@ def _raw(trials: list[Trial], axis: int) -> Row:
     )
 
 
-def _borne(by_noise: dict[float, list[Trial]]) -> Row:
+def _borne(by_noise: dict[float, list[LongTrial]]) -> PaperRow:
     limits = (LIMIT_SHARE, LIMIT_ROLL_DEG, LIMIT_PITCH_DEG)
     borne = []
     for k, limit in enumerate(limits):
         good = [noise for noise, trials in by_noise.items() if np.median(printed_figures(trials)[k]) <= limit]
         borne.append(max(good, default=0.0))
-    return Row(
+    return PaperRow(
         "largest noise at which the median seed keeps the printed figures",
         "not printed",
         f"2 %: {borne[0]:g} nT; roll 1 degree: {borne[1]:g} nT; pitch 2.2 degrees: {borne[2]:g} nT",
@@ -113,16 +113,16 @@ def _borne(by_noise: dict[float, list[Trial]]) -> Row:
     )
 
 
-def printed_figures(trials: list[Trial]) -> tuple[Array, Array, Array]:
+def printed_figures(trials: list[LongTrial]) -> tuple[Array, Array, Array]:
     """The three printed figures, a value a seed: share of the field, roll and pitch in degrees."""
     share = np.array([trial.worst_share for trial in trials])
     return share, _worst(trials, "corrected_deg", 0), _worst(trials, "corrected_deg", 1)
 
 
-def _alignment(trials: list[Trial]) -> Row:
+def _alignment(trials: list[LongTrial]) -> PaperRow:
     roll, pitch = _worst(trials, "unaligned_deg", 0), _worst(trials, "unaligned_deg", 1)
     aligned = np.median(_worst(trials, "corrected_deg", 0))
-    return Row(
+    return PaperRow(
         "V_L is needed: roll and pitch error with eq. 11 made symmetric, without eq. 12's alignment",
         "claimed, no figure",
         f"roll {_text(roll, 'degrees')}, pitch {_text(pitch, 'degrees')}",
@@ -132,9 +132,9 @@ def _alignment(trials: list[Trial]) -> Row:
     )
 
 
-def _newton(trials: list[Trial]) -> Row:
+def _newton(trials: list[LongTrial]) -> PaperRow:
     steps = np.array([trial.iterations for trial in trials])
-    return Row(
+    return PaperRow(
         "Newton's method converges from the two-step solution",
         "claimed, no figure",
         f"{np.median(steps):.0f} gradients (most: {steps.max()})",
@@ -144,7 +144,7 @@ def _newton(trials: list[Trial]) -> Row:
     )
 
 
-def _two_step(by_noise: dict[float, list[Trial]]) -> Row:
+def _two_step(by_noise: dict[float, list[LongTrial]]) -> PaperRow:
     ratios = {
         noise: rms([t.offset_error_nT for t in trials]) / rms([t.twostep_error_nT for t in trials])
         for noise, trials in by_noise.items()
@@ -152,7 +152,7 @@ def _two_step(by_noise: dict[float, list[Trial]]) -> Row:
     trials = by_noise[NOISE_NT]
     ours, start = rms([t.offset_error_nT for t in trials]), rms([t.twostep_error_nT for t in trials])
     low, high = min(ratios.values()), max(ratios.values())
-    return Row(
+    return PaperRow(
         "more accurate than two-step alone (rms hard-iron error, Newton over two-step)",
         "claimed, no figure",
         f"{ours:.1f} over {start:.1f} nT at {NOISE_NT:g} nT; ratio {low:.3f} to {high:.3f} over the noises",
@@ -163,9 +163,9 @@ def _two_step(by_noise: dict[float, list[Trial]]) -> Row:
     )
 
 
-def _roll_alone(trials: list[Trial]) -> Row:
+def _roll_alone(trials: list[LongTrial]) -> PaperRow:
     told = sum(trial.roll_alone == "unobservable" for trial in trials)
-    return Row(
+    return PaperRow(
         "calibrating from the turntable's roll alone",
         "not said from which motion the test was calibrated",
         f"reported unobservable in {told} of {len(trials)}",

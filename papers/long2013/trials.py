@@ -118,7 +118,7 @@ def attitude_errors_deg(field_nT: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Task:
+class LongTask:
     """A seed, the noise of a component, and the share of the printed errors."""
 
     seed: int
@@ -127,7 +127,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Trial:
+class LongTrial:
     """Fields' strengths (1440,) before and after; errors (360, 2) of roll and pitch before, after, and unaligned."""
 
     status: str
@@ -147,7 +147,7 @@ class Trial:
         return float(np.abs(self.after_nT / STRENGTH_NT - 1).max())
 
 
-def run(task: Task) -> Trial:
+def run(task: LongTask) -> LongTrial:
     """Calibrate on the turns, then roll on the turntable with fresh noise."""
     chain = effects(task.share, task.noise_std_nT)
     turns = measured(state_of(calibration_turns()), chain, 2 * task.seed)
@@ -156,7 +156,7 @@ def run(task: Task) -> Trial:
     fit = MaximumLikelihoodNewton().fit(turns, reference)
     bare = MaximumLikelihoodNewton(align=False).fit(turns, reference)
     truth_nT = offset_nT(task.share)
-    return Trial(
+    return LongTrial(
         fit.status.kind,
         len(fit.history),
         np.linalg.norm(turns.mag_nT, axis=1),

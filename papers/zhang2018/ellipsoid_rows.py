@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib import Reference
-from papers.base import Row, judged, spread
+from papers.base import PaperRow, judged, spread
 from papers.zhang2018.trials import (
     DRIFT_NT_H,
     DRIFTS,
@@ -20,11 +20,11 @@ from recordings import Recording
 from scenarios.arrays import Array
 
 
-def level() -> Row:
+def level() -> PaperRow:
     """The paper's own motion."""
     recording, reference = Recording(spiral(False).time_s, level_nT(0)), Reference(strength_nT(spiral(False)))
     status = FITS["whole"].fit(recording, reference).status
-    return Row(
+    return PaperRow(
         "ellipsoid fit of the whole level spiral",
         "poor",
         status.kind,
@@ -34,21 +34,21 @@ def level() -> Row:
     )
 
 
-def drifting(drifts: list[DriftTrial]) -> tuple[Row, ...]:
+def drifting(drifts: list[DriftTrial]) -> tuple[PaperRow, ...]:
     """Whole record and segments under each drift, judged by the residual and by the offset."""
     rms = {name: np.array([d.rms_nT[name] for d in drifts]) for name in FITS}
     last = f"a drift of {DRIFTS[-1] * DRIFT_NT_H:.0f} nT/h"
     worse = np.mean(rms["whole"][:, -1] > 5 * rms["whole"][:, 0])
     pieces = [np.median([d.segments["segmented"][i] for d in drifts]) for i in range(len(DRIFTS))]
     return (
-        Row(
+        PaperRow(
             "ellipsoid fit of the whole record without drift, rms, nT",
             "not tried",
             spread(rms["whole"][:, 0], decimals=1),
             judged(np.median(rms["whole"][:, 0]) < 3.0),
             "roll and pitch of 20 and 25 degrees commanded; noise 2 nT an axis",
         ),
-        Row(
+        PaperRow(
             "whole-record ellipsoid fit is poor because the hard iron drifts",
             "poor (figure)",
             f"rms {spread(rms['whole'][:, -1], decimals=1)} nT under {last}",
@@ -67,9 +67,9 @@ def drifting(drifts: list[DriftTrial]) -> tuple[Row, ...]:
     )
 
 
-def _better(rms: dict[str, Array], name: str, label: str, note: str) -> Row:
+def _better(rms: dict[str, Array], name: str, label: str, note: str) -> PaperRow:
     gain = np.mean(rms[name][:, -1] < rms["whole"][:, -1] / 2)
-    return Row(
+    return PaperRow(
         f"segmented ellipsoid fit is clearly better: {label}",
         "clearly better (figure)",
         f"rms {spread(rms[name][:, -1], decimals=1)} nT at the same drift",
@@ -78,10 +78,10 @@ def _better(rms: dict[str, Array], name: str, label: str, note: str) -> Row:
     )
 
 
-def _offsets(drifts: list[DriftTrial]) -> Row:
+def _offsets(drifts: list[DriftTrial]) -> PaperRow:
     error = {name: np.array([d.offset_nT[name] for d in drifts]) for name in FITS}
     ours = ", ".join(f"{name} {spread(values[:, -1], decimals=0)}" for name, values in error.items())
-    return Row(
+    return PaperRow(
         "the same fits' error of the moving offset, rms over the record",
         "not known",
         f"{ours} nT",

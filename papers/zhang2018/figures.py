@@ -14,13 +14,13 @@ from papers.zhang2018.trials import (
     POSITIONS,
     SHORT,
     DriftTrial,
-    Trial,
+    ZhangTrial,
     rms_nT,
 )
 from reports.plots.style import Figure
 
 
-def convergence_figure(trials: list[Trial]) -> Figure:
+def convergence_figure(trials: list[ZhangTrial]) -> Figure:
     """Like the paper's figure 10: median rms and its spread over the seeds against the iterations."""
     figure = Figure(figsize=(10.0, 3.8), layout="constrained")
     for axis, setting in zip(figure.subplots(1, 2, sharey=True), (MAIN, SHORT), strict=True):
@@ -38,7 +38,7 @@ def convergence_figure(trials: list[Trial]) -> Figure:
     return figure
 
 
-def turn_figure(trials: list[Trial]) -> Figure:
+def turn_figure(trials: list[ZhangTrial]) -> Figure:
     """Like the paper's figures 7 to 9: error at the printed positions before and after, ours beside the table's."""
     figure = Figure(figsize=(10.0, 3.8), layout="constrained")
     ours, paper = figure.subplots(1, 2, sharey=True)

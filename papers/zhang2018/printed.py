@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.base import Row
+from papers.base import PaperRow
 from papers.zhang2018.trials import POSITIONS, level_nT
 from scenarios.arrays import Array
 
@@ -40,11 +40,11 @@ AFTER_NT = {
 """Absolute error after calibration."""
 
 
-def reductions() -> Row:
+def reductions() -> PaperRow:
     """The printed reduction, position by position."""
     raw, best = np.abs(TOTAL_NT - PRINTED_F_NT), AFTER_NT["psoga"]
     at = 100 * (1 - best / raw)
-    return Row(
+    return PaperRow(
         "reduction of the error by PSOGA, from the printed table",
         "89.7 %",
         f"{at[5]:.0f} % at position 6, {at[27]:.0f} % at position 28",
@@ -55,14 +55,14 @@ def reductions() -> Row:
     )
 
 
-def signs() -> Row:
+def signs() -> PaperRow:
     """Whether the printed errors can be what a minimum of the cost leaves."""
     raw = TOTAL_NT - PRINTED_F_NT
     jump = float(np.abs(np.diff(raw)).max())
     flips = int(np.count_nonzero(np.diff(np.sign(raw))))
     signed = np.sign(raw) * AFTER_NT["psoga"]
     ours = np.abs(np.diff(np.linalg.norm(level_nT(0)[:POSITIONS], axis=1))).max()
-    return Row(
+    return PaperRow(
         "the printed table as a calibration's residual",
         "|error| 30.5 to 57.8, never near zero",
         "not a minimum",

@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from papers.base import Row, judged, spread
+from papers.base import PaperRow, judged, spread
 from papers.zhang2018.printed import AFTER_NT
 from papers.zhang2018.trials import (
     LONG,
@@ -16,7 +16,7 @@ from papers.zhang2018.trials import (
     POSITIONS,
     SETTINGS,
     SHORT,
-    Trial,
+    ZhangTrial,
     rms_nT,
     spiral,
     strength_nT,
@@ -26,7 +26,7 @@ from scenarios.arrays import Array
 CLAIMED_ORDER = ("psoga", "ga", "pso")
 
 
-def errors(trials: list[Trial]) -> list[Row]:
+def errors(trials: list[ZhangTrial]) -> list[PaperRow]:
     """The error along the turn before and after, and the order of the methods."""
     return [
         _raw(trials),
@@ -38,11 +38,11 @@ def errors(trials: list[Trial]) -> list[Row]:
     ]
 
 
-def _raw(trials: list[Trial]) -> Row:
+def _raw(trials: list[ZhangTrial]) -> PaperRow:
     size = np.abs([t.raw_nT for t in trials])
     low, high = float(np.median(size.min(axis=1))), float(np.median(size.max(axis=1)))
     close = abs(low / 96.1 - 1) < 0.1 and abs(high / 292.4 - 1) < 0.1
-    return Row(
+    return PaperRow(
         "raw error of the total field along one turn, nT, 30 positions",
         "96.1 to 292.4",
         f"{low:.1f} to {high:.1f}",
@@ -52,13 +52,13 @@ def _raw(trials: list[Trial]) -> Row:
     )
 
 
-def _after(trials: list[Trial], name: str) -> Row:
+def _after(trials: list[ZhangTrial], name: str) -> PaperRow:
     size = np.abs([t.errors_nT[MAIN, name] for t in trials])
     paper, curves = AFTER_NT[name], rms_nT(trials, MAIN, name)
     level = float(np.sqrt(np.mean(paper**2)))
     passed = int(np.argmax(np.median(curves, axis=0) < level)) + 1
     low, high = float(np.median(size.min(axis=1))), float(np.median(size.max(axis=1)))
-    return Row(
+    return PaperRow(
         f"error along the turn after {name} (100 individuals, 200 iterations), nT",
         f"{paper.min()} to {paper.max()}",
         f"{low:.1f} to {high:.1f}",
@@ -69,12 +69,12 @@ def _after(trials: list[Trial], name: str) -> Row:
     )
 
 
-def _positions(trials: list[Trial]) -> Row:
+def _positions(trials: list[ZhangTrial]) -> PaperRow:
     by = {name: np.abs([t.errors_nT[MAIN, name] for t in trials]) for name in METHODS}
     raw = np.abs([t.raw_nT for t in trials])
     share = float(np.mean((by["psoga"] < by["ga"]) & (by["ga"] < by["pso"]) & (by["pso"] < raw)))
     below = float(np.mean(np.max(list(by.values()), axis=0) < raw))
-    return Row(
+    return PaperRow(
         "PSOGA < GA < PSO < raw at every printed position",
         f"{POSITIONS} of {POSITIONS}",
         f"{100 * share:.0f} % of positions",
@@ -83,11 +83,11 @@ def _positions(trials: list[Trial]) -> Row:
     )
 
 
-def _orders(trials: list[Trial], setting: str) -> Counter[tuple[str, ...]]:
+def _orders(trials: list[ZhangTrial], setting: str) -> Counter[tuple[str, ...]]:
     return Counter(tuple(sorted(METHODS, key=lambda name: float(t.rms_nT[setting, name][-1]))) for t in trials)
 
 
-def _order(trials: list[Trial]) -> Row:
+def _order(trials: list[ZhangTrial]) -> PaperRow:
     parts = []
     for setting in SETTINGS:
         orders = _orders(trials, setting.label)
@@ -98,7 +98,7 @@ def _order(trials: list[Trial]) -> Row:
             f"most often {' < '.join(usual)} ({100 * count / len(trials):.0f} %), median rms {rms} nT"
         )
     share = _orders(trials, MAIN)[CLAIMED_ORDER] / len(trials)
-    return Row(
+    return PaperRow(
         "order of the rms over the record: PSOGA < GA < PSO",
         "in all six dives",
         f"in {100 * share:.0f} % of {len(trials)} seeds",
@@ -107,7 +107,7 @@ def _order(trials: list[Trial]) -> Row:
     )
 
 
-def _by_iteration(trials: list[Trial]) -> Row:
+def _by_iteration(trials: list[ZhangTrial]) -> PaperRow:
     curves = {name: rms_nT(trials, MAIN, name) for name in METHODS}
     shares, parts = [], []
     for t in (10, 25, 50, 100, 200):
@@ -115,7 +115,7 @@ def _by_iteration(trials: list[Trial]) -> Row:
         shares.append(float(np.mean((now["psoga"] < now["ga"]) & (now["ga"] < now["pso"]))))
         medians = ", ".join(f"{name} {np.median(v):.3g}" for name, v in now.items())
         parts.append(f"{t}: {100 * shares[-1]:.0f} % ({medians} nT)")
-    return Row(
+    return PaperRow(
         "the same order where the search is stopped early",
         "after 50 and after 200 iterations",
         f"in at most {100 * max(shares):.0f} % of seeds",
@@ -125,10 +125,10 @@ def _by_iteration(trials: list[Trial]) -> Row:
     )
 
 
-def _longer(trials: list[Trial]) -> Row:
+def _longer(trials: list[ZhangTrial]) -> PaperRow:
     rms = {name: rms_nT(trials, LONGER, name)[:, -1] for name in METHODS}
     middle = {name: float(np.median(v)) for name, v in rms.items()}
-    return Row(
+    return PaperRow(
         f"the same after {LONG} iterations: three methods, one cost",
         "not tried",
         ", ".join(f"{name} {spread(v, decimals=1)}" for name, v in rms.items()) + " nT",
@@ -139,16 +139,16 @@ def _longer(trials: list[Trial]) -> Row:
     )
 
 
-def convergence(trials: list[Trial]) -> list[Row]:
+def convergence(trials: list[ZhangTrial]) -> list[PaperRow]:
     """The claims on the course of the searches."""
     curves = {name: rms_nT(trials, MAIN, name) for name in METHODS}
     short = {name: rms_nT(trials, SHORT, name) for name in METHODS}
     return [_pso_stalls(curves["pso"], short["pso"]), _ga_rebounds(curves["ga"]), *_psoga_lowest(curves, short)]
 
 
-def _pso_stalls(curves: Array, short: Array) -> Row:
+def _pso_stalls(curves: Array, short: Array) -> PaperRow:
     pso, half = np.median(curves, axis=0), np.median(short, axis=0)
-    return Row(
+    return PaperRow(
         "PSO falls fast, then stalls (iterations 1 to 50)",
         "hardly changes late",
         f"rms {pso[0]:.0f}, {pso[9]:.0f}, {pso[49]:.0f}, {pso[199]:.1f} nT at 1, 10, 50, 200",
@@ -158,9 +158,9 @@ def _pso_stalls(curves: Array, short: Array) -> Row:
     )
 
 
-def _ga_rebounds(curves: Array) -> Row:
+def _ga_rebounds(curves: Array) -> PaperRow:
     rises = np.mean(np.diff(curves, axis=1) > 0, axis=1)
-    return Row(
+    return PaperRow(
         "GA rebounds at times",
         "seen",
         f"the best gets worse in {100 * rises.mean():.0f} % of the generations",
@@ -169,18 +169,18 @@ def _ga_rebounds(curves: Array) -> Row:
     )
 
 
-def _psoga_lowest(curves: dict[str, Array], short: dict[str, Array]) -> list[Row]:
+def _psoga_lowest(curves: dict[str, Array], short: dict[str, Array]) -> list[PaperRow]:
     first, last = _share_lowest(curves, 0), _share_lowest(short, -1)
     smooth = np.mean(np.diff(short["psoga"], axis=1) > 0)
     return [
-        Row(
+        PaperRow(
             "PSOGA starts lowest",
             "lowest at iteration 1",
             f"lowest in {100 * first:.0f} % of seeds",
             judged(first > 0.95),
             "one in three by chance: all begin with the same random spread",
         ),
-        Row(
+        PaperRow(
             "PSOGA falls steadily and is lowest after 50 iterations",
             "lowest",
             f"lowest in {100 * last:.0f} % of seeds",
@@ -198,12 +198,12 @@ def _share_lowest(curves: dict[str, Array], iteration: int) -> float:
     return float(np.mean(curves["psoga"][:, iteration] < others))
 
 
-def accuracy(trials: list[Trial]) -> Row:
+def accuracy(trials: list[ZhangTrial]) -> PaperRow:
     """What the residual says of the hard iron."""
     parts = ", ".join(
         f"{name} {spread(np.array([t.offset_nT[LONGER, name] for t in trials]), decimals=0)}" for name in METHODS
     )
-    return Row(
+    return PaperRow(
         "error of the hard iron behind residuals of a few nT",
         "not known",
         f"{parts} nT",

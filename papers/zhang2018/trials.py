@@ -82,7 +82,7 @@ MAIN, SHORT, LONGER = (SETTINGS[k].label for k in (0, 3, 4))
 
 
 @dataclass(frozen=True)
-class Trial:
+class ZhangTrial:
     """One seed on the level spiral: raw_nT (30,) the raw |m| - F at the positions; by setting and method: |h| - F there
     (30,), the rms of the best after each iteration, and the offset's distance from the truth."""
 
@@ -92,7 +92,7 @@ class Trial:
     offset_nT: dict[tuple[str, str], float]
 
 
-def rms_nT(trials: list[Trial], setting: str, name: str) -> Array:
+def rms_nT(trials: list[ZhangTrial], setting: str, name: str) -> Array:
     """The rms of |h| - F of the best after each iteration: (seeds, iterations) nT."""
     return np.array([t.rms_nT[setting, name] for t in trials])
 
@@ -178,11 +178,11 @@ def level_nT(seed: int, drift: float = 1.0) -> Array:
     return Chain(effects(drift), SEED, seed).apply(spiral(False))[0]
 
 
-def search_trial(seed: int) -> Trial:
+def search_trial(seed: int) -> ZhangTrial:
     """The three methods under every setting, on the level spiral."""
     strength, truth = strength_nT(spiral(False)), true_offset_nT(effects())
     measured = {drift: level_nT(seed, drift) for drift in {s.drift for s in SETTINGS}}
-    trial = Trial(np.linalg.norm(measured[1.0][:POSITIONS], axis=1) - strength, {}, {}, {})
+    trial = ZhangTrial(np.linalg.norm(measured[1.0][:POSITIONS], axis=1) - strength, {}, {}, {})
     for setting in SETTINGS:
         mag_nT = measured[setting.drift]
         problem = bounded(mag_nT, strength, setting.reach_nT)

@@ -8,14 +8,14 @@ import numpy as np
 
 from calib.methods.de_turntable import DeTurntable
 from calib.models.turntable import NAMES
-from papers.zhou2012.trials import PRINTED, SEED, STABLE_AT, STOPS, Trial, recording, reference
+from papers.zhou2012.trials import PRINTED, SEED, STABLE_AT, STOPS, ZhouTrial, recording, reference
 from reports.plots.style import Figure
 from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.state import State
 
 
-def objective_figure(trials: list[Trial]) -> Figure:
+def objective_figure(trials: list[ZhouTrial]) -> Figure:
     """The objective against the iterations, over the seeds."""
     figure = Figure(figsize=(7.0, 3.6), layout="constrained")
     axis = figure.subplots()
@@ -51,7 +51,7 @@ def course_figure(state: State) -> Figure:
     return figure
 
 
-def z_figure(trial: Trial) -> Figure:
+def z_figure(trial: ZhouTrial) -> Figure:
     """z at the stops before and after."""
     figure = Figure(figsize=(7.0, 3.2), layout="constrained")
     axis = figure.subplots()

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from calib.models.turntable import NAMES
-from papers.base import Row, judged
-from papers.zhou2012.trials import NOISE_NT, OFFSET_NT, PRINTED, STABLE_AT, Trial, bound
+from papers.base import PaperRow, judged
+from papers.zhou2012.trials import NOISE_NT, OFFSET_NT, PRINTED, STABLE_AT, ZhouTrial, bound
 from scenarios.arrays import Array
 from sim.state import State
 
 
-def rows(clean: list[Trial], shifted: list[Trial], state: State) -> tuple[Row, ...]:
+def rows(clean: list[ZhouTrial], shifted: list[ZhouTrial], state: State) -> tuple[PaperRow, ...]:
     """What was found without an offset, and with one that the model leaves out."""
     return (
         *_values(clean, bound(state), state),
@@ -22,7 +22,7 @@ def rows(clean: list[Trial], shifted: list[Trial], state: State) -> tuple[Row, .
     )
 
 
-def _values(trials: list[Trial], limit: Array, state: State) -> list[Row]:
+def _values(trials: list[ZhouTrial], limit: Array, state: State) -> list[PaperRow]:
     found = np.array([t.found for t in trials])
     error = np.sqrt(np.mean((found - PRINTED) ** 2, axis=0))
     level, up = np.hypot(*state.field_enu_nT[:2]), state.field_enu_nT[2]
@@ -42,7 +42,7 @@ def _values(trials: list[Trial], limit: Array, state: State) -> list[Row]:
                 "their noises were independent, and they share the noise of z"
             )
         rows.append(
-            Row(
+            PaperRow(
                 f"{name} found again ({where})",
                 f"{PRINTED[k]:.6f}",
                 f"{found[:, k].mean():.6f} ± {found[:, k].std():.1e}",
@@ -53,12 +53,12 @@ def _values(trials: list[Trial], limit: Array, state: State) -> list[Row]:
     return rows
 
 
-def _stable(trials: list[Trial]) -> Row:
+def _stable(trials: list[ZhouTrial]) -> PaperRow:
     rms = np.array([t.history for t in trials])
     objective = rms**2
     share = objective[:, STABLE_AT - 1] / objective[:, 0]
     within = np.array([int(np.argmax(o <= 1.01 * o[-1])) + 1 for o in objective])
-    return Row(
+    return PaperRow(
         "objective against iterations (N 25, F_w 0.85, P_c 1, bounds ±0.2)",
         f"stable after about {STABLE_AT}",
         f"at {STABLE_AT}: {np.median(share):.1e} of the start (95 %: {np.quantile(share, 0.95):.1e})",
@@ -68,10 +68,10 @@ def _stable(trials: list[Trial]) -> Row:
     )
 
 
-def _flat(trials: list[Trial]) -> Row:
+def _flat(trials: list[ZhouTrial]) -> PaperRow:
     before, after = np.ptp([t.z_nT for t in trials], axis=1), np.ptp([t.flat_nT for t in trials], axis=1)
     # twelve normal deviates range over 3.26 standard deviations, on average
-    return Row(
+    return PaperRow(
         "z output over the turn, largest less smallest",
         "varies before, flat after (figure, no number)",
         f"{np.median(before):.0f} nT before, {np.median(after):.1f} nT after (median)",
@@ -80,12 +80,12 @@ def _flat(trials: list[Trial]) -> Row:
     )
 
 
-def _weakest(trials: list[Trial], state: State) -> Row:
+def _weakest(trials: list[ZhouTrial], state: State) -> PaperRow:
     limit = bound(state)
     worst = float(np.mean([t.weakest["weakest_std"] for t in trials]))
     condition = float(np.mean([t.weakest["condition_number"] for t in trials]))
     good = sum(t.status == "ok" for t in trials)
-    return Row(
+    return PaperRow(
         "what a turn about the vertical alone can tell",
         "not discussed",
         f"all five; condition number {condition:.1f}; worst: b1, {worst:.1e} per {NOISE_NT:g} nT",
@@ -98,10 +98,10 @@ def _weakest(trials: list[Trial], state: State) -> Row:
     )
 
 
-def _offset(clean: list[Trial], shifted: list[Trial], state: State) -> Row:
+def _offset(clean: list[ZhouTrial], shifted: list[ZhouTrial], state: State) -> PaperRow:
     moved = np.mean([t.found for t in shifted], axis=0) - np.mean([t.found for t in clean], axis=0)
     expected = OFFSET_NT / state.field_enu_nT[2]
-    return Row(
+    return PaperRow(
         f"a sensor offset of {OFFSET_NT:g} nT in x, which the model leaves out",
         "assumed absent",
         f"a1 moves by {moved[0]:.1e}",

@@ -31,7 +31,7 @@ SEED = 2012
 
 
 @dataclass(frozen=True)
-class Trial:
+class ZhouTrial:
     """One seed: the five found (5,), the rms of objective after each iteration (nT), z before and after (12,), nT."""
 
     found: Array
@@ -44,7 +44,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Task:
+class ZhouTask:
     """A seed, and an offset in x that the model leaves out."""
 
     seed: int
@@ -69,14 +69,14 @@ def recording(state: State, seed: int, offset_nT: float = 0.0) -> Recording:
     return Recording(state.time_s, Chain(effects, SEED, seed).apply(state)[0])
 
 
-def run(task: Task) -> Trial:
+def run(task: ZhouTask) -> ZhouTrial:
     """Twelve stops with fresh noise, and the paper's search."""
     state = stops()
     measured = recording(state, task.seed, task.offset_nT)
     fit = DeTurntable().fit(measured, reference(state), stream(SEED, task.seed, "search"))
     found = np.array([fit.parameters[name] for name in NAMES])
     assert fit.covariance is not None
-    return Trial(
+    return ZhouTrial(
         found,
         np.sqrt(np.diag(fit.covariance)),
         np.array(fit.history),

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 
 from recordings.files import beside, system_errors_about
 from recordings.manifest import Manifest
-from recordings.metadata import Parameters, RunFile, read_metadata
+from recordings.metadata import RunFile, TrueParameters, read_metadata
 from recordings.split import Split
 
 RUNS = "runs.parquet"
@@ -44,7 +44,7 @@ def write_runs_table(out: Path, dataset: Manifest, split: Split) -> None:
             writer.write_batch(pa.RecordBatch.from_pylist(rows, schema=schema))
 
 
-def flattened(parameters: Parameters) -> dict[str, Cell]:
+def flattened(parameters: TrueParameters) -> dict[str, Cell]:
     """Parameters by the dotted keys that scenario files, `--set` and `[vary]` use, vectors and matrices by component.
 
     Effects are those of the run's magnetometer, or of an array's `effects1`, `effects2`, … as in the columns.

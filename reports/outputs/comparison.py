@@ -25,11 +25,11 @@ from validation.bound.ratio import bound_ratio, knowledge_of
 from validation.bound.runs import RunBounds
 from validation.comparison.design import Design
 from validation.comparison.engine import Engine, run_trials
-from validation.comparison.figures import Figure, figures
+from validation.comparison.figures import ScoreStatistic, figures
 from validation.comparison.journal import Journal
-from validation.comparison.ranking import Answer, answer, overall
+from validation.comparison.ranking import Ranking, answer, overall
 from validation.comparison.stopping import Until, looks
-from validation.comparison.table import Table
+from validation.comparison.table import TrialTable
 from validation.comparison.trial import CALIBRATORS_STREAM
 from validation.scoring.definitions import Meaning, meaning_of
 from validation.scoring.outcome import RANKED_BY, Outcome
@@ -43,7 +43,7 @@ ANSWER, REPORT, RECORDINGS = "comparison.json", "report.html", "recordings"
 
 
 @dataclass(frozen=True)
-class Question:
+class ComparisonQuestion:
     """What a comparison is asked: the score that decides, the calibrator that ratios are to, when it knows enough.
 
     reference: default the best at the first point; until: None where the number of trials is given.
@@ -54,9 +54,9 @@ class Question:
     until: Until | None = None
 
 
-def question(rank_by: str | None = None, reference: str | None = None, until: str | None = None) -> Question:
+def question(rank_by: str | None = None, reference: str | None = None, until: str | None = None) -> ComparisonQuestion:
     """What users ask in words; InputError for a score that is none, and for another rule than Until's."""
-    return Question(
+    return ComparisonQuestion(
         meaning_of(rank_by or RANKED_BY, "--rank-by"), reference, None if until is None else Until.parsed(until)
     )
 
@@ -67,7 +67,7 @@ def compare(
     out: Path,
     engine: Engine,
     progress: Progress = lambda done, total: None,
-    asked: Question | None = None,
+    asked: ComparisonQuestion | None = None,
 ) -> Comparison:
     """Compute trials at every point and write all of a comparison's files into `out`; returns what the report shows.
 
@@ -99,8 +99,8 @@ def _check_reference(design: Design, reference: str | None) -> None:
 
 
 def _computed(
-    design: Design, most: int, journal: Journal, engine: Engine, progress: Progress, asked: Question
-) -> Table:
+    design: Design, most: int, journal: Journal, engine: Engine, progress: Progress, asked: ComparisonQuestion
+) -> TrialTable:
     """The trials that the question needs, at most so many; looked at after fixed numbers of them."""
     done, first = 0, 0
     progress(done, _pieces(design, most))
@@ -108,7 +108,7 @@ def _computed(
         for _ in run_trials(design, range(first, number), engine, journal):
             done += 1
             progress(done, _pieces(design, most))
-        table = Table.of(design, (trial for trial in journal if trial.run < number))
+        table = TrialTable.of(design, (trial for trial in journal if trial.run < number))
         if asked.until is not None and asked.until.reached(_columns(table, asked.until)):
             break
         first = number
@@ -119,11 +119,11 @@ def _pieces(design: Design, most: int) -> int:
     return most * len(design.points) + len(SHOWN)
 
 
-def _columns(table: Table, until: Until) -> list[Any]:
+def _columns(table: TrialTable, until: Until) -> list[Any]:
     return [table.values(until.score, name, point) for point in table.points for name in table.candidates]
 
 
-def _answered(design: Design, table: Table, asked: Question) -> Comparison:
+def _answered(design: Design, table: TrialTable, asked: ComparisonQuestion) -> Comparison:
     answers = tuple(answer(table, asked.score, point) for point in table.points)
     titles = [title_of(values) for values in table.points.values()]
     return Comparison(
@@ -137,7 +137,7 @@ def _answered(design: Design, table: Table, asked: Question) -> Comparison:
     )
 
 
-def _least(design: Design, table: Table) -> dict[tuple[int, str, str], Array]:
+def _least(design: Design, table: TrialTable) -> dict[tuple[int, str, str], Array]:
     """The bound (n,) on each score in every run by itself, by point, calibrator and column; NaN where there is none."""
     told = {
         one.name: knowledge_of(one.name, one.needs, attitude_free=one.attitude_free, eddy=one.eddy)
@@ -184,7 +184,7 @@ def summary(found: Comparison, seed: int) -> dict[str, Any]:
     return result
 
 
-def _row(found: Comparison, one: Figure) -> dict[str, Any]:
+def _row(found: Comparison, one: ScoreStatistic) -> dict[str, Any]:
     table, ratio = found.table, None if one.ratio is None else vars(one.ratio)
     values = table.values(one.score.column, one.calibrator, one.point)
     least = found.least.get((one.point, one.calibrator, one.score.column), np.full(len(values), np.nan))
@@ -204,7 +204,7 @@ def _row(found: Comparison, one: Figure) -> dict[str, Any]:
     }
 
 
-def _shown_runs(table: Table, first: Answer) -> dict[str, int]:
+def _shown_runs(table: TrialTable, first: Ranking) -> dict[str, int]:
     """Runs at the first point in which the best calibrator did best, as usual, and worst of those with an estimate."""
     values = table.values(first.score.column, first.best.calibrator)
     order = [int(k) for k in np.argsort(values, kind="stable") if np.isfinite(values[k])]
@@ -214,7 +214,7 @@ def _shown_runs(table: Table, first: Answer) -> dict[str, int]:
     return {name: int(runs[order[k]]) for name, k in zip(SHOWN, (0, len(order) // 2, -1), strict=True)}
 
 
-def _looked_at(table: Table, first: Answer) -> str:
+def _looked_at(table: TrialTable, first: Ranking) -> str:
     runs = _shown_runs(table, first)
     if not runs:
         return "No trial gave an estimate that could be shown."

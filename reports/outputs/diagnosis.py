@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from diagnosis.result import Diagnosis
-from diagnosis.several.result import Together
+from diagnosis.several.result import PooledDiagnosis
 from recordings.files import beside, system_errors_about
 from reports.pages.diagnosis import page_html
 from reports.pages.together import together_html
@@ -45,7 +45,7 @@ def _write_next(found: Diagnosis, path: Path) -> None:
             part.write_text(to_toml(found.onward.scenario), encoding="utf-8")
 
 
-def write_together(found: Together, out: Path, title: str) -> tuple[str, ...]:
+def write_together(found: PooledDiagnosis, out: Path, title: str) -> tuple[str, ...]:
     """Write FILES of several recordings, and each one's own in a folder beside; returns the folders' names."""
     folders = tuple(f"{i:02d}-{_as_folder(name)}" for i, name in enumerate(found.names, start=1))
     for name, folder, own in zip(found.names, folders, found.each, strict=True):

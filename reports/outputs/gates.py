@@ -17,7 +17,7 @@ from scenarios.toml import to_toml
 from validation.comparison.engine import Engine
 from validation.gates.baseline import write_baseline
 from validation.gates.cache import journal_of
-from validation.gates.progress import Outcome
+from validation.gates.progress import GateOutcome
 from validation.gates.proposal import Compared, gates_toml, proposals
 from validation.gates.runner import Progress, decide_gates, recorded
 from validation.gates.schedule import Group
@@ -38,7 +38,7 @@ def run_gates(
     progress: Progress = lambda done, total: None,
     *,
     strict: bool = False,
-) -> list[Outcome]:
+) -> list[GateOutcome]:
     """Run trials until every gate is decided and write FILES into `out`.
 
     strict : in junit.xml an undecided gate is a failure; otherwise it is skipped. Trials are kept until the files
@@ -93,7 +93,7 @@ def _ranked_by(answer: Path) -> str:
     return str(found.get("ranked_by", RANKED_BY)) if isinstance(found, dict) else RANKED_BY
 
 
-def junit(outcomes: list[Outcome], title: str, *, strict: bool) -> str:
+def junit(outcomes: list[GateOutcome], title: str, *, strict: bool) -> str:
     """JUnit XML: a test case a gate; an undecided one is skipped, or with `strict` failed."""
     suites = ElementTree.Element("testsuites")
     suite = ElementTree.SubElement(suites, "testsuite", name=_printable(title), errors="0")
@@ -116,7 +116,7 @@ def junit(outcomes: list[Outcome], title: str, *, strict: bool) -> str:
     return ElementTree.tostring(suites, encoding="unicode", xml_declaration=False) + "\n"
 
 
-def github_lines(outcomes: list[Outcome], file: Path) -> list[str]:
+def github_lines(outcomes: list[GateOutcome], file: Path) -> list[str]:
     """Lines that GitHub's runners show at the file of gates: an error a failed gate, a warning an undecided one."""
     kinds = {"fail": "error", "inconclusive": "warning"}
     return [
@@ -127,7 +127,7 @@ def github_lines(outcomes: list[Outcome], file: Path) -> list[str]:
     ]
 
 
-def _message(outcome: Outcome) -> str:
+def _message(outcome: GateOutcome) -> str:
     return _printable(f"{sentence(outcome)}. To do: {advice(outcome)}")
 
 

@@ -9,13 +9,13 @@ from typing import Any
 from recordings.files import locked_directory, remove_leftovers, write_text
 from reports.pages.plan import onward_page, page
 from scenarios.toml import to_toml
-from validation.planning.next_leg import Onward
+from validation.planning.next_leg import LegSequence
 from validation.planning.next_leg_summary import summary as onward_summary
 from validation.planning.plan import Plan
 from validation.planning.summary import summary
 
 
-def write_plan(found: Plan | Onward, out: Path) -> dict[str, Any]:
+def write_plan(found: Plan | LegSequence, out: Path) -> dict[str, Any]:
     """Write OUT/plan-WHO.toml, plan.json and report.html; returns what plan.json says. InputError where refused.
 
     Where no leg after a recording pays there is no scenario.

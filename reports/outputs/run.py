@@ -26,7 +26,7 @@ from sim.scenario import Scenario
 from validation.bound.files import true_experiment
 from validation.bound.ratio import Leasts, bound_ratio, knowledge_of, least_of
 from validation.bound.sensor_noise import stated_colour, stated_noise_nT
-from validation.calibrating.candidates import Candidate, candidates
+from validation.calibrating.candidates import CalibratorEntry, candidates
 from validation.calibrating.files import write_calibrations
 from validation.scoring.definitions import MEANINGS
 from validation.scoring.evaluation import UNCORRECTED, judged
@@ -43,7 +43,7 @@ def run_scenario(
     out: Path,
     *,
     seed: int | None = None,
-    chosen: Sequence[Candidate] | None = None,
+    chosen: Sequence[CalibratorEntry] | None = None,
     progress: Progress = lambda done, total: None,
     warn: Callable[[str], object] = lambda text: None,
 ) -> Outcome:
@@ -64,7 +64,7 @@ def simulated_and_judged(
     scenario: Scenario,
     out: Path,
     seed: int | None,
-    chosen: Sequence[Candidate] | None = None,
+    chosen: Sequence[CalibratorEntry] | None = None,
     progress: Progress = lambda done, total: None,
     warn: Callable[[str], object] = lambda text: None,
 ) -> Outcome:
@@ -79,7 +79,7 @@ def _run(
     scenario: Scenario,
     out: Path,
     seed: int | None,
-    chosen: Sequence[Candidate],
+    chosen: Sequence[CalibratorEntry],
     progress: Progress,
     warn: Callable[[str], object],
 ) -> Outcome:
@@ -99,7 +99,7 @@ def judge(
     recording: Recording,
     truth: Truth,
     progress: Callable[[float], object] = lambda part: None,
-    chosen: Sequence[Candidate] | None = None,
+    chosen: Sequence[CalibratorEntry] | None = None,
     rng: Callable[[], np.random.Generator] = lambda: np.random.default_rng(0),
 ) -> Outcome:
     """Fit the chosen calibrators, by default the scenario's, to a recording and score them against its truth.

@@ -15,24 +15,24 @@ from reports.pages.template import rendered
 from reports.plots.comparison import draw_distributions, draw_over, draw_ranks
 from scenarios.arrays import Array
 from scenarios.sweep import Value
-from validation.comparison.figures import CLAIMED_INSIDE, CLAIMED_SQUARE, Figure, figures
-from validation.comparison.ranking import Answer, Standing, without_correction
+from validation.comparison.figures import CLAIMED_INSIDE, CLAIMED_SQUARE, ScoreStatistic, figures
+from validation.comparison.ranking import RankedCalibrator, Ranking, without_correction
 from validation.comparison.statistics import Interval
-from validation.comparison.table import Table
+from validation.comparison.table import TrialTable
 from validation.text import counted, digits, figure, plainly
 
 PERCENT = 100.0
 
 
 @dataclass(frozen=True)
-class Cell:
+class SortableCell:
     """What a cell of a table shows, and the number that it sorts by."""
 
     text: str
     value: float | None = None
 
     @classmethod
-    def of(cls, value: float | None, significant: int = 3) -> Cell:
+    def of(cls, value: float | None, significant: int = 3) -> SortableCell:
         """A number; a dash for what is not known or not finite."""
         if value is None or not np.isfinite(value):
             return cls("–")
@@ -47,8 +47,8 @@ class Comparison:
     """
 
     title: str
-    table: Table
-    answers: tuple[Answer, ...]
+    table: TrialTable
+    answers: tuple[Ranking, ...]
     sentence: str
     reference: str
     looked_at: str
@@ -103,7 +103,7 @@ def title_of(values: Mapping[str, Value]) -> str:
     return ", ".join(f"{key} = {text}" for key, text in texts.items()) or "all trials"
 
 
-def _point(found: Comparison, point: int, known: dict[tuple[int, str, str], Figure]) -> dict[str, Any]:
+def _point(found: Comparison, point: int, known: dict[tuple[int, str, str], ScoreStatistic]) -> dict[str, Any]:
     answer, table = found.answers[point], found.table
     rows = [_row(found, answer, one, point, known) for one in answer.standings]
     return {
@@ -116,7 +116,11 @@ def _point(found: Comparison, point: int, known: dict[tuple[int, str, str], Figu
 
 
 def _row(
-    found: Comparison, answer: Answer, one: Standing, point: int, known: dict[tuple[int, str, str], Figure]
+    found: Comparison,
+    answer: Ranking,
+    one: RankedCalibrator,
+    point: int,
+    known: dict[tuple[int, str, str], ScoreStatistic],
 ) -> dict[str, Any]:
     """A calibrator's cells, in the order of the template's heads."""
     name, table = one.calibrator, found.table
@@ -126,30 +130,30 @@ def _row(
     against = None if one is answer.best else answer.against(name)
     cells = [
         *_ends(one.median),
-        Cell.of(entry.ratio.value if entry and entry.ratio else None),
-        Cell(str(one.failures), one.failures),
-        Cell.of(PERCENT * one.failure_rate.high, 2),
-        Cell("–") if against is None else Cell(str(against.better), against.better),
-        Cell("–") if against is None else Cell(figure(against.p, 2), against.p),
-        Cell.of(PERCENT * inside.found.value if inside else None, 3),
-        Cell.of(square.found.value if square else None),
-        Cell.of(1e3 * float(np.nanmedian(table.time_s("cpu_s", name, point))) if table.times else None),
+        SortableCell.of(entry.ratio.value if entry and entry.ratio else None),
+        SortableCell(str(one.failures), one.failures),
+        SortableCell.of(PERCENT * one.failure_rate.high, 2),
+        SortableCell("–") if against is None else SortableCell(str(against.better), against.better),
+        SortableCell("–") if against is None else SortableCell(figure(against.p, 2), against.p),
+        SortableCell.of(PERCENT * inside.found.value if inside else None, 3),
+        SortableCell.of(square.found.value if square else None),
+        SortableCell.of(1e3 * float(np.nanmedian(table.time_s("cpu_s", name, point))) if table.times else None),
     ]
     return {"name": name, "cells": cells, "reason": one.reason}
 
 
-def _raw_row(answer: Answer) -> dict[str, Any]:
+def _raw_row(answer: Ranking) -> dict[str, Any]:
     """The measurement as it is."""
-    rest = [Cell("–")] * 8
+    rest = [SortableCell("–")] * 8
     name = without_correction(answer.best.calibrator)
     return {"name": name, "cells": [*_ends(answer.uncorrected), *rest], "reason": ""}
 
 
-def _ends(found: Interval) -> list[Cell]:
-    return [Cell.of(value) for value in (found.value, found.low, found.high)]
+def _ends(found: Interval) -> list[SortableCell]:
+    return [SortableCell.of(value) for value in (found.value, found.low, found.high)]
 
 
-def _pictures(table: Table, answer: Answer, point: int) -> Iterator[tuple[str, str, Markup]]:
+def _pictures(table: TrialTable, answer: Ranking, point: int) -> Iterator[tuple[str, str, Markup]]:
     name = "Distributions"
     caption = "5th to 95th percentile of the trials as a line, the middle half as a bar, the median as a dot."
     yield name, caption, on_page(partial(draw_distributions, table, answer.score, point), name)
@@ -169,6 +173,6 @@ def _over(found: Comparison) -> Iterator[tuple[str, str, Markup]]:
         yield name, caption, on_page(partial(draw_over, found.table, found.answers[0].score, key), name)
 
 
-def _figure_row(table: Table, one: Figure) -> dict[str, Any]:
+def _figure_row(table: TrialTable, one: ScoreStatistic) -> dict[str, Any]:
     at = list(table.points[one.point].values())
     return {"at": at, "name": one.calibrator, "score": one.score, "cells": _ends(one.found)}

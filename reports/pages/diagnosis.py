@@ -10,7 +10,7 @@ import numpy as np
 
 from diagnosis.evidence.start_transients import unknown_past
 from diagnosis.repair.model_diff import model_diff
-from diagnosis.result import Diagnosis, How, Named, Reach
+from diagnosis.result import Diagnosis, How, Named, Transfer
 from diagnosis.verdict import Verdict
 from reports.pages.figure import on_page
 from reports.pages.template import rendered
@@ -147,7 +147,7 @@ def _sure(found: Diagnosis) -> tuple[str, str]:
 
 def _again(found: Diagnosis, one: Named) -> str:
     """What a second recording says of a name."""
-    if one.evidence is Reach.TRANSFERRED:
+    if one.evidence is Transfer.TRANSFERRED:
         return "a second recording agrees"
     if not found.second:
         return "one recording; confirm with a second"

@@ -8,11 +8,11 @@ from reports.pages.template import rendered
 from reports.plots.gates import draw_course
 from reports.plots.style import encoded
 from reports.words.gates import HEADS, advice, gate_rows, headline, seen, sentence
-from validation.gates.progress import Outcome
+from validation.gates.progress import GateOutcome
 from validation.text import figure
 
 
-def gates_html(outcomes: list[Outcome], title: str, false_fail_rate: float) -> str:
+def gates_html(outcomes: list[GateOutcome], title: str, false_fail_rate: float) -> str:
     """The page: the table, and for each gate its trials and the evidence after each."""
     gates = [
         {
@@ -28,7 +28,7 @@ def gates_html(outcomes: list[Outcome], title: str, false_fail_rate: float) -> s
     return rendered("gates.html", values | {"heads": HEADS, "rows": gate_rows(outcomes), "gates": gates})
 
 
-def gates_markdown(outcomes: list[Outcome], title: str) -> str:
+def gates_markdown(outcomes: list[GateOutcome], title: str) -> str:
     """A small table, then a line for each gate that did not pass: why, and what to do."""
     rows = [HEADS, ("---",) * len(HEADS), *gate_rows(outcomes)]
     table = "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |\n" for row in rows)

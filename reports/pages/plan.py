@@ -11,7 +11,7 @@ from reports.pages.figure import on_page
 from reports.pages.template import rendered
 from reports.plots.plan import draw_angles, draw_design
 from validation.bound.goal import Goal
-from validation.planning.next_leg import Onward
+from validation.planning.next_leg import LegSequence
 from validation.planning.next_leg_summary import headline as onward_headline
 from validation.planning.next_leg_summary import rows as onward_rows
 from validation.planning.plan import Plan
@@ -39,7 +39,7 @@ def page(found: Plan) -> str:
     return _rendered(found.scenario.name, headline(found), tiles, rows(found), pictures, limits(found))
 
 
-def onward_page(found: Onward) -> str:
+def onward_page(found: LegSequence) -> str:
     """The page of legs after a recording."""
     told = found.task.error_before if found.error is None else found.error
     tiles = [_tile(told, found.task.goal), (str(len(found.legs)), "", "legs that pay")]

@@ -6,9 +6,9 @@ from functools import partial
 from typing import Any
 
 from diagnosis.repair.model_diff import lines_of_diff
-from diagnosis.result import Reach
+from diagnosis.result import Transfer
 from diagnosis.several.common_effects import Common
-from diagnosis.several.result import Together
+from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.sentence import reach_of
 from reports.pages.figure import on_page
 from reports.pages.template import rendered
@@ -18,12 +18,12 @@ from scenarios.toml import to_toml
 from validation.text import all_of, digits
 
 
-def together_html(found: Together, title: str, folders: tuple[str, ...]) -> str:
+def together_html(found: PooledDiagnosis, title: str, folders: tuple[str, ...]) -> str:
     """The report as one HTML text; `folders` are those beside it that hold each recording's own."""
     return rendered("together.html", _page(found, title, folders))
 
 
-def _page(found: Together, title: str, folders: tuple[str, ...]) -> dict[str, Any]:
+def _page(found: PooledDiagnosis, title: str, folders: tuple[str, ...]) -> dict[str, Any]:
     first = found.each[0].problem
     return {
         "title": title,
@@ -46,11 +46,11 @@ def _page(found: Together, title: str, folders: tuple[str, ...]) -> dict[str, An
     }
 
 
-def _section(found: Together, one: Common) -> dict[str, Any]:
+def _section(found: PooledDiagnosis, one: Common) -> dict[str, Any]:
     return {
         "name": one.name,
         "reach": found.among.reach[one.reach],
-        "bad": one.reach is not Reach.TRANSFERRED,
+        "bad": one.reach is not Transfer.TRANSFERRED,
         "words": reach_of(one, found.among),
         "alternatives": one.named.others,
         "test": agreement_line(one),
@@ -61,11 +61,11 @@ def _section(found: Together, one: Common) -> dict[str, Any]:
     }
 
 
-def _tiles(found: Together) -> list[tuple[str, str]]:
+def _tiles(found: PooledDiagnosis) -> list[tuple[str, str]]:
     """The answer in four tiles: (value, label)."""
-    by_reach = {reach: [one.name for one in found.common if one.reach is reach] for reach in Reach}
-    same = ", ".join(by_reach[Reach.TRANSFERRED]) or "nothing"
-    differs = ", ".join([*by_reach[Reach.NOT_TRANSFERRED], *by_reach[Reach.SOME]]) or "nothing"
+    by_reach = {reach: [one.name for one in found.common if one.reach is reach] for reach in Transfer}
+    same = ", ".join(by_reach[Transfer.TRANSFERRED]) or "nothing"
+    differs = ", ".join([*by_reach[Transfer.NOT_TRANSFERRED], *by_reach[Transfer.SOME]]) or "nothing"
     gap = found.gap
     share = "–" if gap.explained is None else f"{100 * max(gap.explained, 0):.0f} %"
     alone = ", ".join(one.name for one in found.single) or "nothing"

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from reports.palette import INK, LINES, XYZ
 from reports.plots.style import WIDTH_IN
 from validation.bound.information import AXES
-from validation.bound.query import Answer, WhatIf
+from validation.bound.query import BoundAnswer, WhatIf
 from validation.text import symbol
 
 
@@ -27,7 +27,7 @@ def draw_offset(found: WhatIf) -> Figure:
     return figure
 
 
-def draw_components(found: Answer) -> Figure:
+def draw_components(found: BoundAnswer) -> Figure:
     """Least standard deviation of each component of the offset; what is not told has no bar."""
     figure = Figure(figsize=(WIDTH_IN, 2.4), layout="constrained")
     axis: Any = figure.subplots()
@@ -50,7 +50,7 @@ def draw_uses(found: WhatIf) -> Figure:
     return figure
 
 
-def _draw(axis: Any, found: WhatIf, value: Callable[[Answer], float], **look: Any) -> None:
+def _draw(axis: Any, found: WhatIf, value: Callable[[BoundAnswer], float], **look: Any) -> None:
     """A line of values on a logarithmic axis; what is not told has no point."""
     y = np.array([value(one) for one in found.answers])
     numbers = all(isinstance(one, int | float) for one in found.values)

@@ -10,12 +10,12 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from reports.palette import INK, LINES, RAW
 from reports.plots.style import WIDTH_IN
-from validation.gates.progress import Outcome
+from validation.gates.progress import GateOutcome
 
 KEPT, OVER = LINES[0], LINES[1]
 
 
-def draw_course(outcome: Outcome) -> Figure:
+def draw_course(outcome: GateOutcome) -> Figure:
     """Above: each trial's value and the limit. Below: evidence for either side, 1 where it decides."""
     figure = Figure(figsize=(WIDTH_IN, 4.6))
     values, evidence = figure.subplots(2, 1, sharex=True, gridspec_kw={"hspace": 0.12})
@@ -26,7 +26,7 @@ def draw_course(outcome: Outcome) -> Figure:
     return figure
 
 
-def _draw_values(axis: Any, outcome: Outcome) -> None:
+def _draw_values(axis: Any, outcome: GateOutcome) -> None:
     gate, over = outcome.plan.gate, outcome.decision.exceeded
     trial = np.arange(1, len(over) + 1)
     finite = np.isfinite(outcome.values)
@@ -45,7 +45,7 @@ def _draw_values(axis: Any, outcome: Outcome) -> None:
     axis.legend(loc="upper right", ncols=3)
 
 
-def _draw_evidence(axis: Any, outcome: Outcome) -> None:
+def _draw_evidence(axis: Any, outcome: GateOutcome) -> None:
     decision, test = outcome.decision, outcome.plan.test
     trial = np.arange(1, decision.trials + 1)
     for log_evidence, needed, colour, label in (

@@ -12,7 +12,7 @@ from reports.palette import LINES, RAW, XYZ
 from reports.plots.style import WIDTH_IN
 from scenarios.arrays import Array
 from validation.bound.limit import Limit
-from validation.planning.next_leg import Onward
+from validation.planning.next_leg import LegSequence
 from validation.planning.plan import Plan
 from validation.text import symbol
 
@@ -40,7 +40,7 @@ def draw_angles(found: Plan) -> Figure:
     return figure
 
 
-def draw_gains(found: Onward) -> Figure:
+def draw_gains(found: LegSequence) -> Figure:
     """The goal's error after each leg that pays, over the time flown, and after the one that no longer does."""
     figure = Figure(figsize=(WIDTH_IN, 3.0), layout="constrained")
     axis: Any = figure.subplots()

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from diagnosis.result import Named, parameters
 from diagnosis.several.common_effects import Common
-from diagnosis.several.result import Together
+from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.transfer import There
 from reports.palette import LINES, RAW, SOFT
 from reports.plots.diagnosis import AFTER, BEFORE
@@ -22,7 +22,7 @@ MOST_COLUMNS, FINE, COARSE = 3, 1500, 200
 """Panels beside each other; points of the pale and of the bold lines over time."""
 
 
-def draw_coefficients(found: Together, one: Common) -> Figure:
+def draw_coefficients(found: PooledDiagnosis, one: Common) -> Figure:
     """Every component of an effect's parameters by recording with its 95 % interval; the band is the pooled one's."""
     panels = _panels(one)
     columns = min(len(panels), MOST_COLUMNS)
@@ -71,7 +71,7 @@ def _component(one: Named, name: str, index: int) -> tuple[float, float, float]:
     return value, float(np.ravel(p["low"])[index]), float(np.ravel(p["high"])[index])
 
 
-def _draw_component(axis: Any, found: Together, one: Common, name: str, index: int) -> None:
+def _draw_component(axis: Any, found: PooledDiagnosis, one: Common, name: str, index: int) -> None:
     value, low, high = _component(one.named, name, index)
     axis.axvspan(low, high, color=LINES[0], alpha=0.15, linewidth=0)
     axis.axvline(value, color=LINES[0], linewidth=1.0)
@@ -84,7 +84,7 @@ def _draw_component(axis: Any, found: Together, one: Common, name: str, index: i
         axis.errorbar(v, row, xerr=[[v - a], [b - v]], fmt="o", color=colour, markersize=4, capsize=3)
 
 
-def draw_gaps(found: Together) -> Figure:
+def draw_gaps(found: PooledDiagnosis) -> Figure:
     """Measured minus simulated over time, one row a recording: before, and after with the others' coefficients."""
     figure = Figure(figsize=(WIDTH_IN, 1.6 * len(found.names) + 0.8), layout="constrained")
     axes = figure.subplots(len(found.names), 1, squeeze=False)[:, 0]

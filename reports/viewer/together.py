@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from diagnosis.several.result import Together
+from diagnosis.several.result import PooledDiagnosis
 from reports.palette import XYZ
 from reports.plots.diagnosis import AFTER, BEFORE
 from reports.series import block_means, length_for
@@ -18,7 +18,7 @@ from reports.words.together import headline
 MOST_ROWS = 100_000
 
 
-def together_recording(found: Together, title: str) -> bytes:
+def together_recording(found: PooledDiagnosis, title: str) -> bytes:
     """The recording as the bytes of an .rrd file with its layout.
 
     On the timeline `time` (seconds since each recording's first sample): `<name>/residual/before` and `.../after`, the
@@ -40,7 +40,7 @@ def together_recording(found: Together, title: str) -> bytes:
     return recorded(name, _layout(found), fill)
 
 
-def _layout(found: Together) -> rrb.Blueprint:
+def _layout(found: PooledDiagnosis) -> rrb.Blueprint:
     tabs = []
     for name, own, before in zip(found.names, found.each, found.before_nT, strict=True):
         time_s = own.problem.state.time_s

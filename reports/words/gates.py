@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from validation.gates.power import MOST_TRIALS
-from validation.gates.progress import Outcome
+from validation.gates.progress import GateOutcome
 from validation.text import counted, figure
 
 MARKS = {"pass": "✅", "fail": "❌", "inconclusive": "❔"}
 HEADS = ("gate", "verdict", "measured", "limit", "trials", "smallest defect seen")
 
 
-def headline(outcomes: Sequence[Outcome]) -> str:
+def headline(outcomes: Sequence[GateOutcome]) -> str:
     """How many gates failed and were left undecided; else how many passed."""
     number = {verdict: sum(one.verdict == verdict for one in outcomes) for verdict in MARKS}
     parts = [f"{number['fail']} of {counted(len(outcomes), 'gate')} failed"] if number["fail"] else []
@@ -23,7 +23,7 @@ def headline(outcomes: Sequence[Outcome]) -> str:
     return ", ".join(parts) or f"{counted(len(outcomes), 'gate')} passed"
 
 
-def gate_rows(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
+def gate_rows(outcomes: Sequence[GateOutcome]) -> list[tuple[str, ...]]:
     """A row a gate, with HEADS."""
     return [
         (
@@ -38,7 +38,7 @@ def gate_rows(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
     ]
 
 
-def sentence(outcome: Outcome) -> str:
+def sentence(outcome: GateOutcome) -> str:
     """What was measured, the limit, and in how many trials it was exceeded."""
     gate, k = outcome.plan.gate, int(outcome.decision.exceeded.sum())
     quantile = "median" if gate.quantile == 0.5 else f"{100 * gate.quantile:g} % quantile of"
@@ -50,14 +50,14 @@ def sentence(outcome: Outcome) -> str:
     return text
 
 
-def seen(outcome: Outcome) -> str:
+def seen(outcome: GateOutcome) -> str:
     """The smallest defect that the gate could have seen, with which probability, within how many trials."""
     chance = f"{100 * outcome.plan.gate.power:g} %, within {counted(outcome.plan.max_trials, 'trial')}"
     factor = f": {figure(outcome.factor_seen)} times what was measured" if np.isfinite(outcome.smallest_seen) else ""
     return f"smallest defect that this gate catches ({chance}): {_defect(outcome)}{factor}"
 
 
-def advice(outcome: Outcome) -> str:
+def advice(outcome: GateOutcome) -> str:
     """What to do about a verdict that is not `pass`."""
     if outcome.verdict == "pass":
         return ""
@@ -70,7 +70,7 @@ def advice(outcome: Outcome) -> str:
     return f"at this rate {counted(more, 'more trial')} would decide: max_trials = {total}, or a limit farther away"
 
 
-def amount(outcome: Outcome, value: float) -> str:
+def amount(outcome: GateOutcome, value: float) -> str:
     """A finite value that the limit is held against: in the score's unit, or as a multiple."""
     gate = outcome.plan.gate
     if gate.kind == "limit":
@@ -78,7 +78,7 @@ def amount(outcome: Outcome, value: float) -> str:
     return f"{figure(value)} x {gate.reference or 'baseline'}"
 
 
-def _defect(outcome: Outcome) -> str:
+def _defect(outcome: GateOutcome) -> str:
     if np.isfinite(outcome.smallest_seen):
         return amount(outcome, outcome.smallest_seen)
     return f"over it in {100 * outcome.exceedance_seen:.0f} % of trials"

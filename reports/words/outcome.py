@@ -16,7 +16,7 @@ from sim.tracking import warning
 from sim.vehicles import VEHICLES
 from validation.scoring.definitions import MEANINGS, Meaning
 from validation.scoring.outcome import Outcome
-from validation.scoring.recommendation import Answer
+from validation.scoring.recommendation import Recommendation
 from validation.scoring.scores import Score
 from validation.text import digits, duration, plainly, sentence, symbol, words
 
@@ -74,7 +74,7 @@ def headline(outcome: Outcome) -> str:
     return "\n\n".join([*paragraphs, f"{ONE_RUN} `{compare_command(outcome)}`"])
 
 
-def failures(found: Answer) -> list[tuple[str, str]]:
+def failures(found: Recommendation) -> list[tuple[str, str]]:
     """Who failed, with the status, and why; best first."""
     return [
         (f"{name} ({STATUS_WORDS[status.kind]})", _one_line(status.reason)) for name, status in found.failed.items()
@@ -142,26 +142,26 @@ def _fit_in_words(calibration: Calibration | None) -> dict[str, Any]:
     if calibration is None:
         return {"kind": "", "status": "–", "time": NO_CELL}
     status, wall_s = calibration.status, calibration.wall_s
-    return {"kind": status.kind, "status": STATUS_WORDS[status.kind], "time": Cell(digits(wall_s, 2), wall_s)}
+    return {"kind": status.kind, "status": STATUS_WORDS[status.kind], "time": ScoreCell(digits(wall_s, 2), wall_s)}
 
 
 @dataclass(frozen=True)
-class Cell:
+class ScoreCell:
     """What a table shows, and the number that sorts it; None for none."""
 
     text: str
     value: float | None
 
 
-NO_CELL = Cell("–", None)
+NO_CELL = ScoreCell("–", None)
 
 
-def _cell(score: Score | None) -> Cell:
+def _cell(score: Score | None) -> ScoreCell:
     if score is None:
         return NO_CELL
     counted = not score.unit and float(score.value).is_integer()
     text = plainly(score.value) if counted else digits(score.value)
-    return Cell(text + ("†" if score.rotation_removed else ""), score.value if np.isfinite(score.value) else None)
+    return ScoreCell(text + ("†" if score.rotation_removed else ""), score.value if np.isfinite(score.value) else None)
 
 
 def notes_markdown(outcome: Outcome) -> str:

@@ -20,7 +20,7 @@ ENOUGH = 8.0
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class PushTransition:
     """Way, speed and acceleration (n,) on a grid of step_s while the push goes from one level to another and stays."""
 
     levels: tuple[float, float]
@@ -76,13 +76,13 @@ class Swaying:
         found[1:, (t_s <= 0.0) | (t_s >= ends[-1])] = 0.0
         return Jet(*found)
 
-    def _parts(self, times: int) -> list[tuple[float, Stretch]]:
+    def _parts(self, times: int) -> list[tuple[float, PushTransition]]:
         """The stretches one after the other, each with the way it goes."""
         first, swing, last, stop = _stretches(self)
         swings = [((-1.0) ** number, swing) for number in range(2 * times - 1)]
         return [(1.0, first), *swings, (1.0, last), (1.0, stop)]
 
-    def _within(self, part: Stretch, t_s: Array) -> Array:
+    def _within(self, part: PushTransition, t_s: Array) -> Array:
         """Way, speed and acceleration (3, n) at times within a stretch."""
         way, speed = part.at(t_s)
         push = self.push_m_s2 * self._level(part.levels, t_s)
@@ -91,15 +91,15 @@ class Swaying:
     def _level(self, levels: tuple[float, float], t_s: Array) -> Array:
         return levels[0] + (levels[1] - levels[0]) * smoothstep(t_s, self.switch_s).x
 
-    def stretch(self, levels: tuple[float, float], speed: float, lasts_s: float) -> Stretch:
+    def stretch(self, levels: tuple[float, float], speed: float, lasts_s: float) -> PushTransition:
         """From a speed, for a time; a negative one: back from it."""
         count = max(1, math.ceil(abs(lasts_s) / STEP_S))
         step = lasts_s / count
         begin = 0.0 if step > 0 else -lasts_s
         pushes = self.push_m_s2 * self._level(levels, np.asarray(begin + step * np.arange(2 * count + 1) / 2.0))
-        return Stretch(levels, abs(step), _integrated(pushes.tolist(), step, speed, self.drag_1_m))
+        return PushTransition(levels, abs(step), _integrated(pushes.tolist(), step, speed, self.drag_1_m))
 
-    def until(self, levels: tuple[float, float], speed: float, reached: float) -> Stretch:
+    def until(self, levels: tuple[float, float], speed: float, reached: float) -> PushTransition:
         """From a speed until another, larger one is reached."""
         long = self.stretch(levels, speed, ENOUGH * self.half_s + self.switch_s)
         speeds = long.state[:, 1]
@@ -109,7 +109,7 @@ class Swaying:
 
 
 @lru_cache(maxsize=4096)
-def _stretches(sway: Swaying) -> tuple[Stretch, Stretch, Stretch, Stretch]:
+def _stretches(sway: Swaying) -> tuple[PushTransition, PushTransition, PushTransition, PushTransition]:
     """From rest to full speed, a swing from one to the other way, back until slow, to rest."""
     low, high = 0.0, sway.push_m_s2 * sway.half_s
     for _ in range(ROUNDS):

@@ -15,7 +15,7 @@ from scenarios.paths.jet import Jet, assemble, constant, run, sine, smoothstep, 
 AXES = ("yaw", "pitch", "roll")
 
 
-class Turntable(RunIn):
+class TurntablePhase(RunIn):
     """A motion of the three hinges; the position stays."""
 
     needs: ClassVar[Ability] = Ability.POINT
@@ -32,7 +32,7 @@ class Turntable(RunIn):
         return assemble((east, north, up), angles[0] + start.yaw_rad, *angles[1:])
 
 
-class TurntableStops(Turntable):
+class TurntableStops(TurntablePhase):
     """Steps of equal size about one hinge with a rest before each ([Zhou2012]: 12 stops of 30 degrees clockwise).
 
     After the last rest the table completes the turn, or goes back, to where it began.
@@ -79,7 +79,7 @@ class TurntableStops(Turntable):
         return self.place(start, (yaw, pitch, roll), t_s)
 
 
-class TurntableTurns(Turntable):
+class TurntableTurns(TurntablePhase):
     """A full turn about each body axis in sequence (x, y, z), then about all three together ([Long2013])."""
 
     kind: Literal["turntable_turns"]
@@ -109,7 +109,7 @@ class TurntableTurns(Turntable):
         return run(inside, 0.0, np.radians(self.rate_deg_s), self.run_in_s, self.turn_s - self.run_in_s)
 
 
-class Tumble(Turntable):
+class Tumble(TurntablePhase):
     """Turns about all three hinges with periods that do not fit each other: the whole sphere.
 
     roll = A_r sin(2 pi t / P_r + p_r), pitch likewise, each windowed over run_in_s at both ends; yaw at constant rate.

@@ -11,7 +11,7 @@ from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import Clues
 from sim.effects.kernels import first_order_lag
-from sim.effects.values import ChannelName, Choice, Quantity, Vec3
+from sim.effects.values import ChannelName, OneOf, Quantity, Vec3
 from sim.state import State
 
 Late = Literal["channel", "curve"]
@@ -55,7 +55,7 @@ class ChannelEffect(Effect):
     lag_s: Annotated[
         float, Quantity("s", 0.0, 1e5, "time constant of the lag; 0: at once", role="listed", tried=LAGS_S)
     ] = 0.0
-    late: Annotated[Late, Choice("what comes late: the channel before its curve, or the curve")] = "channel"
+    late: Annotated[Late, OneOf("what comes late: the channel before its curve, or the curve")] = "channel"
 
     def problem(self) -> str | None:
         acts = any(value != 0 for power in (self.linear_nT, self.square_nT, self.cube_nT) for value in power)

@@ -11,7 +11,7 @@ from sim.effects.base import ZERO3, Effect, Memory, array, frozen
 from sim.effects.clues import IN_ITS_MOUNT, Clues
 from sim.effects.kernels import times
 from sim.effects.rotation import rotation, triangular, zhang_installation
-from sim.effects.values import Choice, Quantity, Vec3
+from sim.effects.values import OneOf, Quantity, Vec3
 from sim.state import State
 
 
@@ -29,7 +29,7 @@ class Misalignment(Effect):
     clues = Clues(apart=IN_ITS_MOUNT, remedy="calibrate with attitude, against the field's vector", absorbed=True)
 
     angles_deg: Annotated[Vec3, Quantity("deg", -180.0, 180.0, "about forward, left, up", role="tangent")] = ZERO3
-    form: Annotated[Literal["rotation", "zhang2018"], Choice("rotation, or the matrix of Zhang2018 eq. 2")] = "rotation"
+    form: Annotated[Literal["rotation", "zhang2018"], OneOf("rotation, or the matrix of Zhang2018 eq. 2")] = "rotation"
 
     def matrix(self) -> Array:
         """R (3, 3)."""

@@ -103,7 +103,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Choice:
+class OneOf:
     """Annotation of a parameter that takes one of a few words."""
 
     doc: str
@@ -140,10 +140,10 @@ class Parameter:
 
     @classmethod
     def of(cls, name: str, info: FieldInfo) -> Parameter:
-        """The parameter of a field annotated with a `Quantity`, a `Choice` or a `ChannelName`."""
-        about = next(note for note in info.metadata if isinstance(note, Quantity | Choice | ChannelName))
+        """The parameter of a field annotated with a `Quantity`, a `OneOf` or a `ChannelName`."""
+        about = next(note for note in info.metadata if isinstance(note, Quantity | OneOf | ChannelName))
         if not isinstance(about, Quantity):
-            role: Role = "fixed" if isinstance(about, Choice) else "channel"
+            role: Role = "fixed" if isinstance(about, OneOf) else "channel"
             words = Quantity("", 0.0, 0.0, about.doc, role=role)
             return cls(name, info.default, (), words, options=get_args(info.annotation))
         several = get_origin(info.annotation) is not tuple and bool(get_args(info.annotation))

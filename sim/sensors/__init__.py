@@ -12,7 +12,7 @@ from pydantic import AfterValidator, WithJsonSchema
 
 from scenarios.names import closest
 from scenarios.problems import misfit
-from sim.sensors.base import Figure, Sensor
+from sim.sensors.base import DatasheetFigure, Sensor
 from sim.sensors.chips import AK09916, BMM350, HMC5883L, IST8310, LIS3MDL, RM3100
 from sim.sensors.fluxgates import FLC3_70, MAG_03
 from sim.sensors.scalars import G_882, GSM_19
@@ -43,4 +43,4 @@ def _known(name: str) -> str:
 
 SensorName = Annotated[str, AfterValidator(_known), WithJsonSchema({"type": "string", "enum": list(SENSORS)})]
 
-__all__ = ["SENSORS", "Figure", "Sensor", "SensorName"]
+__all__ = ["SENSORS", "DatasheetFigure", "Sensor", "SensorName"]

@@ -14,7 +14,7 @@ Values = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Figure:
+class DatasheetFigure:
     """One figure of a data sheet: its words there, and the effect that stands for it.
 
     values : parameters of the effect, or a function of the sample rate in Hz that gives them.
@@ -46,7 +46,7 @@ class Sensor:
     name: str
     summary: str
     document: str
-    figures: tuple[Figure, ...]
+    figures: tuple[DatasheetFigure, ...]
     left_out: str
     fastest_hz: float | None = None
     scalar: bool = False

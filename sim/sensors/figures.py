@@ -18,7 +18,7 @@ from sim.effects.geometry import NonOrthogonality, Scale
 from sim.effects.noise import WhiteNoise
 from sim.effects.nonlinear import Hysteresis, Nonlinearity
 from sim.effects.temperature import TemperatureOffset, TemperatureScale
-from sim.sensors.base import Figure
+from sim.sensors.base import DatasheetFigure
 
 REFERENCE_DEGC = 25.0
 """Temperature at which data sheets give offset and sensitivity."""
@@ -36,79 +36,81 @@ def within(size: float) -> Vary:
     return Vary(uniform=(-size, size))
 
 
-def full_scale(words: str, range_nT: float, **about: Any) -> Figure:
+def full_scale(words: str, range_nT: float, **about: Any) -> DatasheetFigure:
     """Greatest field on an axis, nT, beyond which the output stays where it is."""
-    return Figure("range", words, Saturation, {"full_scale_nT": range_nT}, **about)
+    return DatasheetFigure("range", words, Saturation, {"full_scale_nT": range_nT}, **about)
 
 
-def resolution(words: str, step_nT: float, **about: Any) -> Figure:
+def resolution(words: str, step_nT: float, **about: Any) -> DatasheetFigure:
     """Field of one least significant bit, nT."""
-    return Figure("resolution", words, Quantisation, {"step_nT": step_nT}, **about)
+    return DatasheetFigure("resolution", words, Quantisation, {"step_nT": step_nT}, **about)
 
 
-def noise(words: str, *std_nT: float, **about: Any) -> Figure:
+def noise(words: str, *std_nT: float, **about: Any) -> DatasheetFigure:
     """Standard deviation of a sample at rest, nT, of all axes or of x, y, z; taken as white."""
     axes = list(std_nT) if len(std_nT) > 1 else 3 * list(std_nT)
-    return Figure("noise", words, WhiteNoise, {"std_nT": axes}, **about)
+    return DatasheetFigure("noise", words, WhiteNoise, {"std_nT": axes}, **about)
 
 
-def noise_density(words: str, density_nT_sqrt_hz: float, **about: Any) -> Figure:
+def noise_density(words: str, density_nT_sqrt_hz: float, **about: Any) -> DatasheetFigure:
     """One-sided amplitude density d in nT/sqrt(Hz), taken as white: ``d sqrt(f / 2)`` at the sample rate f."""
 
     def at(rate_hz: float) -> dict[str, list[float]]:
         return {"std_nT": 3 * [density_nT_sqrt_hz * math.sqrt(rate_hz / 2)]}
 
-    return Figure("noise", words, WhiteNoise, at, **about)
+    return DatasheetFigure("noise", words, WhiteNoise, at, **about)
 
 
-def offset(words: str, law: Vary, **about: Any) -> Figure:
+def offset(words: str, law: Vary, **about: Any) -> DatasheetFigure:
     """Output in no field, nT."""
-    return Figure("offset", words, SensorOffset, {"offset_nT": list(ZERO3)}, {"offset_nT": law}, **about)
+    return DatasheetFigure("offset", words, SensorOffset, {"offset_nT": list(ZERO3)}, {"offset_nT": law}, **about)
 
 
-def offset_drift(words: str, law: Vary, **about: Any) -> Figure:
+def offset_drift(words: str, law: Vary, **about: Any) -> DatasheetFigure:
     """Change of the offset with temperature, nT/K."""
     values = {"slope_nT_K": list(ZERO3), "reference_degC": REFERENCE_DEGC}
-    return Figure("offset drift", words, TemperatureOffset, values, {"slope_nT_K": law}, **about)
+    return DatasheetFigure("offset drift", words, TemperatureOffset, values, {"slope_nT_K": law}, **about)
 
 
-def sensitivity(words: str, law: Vary, **about: Any) -> Figure:
+def sensitivity(words: str, law: Vary, **about: Any) -> DatasheetFigure:
     """Error of the sensitivity, as a part of it."""
-    return Figure("sensitivity", words, Scale, {"error": list(ZERO3)}, {"error": law}, **about)
+    return DatasheetFigure("sensitivity", words, Scale, {"error": list(ZERO3)}, {"error": law}, **about)
 
 
-def sensitivity_drift(words: str, law: Vary, **about: Any) -> Figure:
+def sensitivity_drift(words: str, law: Vary, **about: Any) -> DatasheetFigure:
     """Change of the sensitivity with temperature, 1/K."""
     values = {"slope_1_K": list(ZERO3), "reference_degC": REFERENCE_DEGC}
-    return Figure("sensitivity drift", words, TemperatureScale, values, {"slope_1_K": law}, **about)
+    return DatasheetFigure("sensitivity drift", words, TemperatureScale, values, {"slope_1_K": law}, **about)
 
 
-def sensitivity_slope(words: str, slope_1_K: float, **about: Any) -> Figure:
+def sensitivity_slope(words: str, slope_1_K: float, **about: Any) -> DatasheetFigure:
     """Change of the sensitivity with temperature that every unit has, 1/K."""
     values = {"slope_1_K": 3 * [slope_1_K], "reference_degC": REFERENCE_DEGC}
-    return Figure("sensitivity drift", words, TemperatureScale, values, **about)
+    return DatasheetFigure("sensitivity drift", words, TemperatureScale, values, **about)
 
 
-def orthogonality(words: str, law: Vary, **about: Any) -> Figure:
+def orthogonality(words: str, law: Vary, **about: Any) -> DatasheetFigure:
     """How far the axes lean to each other, degrees."""
-    return Figure("orthogonality", words, NonOrthogonality, {"angles_deg": list(ZERO3)}, {"angles_deg": law}, **about)
+    return DatasheetFigure(
+        "orthogonality", words, NonOrthogonality, {"angles_deg": list(ZERO3)}, {"angles_deg": law}, **about
+    )
 
 
-def linearity(words: str, part: float, span_nT: float, **about: Any) -> Figure:
+def linearity(words: str, part: float, span_nT: float, **about: Any) -> DatasheetFigure:
     """Greatest departure from the best straight line over +-span, as a part of the span.
 
     It stands for a cubic: ``c3 x^3`` departs from its best line over -1 to 1 by ``c3 / 4`` (Chebyshev).
     """
     values = {"third_order": list(ZERO3), "reference_nT": span_nT}
-    return Figure("linearity", words, Nonlinearity, values, {"third_order": within(4 * part)}, **about)
+    return DatasheetFigure("linearity", words, Nonlinearity, values, {"third_order": within(4 * part)}, **about)
 
 
-def hysteresis(words: str, width_nT: float, **about: Any) -> Figure:
+def hysteresis(words: str, width_nT: float, **about: Any) -> DatasheetFigure:
     """Distance between the ways up and down, nT: a stop operator of half-width r and gain g leaves ``2 g r``."""
     values = {"gain": 3 * [width_nT / (2 * PLAY_NT)], "threshold_nT": PLAY_NT}
-    return Figure("width of hysteresis", words, Hysteresis, values, **about)
+    return DatasheetFigure("width of hysteresis", words, Hysteresis, values, **about)
 
 
-def bandwidth(words: str, cutoff_hz: float, **about: Any) -> Figure:
+def bandwidth(words: str, cutoff_hz: float, **about: Any) -> DatasheetFigure:
     """Frequency in Hz at which the power is halved."""
-    return Figure("frequency response", words, Bandwidth, {"cutoff_hz": cutoff_hz}, **about)
+    return DatasheetFigure("frequency response", words, Bandwidth, {"cutoff_hz": cutoff_hz}, **about)

@@ -12,7 +12,7 @@ from pydantic import Field
 from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase
 from scenarios.paths.dive import Ascent, Descent
-from sim.engine import Log, mass_matrix
+from sim.engine import StateLog, mass_matrix
 from sim.portable import pseudo_inverse
 from sim.vehicles.auv_control import GAINS_SIZE, MEMORY_SIZE, THRUSTERS, follow
 from sim.vehicles.base import Kinematics, Vehicle, VehicleTable, free_body_kinematics
@@ -87,6 +87,6 @@ class Auv(Vehicle):
         thrust_N = np.abs(ctrl[:, :THRUSTERS])
         return np.asarray(AMPERE_PER_N_1_5 * thrust_N * np.sqrt(thrust_N))
 
-    def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
+    def kinematics(self, model: mujoco.MjModel, log: StateLog) -> Kinematics:
         """Motion of the hull's centre."""
         return free_body_kinematics(log)

@@ -14,7 +14,7 @@ import numpy as np
 from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase
 from scenarios.table import Table
-from sim.engine import Log
+from sim.engine import StateLog
 from sim.vehicles.geoms import Geom, visible_geoms
 
 MODELS = Path(__file__).parent.parent / "models"
@@ -117,12 +117,12 @@ class Vehicle(ABC):
     def currents_A(self, ctrl: Array) -> Array:
         """Motor currents (n, motors) from the actuator commands (n, nu)."""
 
-    def channels(self, log: Log) -> dict[str, Array]:
+    def channels(self, log: StateLog) -> dict[str, Array]:
         """Its `own_channels`, each (n,), from the engine's log, such as a battery's charge; none by default."""
         return {}
 
     @abstractmethod
-    def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
+    def kinematics(self, model: mujoco.MjModel, log: StateLog) -> Kinematics:
         """Motion from the engine's log."""
 
     def turns(self, q: Array) -> dict[str, Array]:
@@ -138,6 +138,6 @@ REQUIRED = ("name", "table", "summary", "noun", "abilities", "model_file", "body
 """What a vehicle must say; a class without is refused when it is made."""
 
 
-def free_body_kinematics(log: Log) -> Kinematics:
+def free_body_kinematics(log: StateLog) -> Kinematics:
     """Motion of a free joint: MuJoCo's qvel is linear in the world frame and angular in the body frame."""
     return Kinematics(log.qpos[:, :3], log.qpos[:, 3:], log.qvel[:, :3], log.qvel[:, 3:], log.accel[:, :3])

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase
-from sim.engine import Log
+from sim.engine import StateLog
 from sim.processes import GaussMarkov
 from sim.vehicles.base import STEP_S, Kinematics, Vehicle, VehicleTable, free_body_kinematics
 from sim.vehicles.quadrotor_control import SIZE, control
@@ -92,7 +92,7 @@ class Quadrotor(Vehicle):
         thrust_N = np.maximum(ctrl, 0.0)
         return np.asarray(AMPERE_PER_N32 * thrust_N * np.sqrt(thrust_N))
 
-    def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
+    def kinematics(self, model: mujoco.MjModel, log: StateLog) -> Kinematics:
         return free_body_kinematics(log)
 
 

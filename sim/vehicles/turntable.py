@@ -10,7 +10,7 @@ from numba import njit
 
 from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase
-from sim.engine import Log, control_signature
+from sim.engine import StateLog, control_signature
 from sim.rotation import multiply_q, q_from_rotation_vector
 from sim.vehicles.base import Kinematics, Vehicle, VehicleTable
 
@@ -99,7 +99,7 @@ class Turntable(Vehicle):
     def currents_A(self, ctrl: Array) -> Array:
         return np.zeros((len(ctrl), 0))
 
-    def kinematics(self, model: mujoco.MjModel, log: Log) -> Kinematics:
+    def kinematics(self, model: mujoco.MjModel, log: StateLog) -> Kinematics:
         """From the hinges' angles and rates: with yaw y, pitch p, roll r,
 
         w = (r' - y' sin p, p' cos r + y' sin r cos p, y' cos r cos p - p' sin r)   (body frame).
@@ -118,7 +118,7 @@ class Turntable(Vehicle):
         return {PLATFORM: q, PITCH_FRAME: middle, YAW_FRAME: outer}
 
 
-def _body_rate(log: Log) -> Array:
+def _body_rate(log: StateLog) -> Array:
     (sp, sr), (cp, cr) = np.sin(log.qpos[:, 1:]).T, np.cos(log.qpos[:, 1:]).T
     yaw, pitch, roll = log.qvel.T
     return np.column_stack([roll - yaw * sp, pitch * cr + yaw * sr * cp, yaw * cr * cp - pitch * sr])

@@ -12,9 +12,9 @@ import pytest
 from diagnosis.decision import coloured_choice as hearing
 from diagnosis.evidence import baseline as ground
 from diagnosis.evidence import held_out as compare
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge, judged_at
-from diagnosis.evidence.residual_tests import Battery
+from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.library.candidates import proposed
 from diagnosis.policy import STANDARD
 from diagnosis.problem.blocks import held_out
@@ -70,7 +70,7 @@ def _problem(recording: Any, model: ModelSpec) -> LinearProblem:
 
 def _fixed(problem: LinearProblem) -> list[compare.Evidence]:
     """Evidence of the candidates that have no search, at one setting each."""
-    basis = Ground.of(problem)
+    basis = Baseline.of(problem)
     members = [several[0] for several in proposed(problem).values() if not several[0].effect.sought()]
     judged = [judged_at(basis, [one]) for one in members]
     return [e for e in judged if e is not None]
@@ -82,7 +82,7 @@ def _cost_of_a_column(problem: LinearProblem) -> float:
 
 
 def _most_evidence(problem: LinearProblem) -> float:
-    basis = Ground.of(problem)
+    basis = Baseline.of(problem)
     judged = [judge(basis, several) for several in proposed(problem).values() if not several[0].effect.sought()]
     return max(e.nats for e in judged if e is not None)
 
@@ -112,7 +112,7 @@ def _no_deflation(patch: pytest.MonkeyPatch) -> None:
 
 
 def _anything_is_clean(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(Battery, "clean", property(lambda battery: True))
+    patch.setattr(ResidualTests, "clean", property(lambda battery: True))
 
 
 def _weakest_first(patch: pytest.MonkeyPatch) -> None:

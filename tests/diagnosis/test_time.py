@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from diagnosis.decision.selection import select
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.direct import direct_evidence, held_rows
 from diagnosis.evidence.held_out import judge
 from diagnosis.library.candidates import Candidate, proposed
@@ -59,7 +59,7 @@ def test_what_is_held_out_gains_no_more_than_what_is_fitted(seed: int) -> None:
     motion = _turn(BURSTS_S, 4e-4, seed)
     mag_nT = motion.inv().apply(FIELD_ENU_NT) + 5 * rng.normal(size=(len(BURSTS_S), 3))
     rate = (motion.inv() * _turn(BURSTS_S + 1e-4, 4e-4, seed)).as_rotvec() / 1e-4 + 1e-3 * rng.normal(size=mag_nT.shape)
-    ground = Ground.of(pose(Recording(time_s=BURSTS_S, mag_nT=mag_nT, gyro_rad_s=rate), None, STRENGTH_NT, ()))
+    ground = Baseline.of(pose(Recording(time_s=BURSTS_S, mag_nT=mag_nT, gyro_rad_s=rate), None, STRENGTH_NT, ()))
     for name, several in proposed(ground.problem).items():
         found = judge(ground, several)
         fitted = 0.0 if found is None else len(BURSTS_S) * found.strength**2 / 2

@@ -14,7 +14,7 @@ import pytest
 
 import magbench
 from magbench import InputError
-from magbench.results import CalibrationResult, Shown
+from magbench.results import CalibrationResult, Displayed
 from recordings import Recording
 from scenarios.arrays import Array
 from tests.short import short
@@ -162,7 +162,7 @@ def test_a_calibration_that_flattens_the_field_is_not_applied() -> None:
         magbench.apply(eddy, turning)
 
 
-def shown(result: Shown, rows: int) -> str:
+def shown(result: Displayed, rows: int) -> str:
     """What a notebook shows: a line or few of text, a picture, and a table of so many rows."""
     assert len(repr(result)) < 500
     html = result._repr_html_()

@@ -11,7 +11,7 @@ import magbench
 from magbench import InputError
 from magbench.bounds_results import OnwardResult, PlanResult
 from tests.magbench.test_api import STRENGTH_NT, as_csv, measured
-from validation.bound.query import Question
+from validation.bound.query import BoundQuery
 
 SHORT = "phases.0.duration_s=60"
 
@@ -20,7 +20,7 @@ def test_the_bound_of_a_scenario_by_name_or_loaded_shows_itself() -> None:
     found = magbench.bound("standard-full", "vector", overrides=[SHORT])
     other = magbench.bound(magbench.load("standard-full", [SHORT]), "vector")
     assert found.bound.offset_rms_nT == other.bound.offset_rms_nT
-    assert found.bound.offset_rms_nT == Question("vector").of_scenario(other_scenario()).bound.offset_rms_nT
+    assert found.bound.offset_rms_nT == BoundQuery("vector").of_scenario(other_scenario()).bound.offset_rms_nT
     assert "no method can find the offset" in repr(found)
     assert found.to_frame().shape == (3, 4)
     assert found.plot().axes

@@ -14,7 +14,7 @@ from papers.long2013.trials import (
     SCALE,
     SOFT_IRON,
     STRENGTH_NT,
-    Task,
+    LongTask,
     attitude_errors_deg,
     calibration_turns,
     effects,
@@ -84,7 +84,7 @@ def test_a_turned_field_is_an_attitude_error_of_that_size():
 
 
 def test_one_trial_is_within_the_printed_figures_and_repeats():
-    one, other = run(Task(3, 100.0)), run(Task(3, 100.0))
+    one, other = run(LongTask(3, 100.0)), run(LongTask(3, 100.0))
     np.testing.assert_array_equal(one.after_nT, other.after_nT)
     assert one.status == "ok"
     assert one.worst_share < 0.02 < 0.3 < np.abs(one.before_nT / STRENGTH_NT - 1).max()
@@ -94,7 +94,7 @@ def test_one_trial_is_within_the_printed_figures_and_repeats():
 
 
 def test_without_noise_only_alignment_separates_the_two_corrections():
-    trial = run(Task(0, 1e-3))
+    trial = run(LongTask(0, 1e-3))
     assert trial.worst_share < 1e-6
     assert np.abs(trial.corrected_deg).max() < 1e-3
     assert np.abs(trial.unaligned_deg).max() > 1.0

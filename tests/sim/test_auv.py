@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from scenarios.arrays import Array
 from scenarios.paths import Phase, PhaseBase
 from scenarios.spec import FieldSpec, SamplingSpec
-from sim.engine import Course, advance, log_of, plant_of
+from sim.engine import ReferenceTrack, advance, log_of, plant_of
 from sim.motion import drive
 from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
@@ -72,7 +72,7 @@ def follow_from_rest(reference: Array, attitude: Rotation | None = None) -> mujo
     data.qpos[3:7] = (attitude or Rotation.identity()).as_quat(scalar_first=True)
     n, gains = len(reference), vehicle.gains(model, phase(SPIRAL))
     plant = plant_of(model, data, vehicle.body, vehicle.added_mass(model))
-    course = Course(reference, np.zeros((n, 3)), gains, np.zeros(vehicle.memory_size))
+    course = ReferenceTrack(reference, np.zeros((n, 3)), gains, np.zeros(vehicle.memory_size))
     advance(follow, plant, course, log_of(model, n))
     return data
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scenarios.paths import Start
-from sim.engine import Course, advance, log_of, plant_of
+from sim.engine import ReferenceTrack, advance, log_of, plant_of
 from sim.vehicles.auv_control import follow
 from sim.vehicles.base import STEP_S
 from tests.sim.test_auv import COMB, SPIRAL, TILT, auv, phase
@@ -29,7 +29,7 @@ class TestIntegration:
             gains, memory, added = vehicle.gains(model, phase(table)), np.zeros(43), vehicle.added_mass(model)
             model.opt.timestep = STEP_S / parts
             plant = plant_of(model, data, vehicle.body, added)
-            held = Course(np.zeros((parts, 18)), np.zeros((parts, 3)), gains, memory, parts)
+            held = ReferenceTrack(np.zeros((parts, 18)), np.zeros((parts, 3)), gains, memory, parts)
             way, log = np.empty((n, 7)), log_of(model, 1)
             for i in range(n):
                 follow(data.qpos, data.qvel, reference[i], gains, memory, data.ctrl)

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from scenarios.arrays import Array
-from sim.engine import Course, Log, Stop, advance, control_signature, log_of, mass_matrix, plant_of
+from sim.engine import ReferenceTrack, StateLog, Stop, advance, control_signature, log_of, mass_matrix, plant_of
 from sim.vehicles.auv import Auv, AuvSpec
 from tests.sim.fossen import DENSITY, GRAVITY, Fossen, tuckerman
 
@@ -24,12 +24,12 @@ def hold(qpos, qvel, row, gains, memory, ctrl):
     """Leaves the commands as they are."""
 
 
-def run(model: Any, data: Any, seconds: float, dt: float, current: Any = (0, 0, 0), every: int = 1) -> Log:
+def run(model: Any, data: Any, seconds: float, dt: float, current: Any = (0, 0, 0), every: int = 1) -> StateLog:
     """The log of the engine with constant commands, a row at each `every`-th step; the water from `Auv.added_mass`."""
     model.opt.timestep = dt
     steps = round(seconds / dt)
     log, flow = log_of(model, -(-steps // every)), np.tile(np.asarray(current, float), (steps, 1))
-    course = Course(np.zeros((steps, 18)), flow, np.zeros(1), np.zeros(1), every)
+    course = ReferenceTrack(np.zeros((steps, 18)), flow, np.zeros(1), np.zeros(1), every)
     assert advance(hold, plant_of(model, data, AUV.body, AUV.added_mass(model)), course, log) == steps
     return log
 
@@ -225,7 +225,7 @@ class TestLoop:
         data.ctrl[8] = -100.0
         plant, log = plant_of(model, data, AUV.body, AUV.added_mass(model)), log_of(model, 400)
         nothing = np.zeros(1)
-        down = Course(np.zeros((2000, 18)), np.zeros((2000, 3)), nothing, nothing, 5, Stop(-depth_m, -1.0))
+        down = ReferenceTrack(np.zeros((2000, 18)), np.zeros((2000, 3)), nothing, nothing, 5, Stop(-depth_m, -1.0))
         done = advance(hold, plant, down, log)
         assert 0 < done < 2000
         assert done % 5 == 0

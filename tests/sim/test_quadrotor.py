@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from scipy.integrate import solve_ivp
 
 from scenarios.paths import Phase, Start
-from sim.engine import Course, advance, log_of, plant_of
+from sim.engine import ReferenceTrack, advance, log_of, plant_of
 from sim.rotation import matrix_from_q
 from sim.vehicles.base import STEP_S
 from sim.vehicles.quadrotor import GUST_CORRELATION_S, Quadrotor, QuadrotorSpec
@@ -46,7 +46,7 @@ def along(vehicle: Quadrotor, model: mujoco.MjModel, data: mujoco.MjData, phase:
     gains, log = vehicle.gains(model, path), log_of(model, 800)
     flow = vehicle.flow(800, np.random.default_rng(0), {})
     plant = plant_of(model, data, vehicle.body, vehicle.added_mass(model))
-    advance(control, plant, Course(reference, flow, gains, np.zeros(SIZE)), log)
+    advance(control, plant, ReferenceTrack(reference, flow, gains, np.zeros(SIZE)), log)
     return reference, gains, log
 
 

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from scenarios.spec import FieldSpec, SamplingSpec
-from sim.engine import Log
+from sim.engine import StateLog
 from sim.motion import drive
 from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
@@ -90,7 +90,7 @@ class TestPlant:
         vehicle, model, data = table()
         rng, rate = np.random.default_rng(3), np.zeros(6)
         angles, rates, none = *rng.normal(size=(2, 50, 3)) * 3, np.zeros((50, 3))
-        ours = vehicle.kinematics(model, Log(angles, rates, none, none))
+        ours = vehicle.kinematics(model, StateLog(angles, rates, none, none))
         platform = model.body("platform").id
         for angle, turning, q, rate_rad_s in zip(angles, rates, ours.q, ours.rate_rad_s, strict=True):
             data.qpos[:], data.qvel[:] = angle, turning
@@ -108,7 +108,7 @@ class TestPlant:
         model.opt.magnetic[:] = field
         angles = turn(TUMBLE, rate_hz=0.2).reference[:, 9:12]
         none = np.zeros_like(angles)
-        motion = vehicle.kinematics(model, Log(angles, none, none, none))
+        motion = vehicle.kinematics(model, StateLog(angles, none, none, none))
         for angle, R in zip(angles, matrix_from_q(motion.q), strict=True):
             data.qpos[:] = angle
             mujoco.mj_forward(model, data)

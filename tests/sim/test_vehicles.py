@@ -10,7 +10,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from scenarios.paths import PHASES, Ability, Phase
-from sim.engine import CONTROL, Log, mass_matrix
+from sim.engine import CONTROL, StateLog, mass_matrix
 from sim.motion import drive
 from sim.scenario import Scenario, json_schema
 from sim.tracking import LIMIT_M, Tracker
@@ -141,7 +141,7 @@ def test_flow_currents_and_kinematics_have_a_row_a_sample(vehicle: Vehicle, mode
     data = mujoco.MjData(model)
     vehicle.place(model, data)
     state = (data.qpos, data.qvel, data.ctrl, np.zeros(model.nv))
-    motion = vehicle.kinematics(model, Log(*(np.tile(part, (n, 1)) for part in state)))
+    motion = vehicle.kinematics(model, StateLog(*(np.tile(part, (n, 1)) for part in state)))
     assert motion.q.shape == (n, 4)
     np.testing.assert_allclose(np.linalg.norm(motion.q, axis=1), 1.0)
     for part in (motion.pos_enu_m, motion.velocity_m_s, motion.rate_rad_s, motion.accel_m_s2):

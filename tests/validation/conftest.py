@@ -16,7 +16,7 @@ from recordings.assemble import recording_of
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.scenario import ModelSpec, load
-from sim.simulate import Plan, blocks, plan
+from sim.simulate import PreparedRun, blocks, plan
 from sim.state import State
 
 BASE: dict[str, Any] = {
@@ -28,7 +28,7 @@ Flight = Callable[..., Recording]
 
 
 @lru_cache(maxsize=2)
-def _flown(scenario: str) -> tuple[Recording, State, Plan]:
+def _flown(scenario: str) -> tuple[Recording, State, PreparedRun]:
     quiet = ["navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0"]
     made = plan(load(scenario, quiet).model_copy(update={"effects": {}, "effect_order": None, "vary": {}}), 0, 1)
     columns: dict[str, list[Any]] = {}

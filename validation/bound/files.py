@@ -23,7 +23,7 @@ from sim.effects.base import Effect
 from sim.motion import Motion
 from sim.run import run_in_memory
 from sim.scenario import Scenario
-from sim.simulate import Plan, plan
+from sim.simulate import PreparedRun, plan
 from validation.bound.experiment import Experiment
 from validation.bound.sensor_noise import stated_colour, stated_noise_nT
 from validation.calibrating.fitting import reference_of
@@ -45,7 +45,11 @@ def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None, *
 
 
 def run_experiment(
-    run: Plan, noise_std_nT: float | None = None, *, coloured: bool = False, motions: Iterable[Motion] | None = None
+    run: PreparedRun,
+    noise_std_nT: float | None = None,
+    *,
+    coloured: bool = False,
+    motions: Iterable[Motion] | None = None,
 ) -> Experiment:
     """The same of a planned run, flown here if its motions are not given."""
     recording, truth = run_in_memory(run, motions)
@@ -110,7 +114,7 @@ def experiment_of(
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
+class _FittedField:
     """Field (n, 3) and matrix (3, 3) of a recording, and what they leave of it (n, 3 or 1), nT."""
 
     field_nT: Array
@@ -118,17 +122,17 @@ class _Seen:
     residual_nT: Array
 
 
-def _seen(recording: Recording, reference: Reference) -> _Seen:
+def _seen(recording: Recording, reference: Reference) -> _FittedField:
     fit = _fitted(recording, reference)
     measured_nT = recording.mag_nT if fit is None else fit.apply(recording)
     matrix = np.asarray(np.eye(3) if fit is None else np.linalg.inv(fit.matrix))
     if (fit is None or fit.name == VECTOR) and recording.att_q is not None and reference.field_enu_nT is not None:
         field_nT = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
-        return _Seen(field_nT, matrix, (measured_nT - field_nT) @ matrix.T)
+        return _FittedField(field_nT, matrix, (measured_nT - field_nT) @ matrix.T)
     size_nT = np.linalg.norm(measured_nT, axis=1)[:, None]
     field_nT = np.asarray(reference.strength_nT * measured_nT / size_nT)
     gain = np.linalg.norm((measured_nT / size_nT) @ np.linalg.inv(matrix), axis=1)[:, None]
-    return _Seen(field_nT, matrix, (size_nT - reference.strength_nT) / gain)
+    return _FittedField(field_nT, matrix, (size_nT - reference.strength_nT) / gain)
 
 
 def _fitted(recording: Recording, reference: Reference) -> Calibration | None:

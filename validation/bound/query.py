@@ -18,7 +18,7 @@ OPTION = "--what-if"
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class BoundAnswer:
     """Of one experiment: the bound, the least errors of what it is used for, the weak directions, the tilts' limit."""
 
     known: Experiment
@@ -29,7 +29,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Question:
+class BoundQuery:
     """What a method is told: `knowledge` of the field, with its strength or without; and noise that is stated.
 
     noise_std_nT, gyro_std_rad_s : of white noise; None: as found
@@ -46,16 +46,16 @@ class Question:
     coloured: bool = False
     gyro_scale_std: float = 0.0
 
-    def answer(self, known: Experiment) -> Answer:
+    def answer(self, known: Experiment) -> BoundAnswer:
         """The answer for an experiment; InputError for knowledge that it does not hold."""
         if self.gyro_std_rad_s is not None:
             known = replace(known, gyro_std_rad_s=self.gyro_std_rad_s)
         known = replace(known, gyro_scale_std=self.gyro_scale_std)
         bound = Bound.of(known, self.knowledge, strength_known=self.strength_known)
         least = None if self.tilts is None else limit(known, self.knowledge, self.tilts)
-        return Answer(known, bound, uses(known, bound), weak_directions(known, bound), least)
+        return BoundAnswer(known, bound, uses(known, bound), weak_directions(known, bound), least)
 
-    def of_scenario(self, scenario: Scenario) -> Answer:
+    def of_scenario(self, scenario: Scenario) -> BoundAnswer:
         """The answer for a simulated run; InputError where the vehicle cannot do the motion."""
         return self.answer(scenario_experiment(scenario, self.noise_std_nT, coloured=self.coloured))
 
@@ -66,10 +66,10 @@ class WhatIf:
 
     key: str
     values: Sequence[Value]
-    answers: Sequence[Answer]
+    answers: Sequence[BoundAnswer]
 
     @classmethod
-    def of(cls, question: Question, scenario: Scenario, sweep: Sweep) -> WhatIf:
+    def of(cls, question: BoundQuery, scenario: Scenario, sweep: Sweep) -> WhatIf:
         """Fly the scenario at each value; InputError where the vehicle cannot."""
         flown = [swept(scenario, {sweep.key: value}, OPTION) for value in sweep.values]
         answers = [question.of_scenario(one) for one in flown]

@@ -10,7 +10,7 @@ from scenarios.plain import json_ready
 from validation.bound.colour import Colour
 from validation.bound.information import AXES
 from validation.bound.limit import Limit
-from validation.bound.query import Answer, WhatIf
+from validation.bound.query import BoundAnswer, WhatIf
 from validation.bound.score_bounds import Use
 from validation.bound.unobservable import observable
 from validation.text import figure, listed, quantity, short, symbol
@@ -20,7 +20,7 @@ NOT_TOLD = "not told"
 """Of a figure of which the motion says nothing."""
 
 
-def summary(found: Answer) -> dict[str, Any]:
+def summary(found: BoundAnswer) -> dict[str, Any]:
     """What `--json` prints; null where a motion says nothing."""
     told = {
         "knowledge": found.bound.knowledge,
@@ -50,7 +50,7 @@ def what_if_summary(found: WhatIf) -> dict[str, Any]:
     return {"key": found.key, "points": points}
 
 
-def headline(found: Answer) -> str:
+def headline(found: BoundAnswer) -> str:
     """The answer in a sentence, and for each weak direction what, why and what helps."""
     size = found.bound.offset_rms_nT
     told = (
@@ -86,7 +86,7 @@ def _limit(least: Limit, size: float) -> str:
     return f"{told} ({gap}){times}"
 
 
-def rows(found: Answer) -> list[Row]:
+def rows(found: BoundAnswer) -> list[Row]:
     """A row an axis: the standard deviations of the offset's component and of the matrix's row."""
     told = zip(AXES, found.bound.offset_std_nT, found.bound.matrix_std, strict=True)
     return [(axis, figure(offset), *(f"{value:.3g}" for value in matrix)) for axis, offset, matrix in told]

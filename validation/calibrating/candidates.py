@@ -16,7 +16,7 @@ from recordings import Recording
 from scenarios.errors import InputError
 from scenarios.names import closest, offered_calibrators
 from validation.calibrating.command import PLACEHOLDER, command
-from validation.calibrating.fit import Fitted, Method, failed, timed
+from validation.calibrating.fit import FitMethod, Fitted, failed, timed
 from validation.calibrating.host import host
 from validation.calibrating.processes import TIME_LIMIT_S
 from validation.calibrating.python_object import Imported
@@ -27,7 +27,7 @@ OBJECT = re.compile(r"(?:([A-Za-z][\w.-]*)=)?([A-Za-z_][\w.]*:[A-Za-z_][\w.]*)")
 
 
 @dataclass(frozen=True)
-class Candidate:
+class CalibratorEntry:
     """A calibrator that takes part: small, frozen, and the same in every process.
 
     `attitude_free`: it uses no attitude, so that its scores leave out the rotation which the field's strength cannot
@@ -36,7 +36,7 @@ class Candidate:
     """
 
     name: str
-    method: Method
+    method: FitMethod
     attitude_free: bool
     whole_array: bool = False
     eddy: bool = False
@@ -74,7 +74,7 @@ class BuiltIn:
 
 def candidates(
     with_: Sequence[str], exec_: Sequence[str] = (), time_limit_s: float = TIME_LIMIT_S
-) -> tuple[Candidate, ...]:
+) -> tuple[CalibratorEntry, ...]:
     """The calibrators that texts name, one of each.
 
     with_ : names of `magbench list calibrators`, `module:object`, `NAME=module:object`. exec_ : commands, as
@@ -86,7 +86,7 @@ def candidates(
     for text in dict.fromkeys(exec_):
         program = command(text, time_limit_s)
         attitude_free = not (program.uses_vector or "attitude" in program.needs)
-        found.append(Candidate(program.name, program, attitude_free, needs=program.needs))
+        found.append(CalibratorEntry(program.name, program, attitude_free, needs=program.needs))
     names = [candidate.name for candidate in found]
     twice = [name for name in names if names.count(name) > 1]
     if twice:
@@ -95,7 +95,7 @@ def candidates(
     return tuple(found)
 
 
-def candidate(found: object, time_limit_s: float = TIME_LIMIT_S) -> Candidate:
+def candidate(found: object, time_limit_s: float = TIME_LIMIT_S) -> CalibratorEntry:
     """One calibrator of whatever form: a text for --with, a command with its placeholders, or an object in memory.
 
     Raises InputError as `candidates`, and for an object that is no calibrator.
@@ -117,7 +117,7 @@ def known_names() -> dict[str, str]:
     return offered | here | own
 
 
-def _named(text: str, time_limit_s: float) -> Candidate:
+def _named(text: str, time_limit_s: float) -> CalibratorEntry:
     if text in CALIBRATORS:
         return _candidate(text, BuiltIn(text), CALIBRATORS[text])
     if text in REGISTERED:
@@ -138,8 +138,8 @@ def own_name(spec: str) -> str:
     return spec.partition(":")[2].rpartition(".")[2]
 
 
-def _candidate(name: str, method: Method, facts: object) -> Candidate:
+def _candidate(name: str, method: FitMethod, facts: object) -> CalibratorEntry:
     """A candidate by what its class, its function or its module's process says of it."""
     needs = tuple(getattr(facts, "needs", ()))
     whole_array, eddy = (bool(getattr(facts, fact, False)) for fact in ("whole_array", "eddy"))
-    return Candidate(name, method, "attitude" not in needs, whole_array=whole_array, eddy=eddy, needs=needs)
+    return CalibratorEntry(name, method, "attitude" not in needs, whole_array=whole_array, eddy=eddy, needs=needs)

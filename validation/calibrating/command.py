@@ -23,7 +23,7 @@ from recordings.files import sha256_of
 from scenarios.errors import InputError
 from scenarios.files import read_text
 from validation.calibrating.fit import Fitted, failed
-from validation.calibrating.program import Ended, run_program
+from validation.calibrating.program import ProgramExit, run_program
 
 RECORDINGS = {"recording": "recording.parquet", "recording.csv": "recording.csv"}
 RESULT, VECTOR = "result", "field_enu_nT"
@@ -44,7 +44,7 @@ EXAMPLE = "--exec 'NAME=./mycal {recording} {result}'"
 
 
 @dataclass(frozen=True)
-class Command:
+class ExternalCommand:
     """A program as its words, which hold placeholders.
 
     needs : some of STATED. time_limit_s : the time that a fit may take; sha256 : of the files among the words, by which
@@ -87,7 +87,7 @@ class Command:
         (place / "reference.json").write_text(json.dumps(reference), encoding="utf-8")
         return files | {RESULT: str(place / "result.json")}
 
-    def _answer(self, result: Path, ended: Ended) -> Calibration:
+    def _answer(self, result: Path, ended: ProgramExit) -> Calibration:
         try:
             if ended.failure:
                 raise InputError(ended.failure)
@@ -97,7 +97,7 @@ class Command:
             return failed(self.name, f"{reason}; it said: {ended.said}" if ended.said else reason)
 
 
-def command(text: str, time_limit_s: float) -> Command:
+def command(text: str, time_limit_s: float) -> ExternalCommand:
     """The command that an `--exec` text says: words as a shell splits them, NAME= or NAME:NEEDS= before them or not.
 
     A word that names a file here is meant wherever the program runs. Raises InputError for a program that is not
@@ -113,7 +113,7 @@ def command(text: str, time_limit_s: float) -> Command:
     found = (_program(words[0], text), *map(_whole_path, words[1:]))
     files = (Path(word) for word in found if os.path.isabs(word) and os.path.isfile(word))
     shas = tuple(sha256_of(file) for file in files)
-    return Command(name or Path(words[0]).stem, found, time_limit_s, shas, _needs(said, text))
+    return ExternalCommand(name or Path(words[0]).stem, found, time_limit_s, shas, _needs(said, text))
 
 
 def _needs(said: str | None, text: str) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ class Fitted:
     cpu_s: float
 
 
-class Method(Protocol):
+class FitMethod(Protocol):
     """How a candidate fits; it holds names and settings alone, and loads what it needs when it is called."""
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:

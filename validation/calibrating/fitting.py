@@ -16,11 +16,11 @@ from recordings.manifest import file_of
 from recordings.reader import parameters_of
 from recordings.units import likely_unit
 from scenarios.errors import InputError
-from validation.calibrating.candidates import Candidate
+from validation.calibrating.candidates import CalibratorEntry
 
 
 @dataclass(frozen=True)
-class Fit:
+class SensorFit:
     """A calibrator's answer on one sensor.
 
     key: `name`, or `name@sensor` of an array, sensors counted from 1; sensor: the same from 0; recording: what that
@@ -37,10 +37,10 @@ class Fit:
 def fits(
     recording: Recording,
     reference: Reference,
-    chosen: Sequence[Candidate],
+    chosen: Sequence[CalibratorEntry],
     rng: Callable[[], np.random.Generator] = lambda: np.random.default_rng(0),
     progress: Callable[[float], object] = lambda part: None,
-) -> Iterator[Fit]:
+) -> Iterator[SensorFit]:
     """Every chosen calibrator on a recording, of an array on every sensor; each fit begins with a generator of its own.
 
     A calibrator of whole arrays gets the recording once, and each sensor its part of the result.
@@ -53,12 +53,12 @@ def fits(
         for sensor, (key, one) in enumerate(parts.items()):
             if whole is None:
                 found = candidate.timed(one, reference, rng())
-                yield Fit(key, sensor, one, found.calibration, found.cpu_s)
+                yield SensorFit(key, sensor, one, found.calibration, found.cpu_s)
             else:
-                yield Fit(key, sensor, one, whole.calibration.of_sensor(sensor), whole.cpu_s)
+                yield SensorFit(key, sensor, one, whole.calibration.of_sensor(sensor), whole.cpu_s)
 
 
-def fit_all(recording: Recording, reference: Reference, chosen: Sequence[Candidate]) -> dict[str, Calibration]:
+def fit_all(recording: Recording, reference: Reference, chosen: Sequence[CalibratorEntry]) -> dict[str, Calibration]:
     """Every chosen calibrator's calibration, by the key of its fit."""
     return {fit.key: fit.calibration for fit in fits(recording, reference, chosen)}
 

@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
-from validation.calibrating.candidates import BuiltIn, Candidate, own_name
-from validation.calibrating.command import PLACEHOLDER, Command
+from validation.calibrating.candidates import BuiltIn, CalibratorEntry, own_name
+from validation.calibrating.command import PLACEHOLDER, ExternalCommand
 from validation.calibrating.python_object import Imported
 
 
 @dataclass(frozen=True)
-class Asked:
+class Invocation:
     """What `--with` takes, or of a program its name, and its words with their placeholders.
 
     time_limit_s : of a fit; None for one of magbench's own. needs : what a program is said to need of a recording.
@@ -26,14 +26,14 @@ class Asked:
     needs: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, found: Candidate) -> Self | None:
+    def of(cls, found: CalibratorEntry) -> Self | None:
         """None for an object in memory, which no words name."""
         match found.method:
             case BuiltIn(name):
                 return cls(name)
             case Imported(name, spec, time_limit_s):
                 return cls(spec if name == own_name(spec) else f"{name}={spec}", time_limit_s=time_limit_s)
-            case Command(name, words, time_limit_s, needs=needs):
+            case ExternalCommand(name, words, time_limit_s, needs=needs):
                 return cls(name, words, time_limit_s, needs)
         return None
 

@@ -26,7 +26,7 @@ LIMITED = 'ulimit -c 0; ulimit -f {blocks}; ulimit -t {cpu_s}; exec "$@"'
 
 
 @dataclass(frozen=True)
-class Ended:
+class ProgramExit:
     """How a program ended: what went wrong ("" for nothing), the end of its output, the time it took."""
 
     failure: str
@@ -35,7 +35,7 @@ class Ended:
     cpu_s: float
 
 
-def run_program(words: Sequence[str], place: Path, variables: Mapping[str, str], time_limit_s: float) -> Ended:
+def run_program(words: Sequence[str], place: Path, variables: Mapping[str, str], time_limit_s: float) -> ProgramExit:
     """Run a program in the directory `place` to its end, or to the limit of time or disk; then all it started ends.
 
     Its standard input is empty; its output goes to a file that is limited as all files are.
@@ -59,7 +59,7 @@ def run_program(words: Sequence[str], place: Path, variables: Mapping[str, str],
             child.returncode = os.waitstatus_to_exitcode(status)
         wall_s = time.monotonic() - start_s
         failure = over or (ending(child.returncode) if child.returncode else "")
-        return Ended(failure, last_lines(output.fileno(), place), wall_s, usage.ru_utime + usage.ru_stime)
+        return ProgramExit(failure, last_lines(output.fileno(), place), wall_s, usage.ru_utime + usage.ru_stime)
 
 
 def _limits(time_limit_s: float) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 
 from scenarios.errors import InputError
 from validation.comparison.engine import GoneError, Trials
-from validation.comparison.trial import Task, Trial, compute
+from validation.comparison.trial import PendingTrial, Trial, compute
 
 AHEAD = 2
 """Tasks a worker's thread that are submitted at a time: none waits for work."""
@@ -36,13 +36,13 @@ class Cluster:
     address: str
     patience_s: float = PATIENCE_S
 
-    def trials(self, tasks: Iterable[Task], lost: Callable[[Task], Trial]) -> Trials:
+    def trials(self, tasks: Iterable[PendingTrial], lost: Callable[[PendingTrial], Trial]) -> Trials:
         """The trial of every task, through losses of workers and of the scheduler that last less than `patience_s`.
 
         Raises InputError where distributed is not installed, and where scheduler or workers stay away.
         """
         _check_installed()
-        source, again = iter(tasks), list[Task]()
+        source, again = iter(tasks), list[PendingTrial]()
         with _quiet():
             while True:
                 hand = _Hand(self, lost)
@@ -65,15 +65,15 @@ class _Hand:
     """A connection, and the tasks that are submitted through it."""
 
     cluster: Cluster
-    lost: Callable[[Task], Trial]
-    submitted: dict[str, tuple[Any, Task]] = field(default_factory=dict)
+    lost: Callable[[PendingTrial], Trial]
+    submitted: dict[str, tuple[Any, PendingTrial]] = field(default_factory=dict)
     landed: SimpleQueue[str] = field(default_factory=SimpleQueue)
 
     def __post_init__(self) -> None:
         self.client = _connected(self.cluster)
         self._looked_s, self._known = -LOOK_S, 0
 
-    def tasks(self) -> list[Task]:
+    def tasks(self) -> list[PendingTrial]:
         """What was submitted and has not been told."""
         return [task for _, task in self.submitted.values()]
 
@@ -82,7 +82,7 @@ class _Hand:
         with suppress(Exception):
             self.client.close(timeout=CONNECT_S)
 
-    def trials(self, source: Iterator[Task]) -> Iterator[Trial]:
+    def trials(self, source: Iterator[PendingTrial]) -> Iterator[Trial]:
         """Submit a bounded number ahead, and yield what lands."""
         while True:
             ahead = AHEAD * max(1, self._threads())
@@ -95,7 +95,7 @@ class _Hand:
             yield self._result(future, task)
             del self.submitted[key]
 
-    def _submit(self, task: Task) -> None:
+    def _submit(self, task: PendingTrial) -> None:
         key = f"trial-{task.point}-{task.run}-{id(self):x}"
         future = self.client.submit(compute, task, key=key, pure=False)
         self.submitted[key] = (future, task)
@@ -124,7 +124,7 @@ class _Hand:
             self._looked_s = time.monotonic()
         return self._known
 
-    def _result(self, future: Any, task: Task) -> Trial:
+    def _result(self, future: Any, task: PendingTrial) -> Trial:
         from distributed import KilledWorker
 
         if future.status not in ("finished", "error"):

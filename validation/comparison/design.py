@@ -15,8 +15,8 @@ from scenarios.sweep import Sweep, Value, points, swept
 from scenarios.toml import as_dict
 from sim.scenario import Scenario
 from sim.simulate import plan
-from validation.calibrating.candidates import Candidate
-from validation.calibrating.invocation import Asked
+from validation.calibrating.candidates import CalibratorEntry
+from validation.calibrating.invocation import Invocation
 from validation.scoring.evaluation import UNCORRECTED
 
 FORMAT = 2
@@ -40,7 +40,7 @@ class Design:
     """
 
     points: tuple[Point, ...]
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[CalibratorEntry, ...]
     seed: int
     packages: Mapping[str, str] = field(default_factory=lambda: versions())
 
@@ -48,7 +48,7 @@ class Design:
     def of(
         cls,
         scenario: Scenario,
-        candidates: Sequence[Candidate],
+        candidates: Sequence[CalibratorEntry],
         sweeps: Sequence[Sweep] = (),
         seed: int | None = None,
     ) -> Design:
@@ -97,8 +97,8 @@ class Design:
         return pickle.dumps(self)
 
 
-def _asked(one: Candidate) -> dict[str, Any] | None:
-    asked = Asked.of(one)
+def _asked(one: CalibratorEntry) -> dict[str, Any] | None:
+    asked = Invocation.of(one)
     return asked.plain() if asked else None
 
 

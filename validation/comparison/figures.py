@@ -10,7 +10,7 @@ import numpy as np
 from scenarios.arrays import Array
 from validation.comparison.ranking import without_correction
 from validation.comparison.statistics import Interval, mean_square, median, rate
-from validation.comparison.table import Table
+from validation.comparison.table import TrialTable
 from validation.scoring.definitions import MEANINGS, Meaning
 
 CLAIMED_INSIDE, CLAIMED_SQUARE = MEANINGS["offset_inside_95"], MEANINGS["offset_nees"]
@@ -18,7 +18,7 @@ OFFSET_COMPONENTS = 3
 
 
 @dataclass(frozen=True)
-class Figure:
+class ScoreStatistic:
     """A calibrator's score at a point.
 
     found: the median, of claims the rate or the mean, with its interval; ratio: median of the score over the
@@ -34,7 +34,7 @@ class Figure:
     trials: int
 
 
-def figures(table: Table, reference: str | None = None) -> Iterator[Figure]:
+def figures(table: TrialTable, reference: str | None = None) -> Iterator[ScoreStatistic]:
     """All of them; reference: the calibrator that the ratios are to."""
     scores = [one for one in MEANINGS.values() if one.column in table.scores]
     for point in table.points:
@@ -45,7 +45,9 @@ def figures(table: Table, reference: str | None = None) -> Iterator[Figure]:
                 held = np.isfinite(values)
                 if held.any():
                     ratio = None if reference is None else _ratio(table, score, values, beside(reference, name), point)
-                    yield Figure(point, name, score, _found(score, values[held], values), ratio, failures, len(values))
+                    yield ScoreStatistic(
+                        point, name, score, _found(score, values[held], values), ratio, failures, len(values)
+                    )
 
 
 def beside(reference: str, name: str) -> str:
@@ -62,7 +64,7 @@ def _found(score: Meaning, held: Array, values: Array) -> Interval:
     return median(values)
 
 
-def _ratio(table: Table, score: Meaning, values: Array, reference: str, point: int) -> Interval | None:
+def _ratio(table: TrialTable, score: Meaning, values: Array, reference: str, point: int) -> Interval | None:
     """The median of the ratios to the reference; None for what is no error, and where the reference has none."""
     if not score.lower:
         return None

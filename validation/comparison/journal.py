@@ -12,7 +12,7 @@ from typing import Any
 from recordings.files import canonical_json, system_errors_about, write_text
 from recordings.resume import differences
 from scenarios.errors import InputError
-from validation.comparison.trial import Row, Trial
+from validation.comparison.trial import Trial, TrialRow
 
 JOURNAL = "journal.jsonl"
 COMPARISON = "comparison"
@@ -81,7 +81,7 @@ def _plain(trial: Trial) -> dict[str, Any]:
 def _read(line: bytes) -> Trial | None:
     try:
         data = json.loads(line)
-        return Trial(data["point"], data["run"], tuple(Row(**row) for row in data["rows"]))
+        return Trial(data["point"], data["run"], tuple(TrialRow(**row) for row in data["rows"]))
     except (ValueError, KeyError, TypeError):
         return None
 

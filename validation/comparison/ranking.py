@@ -10,7 +10,7 @@ import numpy as np
 
 from scenarios.arrays import Array
 from validation.comparison.statistics import Difference, Interval, differences, median, rate
-from validation.comparison.table import Table
+from validation.comparison.table import TrialTable
 from validation.scoring.definitions import Meaning
 from validation.scoring.evaluation import UNCORRECTED
 from validation.text import counted, figure, listed
@@ -20,7 +20,7 @@ MOST_FAILED = 0.5
 
 
 @dataclass(frozen=True)
-class Standing:
+class RankedCalibrator:
     """One calibrator at one point: median of the score, number of failures and their rate, the commonest reason."""
 
     calibrator: str
@@ -36,19 +36,19 @@ class Standing:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Ranking:
     """The calibrators at one point, best first, with every pair's difference and what is left without any."""
 
     score: Meaning
     trials: int
-    standings: tuple[Standing, ...]
+    standings: tuple[RankedCalibrator, ...]
     differences: tuple[Difference, ...]
     uncorrected: Interval
     better_than_none: int
     """Trials in which the best is better than no correction."""
 
     @property
-    def best(self) -> Standing:
+    def best(self) -> RankedCalibrator:
         """The first."""
         return self.standings[0]
 
@@ -104,14 +104,14 @@ def best_of(name: str, wins: list[str]) -> str:
     return f"{name} {listed(wins)}"
 
 
-def answer(table: Table, score: Meaning, point: int = 0) -> Answer:
+def answer(table: TrialTable, score: Meaning, point: int = 0) -> Ranking:
     """Who stands where by one score at one point."""
     values = {name: table.values(score.column, name, point) for name in table.candidates}
     standings = sorted((_standing(table, name, values[name], point) for name in values), key=lambda one: one.place)
     best = standings[0].calibrator
     raw = table.values(score.column, without_correction(best), point)
     better = int(np.sum(values[best] < raw))
-    return Answer(score, len(raw), tuple(standings), tuple(differences(values)), median(raw), better)
+    return Ranking(score, len(raw), tuple(standings), tuple(differences(values)), median(raw), better)
 
 
 def without_correction(name: str) -> str:
@@ -120,14 +120,14 @@ def without_correction(name: str) -> str:
     return f"{UNCORRECTED}{at}{sensor}"
 
 
-def _standing(table: Table, name: str, values: Array, point: int) -> Standing:
+def _standing(table: TrialTable, name: str, values: Array, point: int) -> RankedCalibrator:
     failed = table.failed(name, point)
     reasons = Counter(text for text, bad in zip(table.texts("reason", name, point), failed, strict=True) if bad)
     failures, (reason, _) = int(failed.sum()), next(iter(reasons.most_common(1)), ("", 0))
-    return Standing(name, median(values), failures, rate(failures, len(values)), reason)
+    return RankedCalibrator(name, median(values), failures, rate(failures, len(values)), reason)
 
 
-def overall(answers: Sequence[Answer], points: Sequence[str]) -> str:
+def overall(answers: Sequence[Ranking], points: Sequence[str]) -> str:
     """The first sentence of a comparison: of one point its own, of several who is best where, then each."""
     if len(answers) == 1:
         return answers[0].sentence

@@ -32,7 +32,7 @@ COLUMNS = tuple(meaning.column for meaning in MEANINGS.values())
 
 
 @dataclass(frozen=True)
-class Table:
+class TrialTable:
     """Trials as columns, sorted by point, run and calibrator in the order asked.
 
     columns: `point`, one column a swept key, `run`, `seed`, `calibrator`, `status`, `reason`, and the scores
@@ -43,7 +43,7 @@ class Table:
     times: dict[str, Array]
 
     @classmethod
-    def of(cls, design: Design, trials: Iterable[Trial]) -> Table:
+    def of(cls, design: Design, trials: Iterable[Trial]) -> TrialTable:
         """The table of whole trials in any order; it holds columns alone, never all trials as objects."""
         gathered = _Columns(design.calibrators)
         for trial in trials:
@@ -51,7 +51,7 @@ class Table:
         return cls(gathered.table(design), gathered.sorted_times())
 
     @classmethod
-    def read(cls, path: Path) -> Table:
+    def read(cls, path: Path) -> TrialTable:
         """The table of an output directory or of its trials.parquet; times are empty where their file is not beside it.
 
         Raises InputError for what is no such file.

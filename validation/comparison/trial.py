@@ -14,7 +14,7 @@ from sim.run import run_in_memory
 from sim.simulate import plan
 from validation.comparison.design import Design, received
 from validation.scoring.definitions import MEANINGS
-from validation.scoring.evaluation import Judged, has_estimate, judged
+from validation.scoring.evaluation import ScoredCalibration, has_estimate, judged
 
 NOT_KEPT = ("failure", "wall_time")
 """Scores that a row has no column for: its status says the one, and the other is never the same twice."""
@@ -25,7 +25,7 @@ FLIGHTS = Flights()
 
 
 @dataclass(frozen=True)
-class Row:
+class TrialRow:
     """One calibrator in one trial.
 
     scores: by column (`validation.scoring.definitions`), finite; empty where the calibrator gave no estimate.
@@ -46,11 +46,11 @@ class Trial:
 
     point: int
     run: int
-    rows: tuple[Row, ...]
+    rows: tuple[TrialRow, ...]
 
 
 @dataclass(frozen=True)
-class Task:
+class PendingTrial:
     """A trial that is still to be computed, as it goes to a worker."""
 
     sent: bytes
@@ -58,7 +58,7 @@ class Task:
     run: int
 
 
-def compute(task: Task) -> Trial:
+def compute(task: PendingTrial) -> Trial:
     """In a worker: the trial of a task."""
     return run_trial(received(task.sent), task.point, task.run)
 
@@ -85,14 +85,14 @@ def run_trial(design: Design, point: int, run: int) -> Trial:
 
 def lost(design: Design, point: int, run: int, reason: str) -> Trial:
     """The trial of a worker that did not live to tell: every candidate failed, for this reason."""
-    rows = (Row(name, "not_converged", reason, {}, 0.0, 0.0) for name in design.calibrators)
+    rows = (TrialRow(name, "not_converged", reason, {}, 0.0, 0.0) for name in design.calibrators)
     return Trial(point, run, tuple(rows))
 
 
-def _row(one: Judged) -> Row:
+def _row(one: ScoredCalibration) -> TrialRow:
     calibration: Calibration = one.fit.calibration
     scores = {MEANINGS[score.name].column: float(score.value) for score in one.scores if score.name not in NOT_KEPT}
     finite = {name: value for name, value in scores.items() if np.isfinite(value)}
     kept = finite if has_estimate(calibration) else {}
     status = calibration.status
-    return Row(one.fit.key, status.kind, status.reason, kept, calibration.wall_s, one.fit.cpu_s)
+    return TrialRow(one.fit.key, status.kind, status.reason, kept, calibration.wall_s, one.fit.cpu_s)

@@ -14,7 +14,7 @@ from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from recordings import Recording
 from scenarios.arrays import Array
-from validation.cross_validation.legs import Legs, legs_of
+from validation.cross_validation.legs import LegPartition, legs_of
 from validation.text import figure
 
 MOST = 1.5
@@ -52,7 +52,7 @@ class Claim:
         return f"{what}: the noise is not white, or the model lacks something; take the claim times {times}"
 
 
-def claim_of(fit: Calibration, recording: Recording, reference: Reference, legs: Legs) -> Claim | None:
+def claim_of(fit: Calibration, recording: Recording, reference: Reference, legs: LegPartition) -> Claim | None:
     """A fit's claim against its legs; None where it claims nothing of the offset, or another model fits it.
 
     var b = N^-1 (sum_j g_j g_j^T) N^-1,  g_j = J_j^T (1 - J_j N^-1 J_j^T)^(-1/2) r_j,  N = sum_j J_j^T J_j
@@ -81,7 +81,7 @@ def claims_of(fits: Mapping[str, Calibration], recording: Recording, reference: 
     return {name: claim for name, claim in found.items() if claim is not None}
 
 
-def _by_legs(rows: Array, misfit: Array, legs: Legs) -> tuple[Array, Array]:
+def _by_legs(rows: Array, misfit: Array, legs: LegPartition) -> tuple[Array, Array]:
     """Covariance (3, 3) of the offset by its legs, and what each leg (legs, 3, 3) adds to it in white noise of one.
 
     rows (n, r, k), misfit (n, r)

@@ -11,9 +11,9 @@ import numpy as np
 from calib.numerics.rates import body_rate
 from recordings import Recording
 from scenarios.arrays import Array
-from validation.cross_validation.legs import Legs
+from validation.cross_validation.legs import LegPartition
 from validation.cross_validation.models import Model, with_eddy, with_warmth
-from validation.cross_validation.paired_legs import Pair, Unseen
+from validation.cross_validation.paired_legs import ModelPair, Unseen
 
 Add = Callable[[Model], Model]
 SURROGATES = 39
@@ -30,14 +30,14 @@ class Extra:
     add: Add
     rivals: tuple[Add, ...] = ()
 
-    def pair(self, base: Unseen, legs: Legs, strength_nT: float) -> Pair:
+    def pair(self, base: Unseen, legs: LegPartition, strength_nT: float) -> ModelPair:
         """A model without and with it on the same legs."""
-        found = Pair(base, Unseen.of(self.add(base.model), legs, strength_nT))
+        found = ModelPair(base, Unseen.of(self.add(base.model), legs, strength_nT))
         if found.verdict != "worth_it":
             return found
         others = (Unseen.of(rival(base.model), legs, strength_nT) for rival in self.rivals)
         same = any(one.typical_nT <= found.richer.typical_nT for one in others)
-        return Pair(base, found.richer, DRIFT if same else "")
+        return ModelPair(base, found.richer, DRIFT if same else "")
 
 
 def extras(recording: Recording) -> tuple[Extra, ...]:

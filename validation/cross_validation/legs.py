@@ -27,7 +27,7 @@ sector and its margins it is a quarter."""
 
 
 @dataclass(frozen=True, eq=False)
-class Legs:
+class LegPartition:
     """The leg of each sample (n,), counted from 0, and how they were found, for a sentence."""
 
     number: NDArray[np.intp]
@@ -50,7 +50,7 @@ class Legs:
         return np.array([part.T @ part for part in parts])
 
 
-def legs_of(recording: Recording) -> Legs:
+def legs_of(recording: Recording) -> LegPartition:
     """The stretches of one phase, else of one heading, where there are enough of them; else equal blocks of time."""
     runs = {
         "phases": None if recording.phase is None else _runs(np.asarray(recording.phase)),
@@ -58,9 +58,9 @@ def legs_of(recording: Recording) -> Legs:
     }
     for how, number in runs.items():
         if number is not None and number[-1] + 1 >= LEAST_LEGS:
-            return Legs(_joined(number), how)
+            return LegPartition(_joined(number), how)
     n = len(recording)
-    return Legs(np.arange(n) * min(BLOCKS, n) // n, "blocks of time")
+    return LegPartition(np.arange(n) * min(BLOCKS, n) // n, "blocks of time")
 
 
 def _joined(number: NDArray[np.intp]) -> NDArray[np.intp]:

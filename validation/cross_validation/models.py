@@ -21,7 +21,7 @@ from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from recordings import Recording
 from scenarios.arrays import Array
-from validation.cross_validation.legs import Legs
+from validation.cross_validation.legs import LegPartition
 
 OFFSET, ELLIPSOID, FULL, EDDY, TEMPERATURE = "offset", "ellipsoid", "full matrix", "eddy currents", "temperature"
 """What models are called by."""
@@ -81,7 +81,7 @@ class Model:
             now = now._gained(_solved(flat.T @ flat, flat.T @ misfit.reshape(-1)), cost)
         return now
 
-    def unseen(self, legs: Legs) -> Iterator[Array]:
+    def unseen(self, legs: LegPartition) -> Iterator[Array]:
         """The misfit of each leg by the parameters that all others give.
 
         One step from the fit to all, by the sums that are left; where it does not do what it foretells, more.

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from scenarios.arrays import Array
-from validation.cross_validation.legs import LEAST_LEGS, Legs
+from validation.cross_validation.legs import LEAST_LEGS, LegPartition
 from validation.cross_validation.models import Model
 
 Verdict = Literal["worth_it", "as_well", "worse", "cannot_tell"]
@@ -30,7 +30,7 @@ class Unseen:
     mean_nT: Array
 
     @classmethod
-    def of(cls, model: Model, legs: Legs, strength_nT: float) -> Unseen:
+    def of(cls, model: Model, legs: LegPartition, strength_nT: float) -> Unseen:
         """Each leg by the parameters that the others give."""
         errors = [strength_nT * one for one in model.unseen(legs)]
         rms = np.array([max(np.sqrt(np.mean(one**2)), ROUNDING * strength_nT) for one in errors])
@@ -43,7 +43,7 @@ class Unseen:
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class ModelPair:
     """A simpler and a richer model on the same legs.
 
     d_j = e_j - e'_j of leg j's rms errors; the gain is their mean, and its interval Student's t over as many legs as

@@ -10,7 +10,7 @@ from typing import Any
 from scenarios.plain import json_ready
 from validation.cross_validation.claimed_std import Claim
 from validation.cross_validation.models import OFFSET
-from validation.cross_validation.paired_legs import Pair
+from validation.cross_validation.paired_legs import ModelPair
 from validation.cross_validation.workflow import UNTOLD, Worth
 from validation.text import figure, sentence
 
@@ -41,7 +41,7 @@ def claim_lines(claims: Mapping[str, Claim]) -> list[str]:
     return [f"{name}: {one.sentence}." for name, one in claims.items() if one.sentence]
 
 
-def _plain(one: Pair) -> dict[str, Any]:
+def _plain(one: ModelPair) -> dict[str, Any]:
     low, high = one.interval_nT
     return {
         "model": one.richer.model.name,
@@ -67,7 +67,7 @@ def headline(found: Worth) -> str:
     return "\n".join(of + sentence(text) for text in (*(told(one) for one in found.pairs), take, how))
 
 
-def told(one: Pair) -> str:
+def told(one: ModelPair) -> str:
     """Whether the richer model is worth it, by how much and how sure."""
     richer, simpler = _called(one.richer.model.name), _called(one.simpler.model.name)
     size, rms = figure(abs(one.better_nT)), (figure(one.simpler.typical_nT), figure(one.richer.typical_nT))
@@ -86,7 +86,7 @@ def told(one: Pair) -> str:
     return f"cannot tell whether {richer} predicts unseen legs better than {simpler}: {_interval(one)}"
 
 
-def _interval(one: Pair) -> str:
+def _interval(one: ModelPair) -> str:
     """Of the gain, and what it is from; the legs alone where they tell none."""
     count, (low, high) = len(one.gain_nT), one.interval_nT
     counted = "" if one.counted > count - 1 else f" that count for {figure(one.counted, 2)}"

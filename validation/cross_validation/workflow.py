@@ -9,9 +9,9 @@ from recordings import Recording
 from scenarios.errors import InputError
 from validation.calibrating.fitting import sensors
 from validation.cross_validation.extensions import extras
-from validation.cross_validation.legs import Legs, legs_of
+from validation.cross_validation.legs import LegPartition, legs_of
 from validation.cross_validation.models import Model, offset, with_iron
-from validation.cross_validation.paired_legs import Pair, Unseen
+from validation.cross_validation.paired_legs import ModelPair, Unseen
 from validation.signals.thinning import every_nth
 
 LEAST_SAMPLES = 24
@@ -30,8 +30,8 @@ class Worth:
 
     sensor: str
     knowledge: str
-    legs: Legs
-    pairs: tuple[Pair, ...]
+    legs: LegPartition
+    pairs: tuple[ModelPair, ...]
     keep: str
 
 
@@ -69,9 +69,9 @@ def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> Worth
     )
 
 
-def _paired(models: tuple[Model, Model], doubt: str, legs: Legs, strength_nT: float) -> Pair:
+def _paired(models: tuple[Model, Model], doubt: str, legs: LegPartition, strength_nT: float) -> ModelPair:
     simpler, richer = (Unseen.of(one, legs, strength_nT) for one in models)
-    return Pair(simpler, richer, doubt)
+    return ModelPair(simpler, richer, doubt)
 
 
 def _doubt(simple: Model, recording: Recording, reference: Reference) -> str:

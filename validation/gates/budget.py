@@ -11,7 +11,7 @@ from validation.gates.spec import SMALLEST_DEFECT, Gate
 
 
 @dataclass(frozen=True)
-class Plan:
+class GateBudget:
     """A gate, the test that decides it, and the trials after which it is left undecided."""
 
     gate: Gate
@@ -19,7 +19,7 @@ class Plan:
     max_trials: int
 
 
-def planned(gate: Gate, false_fail_rate: float, where: str) -> Plan:
+def planned(gate: Gate, false_fail_rate: float, where: str) -> GateBudget:
     """The plan of a gate with that rate of false failures of its own.
 
     Without max_trials it may take as many trials as its smallest defect does. Raises InputError, naming `where` the
@@ -31,8 +31,8 @@ def planned(gate: Gate, false_fail_rate: float, where: str) -> Plan:
         what = f"within {gate.max_trials} trials nothing fails at a rate of false failures of {false_fail_rate:.2g}"
         raise InputError(what, where=f"{where}.max_trials", do=f"allow {fewest} or more")
     if gate.max_trials is not None and gate.smallest_defect is None:
-        return Plan(gate, test, gate.max_trials)
-    return Plan(gate, test, _enough(gate, test, where))
+        return GateBudget(gate, test, gate.max_trials)
+    return GateBudget(gate, test, _enough(gate, test, where))
 
 
 def _enough(gate: Gate, test: SequentialTest, where: str) -> int:

@@ -9,13 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from scenarios.arrays import Array
-from validation.gates.budget import Plan
+from validation.gates.budget import GateBudget
 from validation.gates.power import factor_seen, more_trials, smallest_exceedance
 from validation.gates.sequential import Decision, Verdict, decide
 
 
 @dataclass(frozen=True)
-class Trial:
+class GateTrial:
     """What one trial says to a gate.
 
     score : infinite without an estimate, and then `trouble` says why; other : the score that the limit is a multiple
@@ -28,11 +28,11 @@ class Trial:
 
 
 @dataclass
-class Course:
+class GateProgress:
     """A gate's trials so far, in the order of runs; none is taken in after the one that decides."""
 
-    plan: Plan
-    trials: list[Trial] = field(default_factory=list)
+    plan: GateBudget
+    trials: list[GateTrial] = field(default_factory=list)
     exceeded: list[bool] = field(default_factory=list)
     decided: bool = False
 
@@ -41,7 +41,7 @@ class Course:
         """Whether the gate is decided, or out of trials."""
         return self.decided or len(self.trials) >= self.plan.max_trials
 
-    def take(self, trial: Trial) -> None:
+    def take(self, trial: GateTrial) -> None:
         """Look at one more trial; one without an estimate is over any limit."""
         self.trials.append(trial)
         within = np.isfinite(trial.score) and trial.score <= self.plan.gate.factor * trial.other
@@ -51,17 +51,17 @@ class Course:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """A gate's verdict with everything that it rests on; scores and others (n,) as in `Trial`."""
+class GateOutcome:
+    """A gate's verdict with everything that it rests on; scores and others (n,) as in `GateTrial`."""
 
-    plan: Plan
+    plan: GateBudget
     decision: Decision
     scores: Array
     others: Array
     troubles: Counter[str]
 
     @classmethod
-    def of(cls, course: Course) -> Outcome:
+    def of(cls, course: GateProgress) -> GateOutcome:
         """What a course came to."""
         return cls(
             course.plan,

@@ -16,12 +16,12 @@ from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
 from scenarios.names import scenario_names
 from sim.scenario import Scenario, load
-from validation.calibrating.invocation import Asked
+from validation.calibrating.invocation import Invocation
 from validation.calibrating.processes import TIME_LIMIT_S
 from validation.comparison.design import FORMAT
 from validation.comparison.journal import COMPARISON, JOURNAL
 from validation.comparison.statistics import rate
-from validation.comparison.table import Table
+from validation.comparison.table import TrialTable
 from validation.gates.power import MOST_TRIALS, factor_seen, fewest_trials, smallest_exceedance, trials_to_pass
 from validation.gates.sequential import SequentialTest
 from validation.gates.spec import FALSE_FAIL_RATE, POWER, QUANTILE
@@ -76,7 +76,7 @@ class Proposal:
         return factor_seen(self.values / self.step.limit, smallest_exceedance(self.test, self.max_trials, POWER))
 
 
-def proposals(table: Table, score: Meaning) -> list[Proposal]:
+def proposals(table: TrialTable, score: Meaning) -> list[Proposal]:
     """A gate for every calibrator that gives an estimate in most trials, the best first; the others refer to it.
 
     One that is worse than the best by more than the ladder has gets a limit of its own.
@@ -128,15 +128,15 @@ class Compared:
     asked : by the calibrator's name; None for one that no words name.
     """
 
-    table: Table
+    table: TrialTable
     scenario: Scenario
     seed: int
-    asked: Mapping[str, Asked | None]
+    asked: Mapping[str, Invocation | None]
 
     @classmethod
     def read(cls, out: Path) -> Compared:
         """InputError for a directory that no comparison wrote, or another version's, and for one of several points."""
-        table = Table.read(out)
+        table = TrialTable.read(out)
         if len(table.points) > 1:
             what = f"compares at {len(table.points)} points of a sweep"
             raise InputError(what, where=str(out), do="give a comparison without --sweep: a gate holds one scenario")
@@ -146,7 +146,7 @@ class Compared:
         if identity.get("format") != FORMAT:
             raise InputError("is of another version's comparison", where=str(out / JOURNAL), do=ANEW)
         scenario = Scenario.model_validate_json(json.dumps(identity["points"][0]["scenario"]))
-        asked = {name: one["asked"] and Asked.read(one["asked"]) for name, one in identity["calibrators"].items()}
+        asked = {name: one["asked"] and Invocation.read(one["asked"]) for name, one in identity["calibrators"].items()}
         return cls(table, scenario, identity["seed"], asked)
 
     @property
@@ -160,10 +160,10 @@ class Compared:
         limits = [one.time_limit_s for one in self.asked.values() if one and one.time_limit_s]
         return max(limits, default=TIME_LIMIT_S)
 
-    def asked_for(self, row: str) -> Asked:
+    def asked_for(self, row: str) -> Invocation:
         """By which words a gate names the calibrator of a row; of an array with the sensor."""
         name, at, sensor = row.partition("@")
-        found = self.asked[name] or Asked(name)
+        found = self.asked[name] or Invocation(name)
         return replace(found, calibrator=found.calibrator + at + sensor)
 
 

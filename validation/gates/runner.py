@@ -12,14 +12,14 @@ import pyarrow as pa
 from validation.comparison.design import received
 from validation.comparison.engine import ENDED, Engine, Trials, computed
 from validation.comparison.journal import Journal
-from validation.comparison.trial import Row, Task, Trial, lost
+from validation.comparison.trial import PendingTrial, Trial, TrialRow, lost
 from validation.gates.baseline import rows_of
-from validation.gates.progress import Outcome
+from validation.gates.progress import GateOutcome
 from validation.gates.schedule import Group, value_of
 
 Progress = Callable[[float, int], object]
 """Told (trials looked at, trials in all at most)."""
-Rows = dict[str, Row]
+Rows = dict[str, TrialRow]
 """A trial's rows by calibrator."""
 
 
@@ -28,7 +28,7 @@ def decide_gates(
     engine: Engine,
     progress: Progress = lambda done, total: None,
     journal: Journal | None = None,
-) -> list[Outcome]:
+) -> list[GateOutcome]:
     """Run the trials of every group until its gates are decided or out of trials; outcomes in the order of groups.
 
     Each gate looks at the runs 0, 1, 2 ... of its group, whichever lands first, so that verdict and number of trials
@@ -44,7 +44,7 @@ def decide_gates(
             if all(group.finished for group in groups):
                 break
     progress(total, total)
-    return [Outcome.of(entry.course) for group in groups for entry in group.entries]
+    return [GateOutcome.of(entry.course) for group in groups for entry in group.entries]
 
 
 def recorded(groups: Sequence[Group], engine: Engine, progress: Progress = lambda done, total: None) -> list[pa.Table]:
@@ -97,14 +97,14 @@ def _landed(groups: Sequence[Group], engine: Engine, journal: Journal | None) ->
     yield from computed(_tasks(groups), engine, _lost, journal)
 
 
-def _tasks(groups: Sequence[Group]) -> Iterator[Task]:
+def _tasks(groups: Sequence[Group]) -> Iterator[PendingTrial]:
     """Asked for as workers come free, so that a group whose gates are decided takes no more."""
     for group in groups:
         for run in range(group.most):
             if group.finished:
                 break
-            yield Task(group.design.sent, group.number, run)
+            yield PendingTrial(group.design.sent, group.number, run)
 
 
-def _lost(task: Task) -> Trial:
+def _lost(task: PendingTrial) -> Trial:
     return lost(received(task.sent), task.point, task.run, ENDED)

@@ -16,13 +16,13 @@ from scenarios.names import closest
 from sim.scenario import Scenario, load
 from validation.bound.ratio import knowledge_of
 from validation.bound.runs import RunBounds
-from validation.calibrating.candidates import Candidate, candidates
+from validation.calibrating.candidates import CalibratorEntry, candidates
 from validation.comparison.design import Design, Point
-from validation.comparison.trial import Row
+from validation.comparison.trial import TrialRow
 from validation.gates.baseline import read_baseline
 from validation.gates.bound_limit import Least
 from validation.gates.budget import planned
-from validation.gates.progress import Course, Trial
+from validation.gates.progress import GateProgress, GateTrial
 from validation.gates.spec import BOUND, FAILURE, Gate, GateFile
 from validation.scoring.evaluation import UNCORRECTED
 
@@ -31,13 +31,13 @@ from validation.scoring.evaluation import UNCORRECTED
 class Entry:
     """A gate among the trials of its group: which rows it reads, and how far it got; least: what its limit is of."""
 
-    course: Course
+    course: GateProgress
     calibrator: str
     reference: str | None = None
     baseline: Array | None = None
     least: Least | None = None
 
-    def reading(self, run: int, rows: Mapping[str, Row]) -> Trial:
+    def reading(self, run: int, rows: Mapping[str, TrialRow]) -> GateTrial:
         """What one trial, its rows by calibrator, says to the gate."""
         row, gate = rows[self.calibrator], self.course.plan.gate
         score, other = value_of(row, gate), 1.0 if self.least is None else self.least.of(run)
@@ -45,7 +45,7 @@ class Entry:
             other = value_of(rows[self.reference], gate)
         if self.baseline is not None:
             other = float(self.baseline[run])
-        return Trial(score, other, "" if np.isfinite(score) else f"{row.status}: {row.reason}")
+        return GateTrial(score, other, "" if np.isfinite(score) else f"{row.status}: {row.reason}")
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Group:
         return self.most if self.finished else max(len(entry.course.trials) for entry in self.entries)
 
 
-def value_of(row: Row, gate: Gate) -> float:
+def value_of(row: TrialRow, gate: Gate) -> float:
     """The gate's score in a row, infinite where there is none."""
     if gate.meaning.name == FAILURE:
         return float(row.status != "ok")
@@ -143,7 +143,7 @@ class _Builder:
         """The gates of these indices on their one scenario."""
         with self._at(indices[0], "scenario"):
             scenario = self._scenario(self.file.gate[indices[0]])
-        found: dict[str, Candidate] = {}
+        found: dict[str, CalibratorEntry] = {}
         for index in indices:
             self._add_candidates(found, index)
         self._check_told_apart(found, indices[0])
@@ -156,7 +156,7 @@ class _Builder:
         beside = self.path.parent / gate.scenario
         return load(beside if beside.is_file() else gate.scenario, gate.set_)
 
-    def _add_candidates(self, found: dict[str, Candidate], index: int) -> None:
+    def _add_candidates(self, found: dict[str, CalibratorEntry], index: int) -> None:
         gate = self.file.gate[index]
         reference = None if gate.reference == BOUND else gate.reference
         for key, text in (("calibrator", gate.calibrator), ("reference", reference)):
@@ -167,7 +167,7 @@ class _Builder:
                     named, programs = ((), (command,)) if command else ((name,), ())
                     (found[name],) = candidates(named, programs, self.file.time_limit_s)
 
-    def _check_told_apart(self, found: Mapping[str, Candidate], index: int) -> None:
+    def _check_told_apart(self, found: Mapping[str, CalibratorEntry], index: int) -> None:
         names = [one.name for one in found.values()]
         twice = next((name for name in names if names.count(name) > 1 or name == UNCORRECTED), None)
         if twice:
@@ -189,7 +189,7 @@ class _Builder:
             with self._at(index, "baseline"):
                 file = self.path.parent / gate.baseline
                 values = read_baseline(file, design, calibrator, gate.meaning.name, plan.max_trials)
-        return Entry(Course(plan), calibrator, reference, values, least)
+        return Entry(GateProgress(plan), calibrator, reference, values, least)
 
     @contextmanager
     def _at(self, index: int, key: str) -> Iterator[None]:

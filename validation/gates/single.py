@@ -14,13 +14,13 @@ from pydantic import ValidationError
 from scenarios.errors import InputError
 from scenarios.problems import first_problem, problem_at
 from sim.scenario import Scenario
-from validation.calibrating.candidates import Candidate, candidate
+from validation.calibrating.candidates import CalibratorEntry, candidate
 from validation.calibrating.processes import TIME_LIMIT_S
 from validation.comparison.design import Design, Point
 from validation.comparison.trial import run_trial
 from validation.gates.baseline import read_baseline
 from validation.gates.budget import planned
-from validation.gates.progress import Course, Outcome
+from validation.gates.progress import GateOutcome, GateProgress
 from validation.gates.schedule import Entry, row_in
 from validation.gates.spec import GateFile
 from validation.scoring.evaluation import UNCORRECTED
@@ -36,7 +36,7 @@ REFERENCE = "reference"
 class Measured:
     """Whose rows a gate reads: a candidate's, None for the raw measurement, and of an array which sensor's (`@2`)."""
 
-    candidate: Candidate | None
+    candidate: CalibratorEntry | None
     at_sensor: str = ""
 
     @classmethod
@@ -61,7 +61,7 @@ def decide_alone(
     scenario: Scenario,
     keys: Mapping[str, Any],
     options: Mapping[str, Any],
-) -> Outcome:
+) -> GateOutcome:
     """Run trials one after the other until a gate on this scenario is decided, or out of trials.
 
     keys : the other keys of a [[gate]]; options : those at the top of a file of gates; None: as in a file that does not
@@ -79,7 +79,7 @@ def decide_alone(
     return _decided(file, design)
 
 
-def _decided(file: GateFile, design: Design) -> Outcome:
+def _decided(file: GateFile, design: Design) -> GateOutcome:
     (gate,) = file.gate
     plan = planned(gate, file.rate, "assert_accuracy")
     with _named("calibrator"):
@@ -89,13 +89,13 @@ def _decided(file: GateFile, design: Design) -> Outcome:
     baseline = None
     if gate.baseline is not None:
         baseline = read_baseline(Path(gate.baseline), design, row, gate.meaning.name, plan.max_trials)
-    course = Course(plan)
+    course = GateProgress(plan)
     entry = Entry(course, row, reference, baseline)
     while not course.finished:
         run = len(course.trials)
         rows = {one.calibrator: one for one in run_trial(design, 0, run).rows}
         course.take(entry.reading(run, rows))
-    return Outcome.of(course)
+    return GateOutcome.of(course)
 
 
 def _apart(reference: Measured, calibrator: Measured) -> Measured:

@@ -7,18 +7,18 @@ from collections.abc import Sequence
 from typing import Any
 
 from scenarios.plain import json_ready
-from validation.gates.progress import Outcome
+from validation.gates.progress import GateOutcome
 from validation.gates.sequential import Verdict
 
 
-def together(outcomes: Sequence[Outcome]) -> Verdict:
+def together(outcomes: Sequence[GateOutcome]) -> Verdict:
     """`fail` where one gate failed, else `inconclusive` where one was left undecided."""
     verdicts = {outcome.verdict for outcome in outcomes}
     worst: tuple[Verdict, ...] = ("fail", "inconclusive")
     return next((verdict for verdict in worst if verdict in verdicts), "pass")
 
 
-def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def summary(outcomes: Sequence[GateOutcome]) -> dict[str, Any]:
     """All verdicts; what is not finite becomes None."""
     found: dict[str, Any] = json_ready(
         {"verdict": together(outcomes), "gates": [_of_gate(outcome) for outcome in outcomes]}
@@ -26,7 +26,7 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return found
 
 
-def whole(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def whole(outcomes: Sequence[GateOutcome]) -> dict[str, Any]:
     """The same with every trial that was looked at, in the order of runs, and the evidence after it."""
     found = summary(outcomes)
     for gate, outcome in zip(found["gates"], outcomes, strict=True):
@@ -34,7 +34,7 @@ def whole(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return found
 
 
-def _of_gate(outcome: Outcome) -> dict[str, Any]:
+def _of_gate(outcome: GateOutcome) -> dict[str, Any]:
     gate, test = outcome.plan.gate, outcome.plan.test
     undecided = outcome.verdict == "inconclusive"
     return {
@@ -62,7 +62,7 @@ def _of_gate(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _trajectory(outcome: Outcome) -> dict[str, Any]:
+def _trajectory(outcome: GateOutcome) -> dict[str, Any]:
     decision, test = outcome.decision, outcome.plan.test
     return {
         "value": outcome.values,

@@ -11,7 +11,7 @@ from recordings.manifest import read_manifest
 from scenarios.plain import json_ready
 from validation.inspection.finding import Finding
 from validation.inspection.frames import frame_findings
-from validation.inspection.log import Log, read_log, series_of
+from validation.inspection.log import RawLog, read_log, series_of
 from validation.inspection.motion import motion_findings
 from validation.inspection.sensor_data import Look, look_at
 from validation.inspection.spectra import noise_findings
@@ -28,7 +28,7 @@ SECTION = "file"
 class Inspection:
     """What a first look at a recording found, and one `Look` for each magnetometer."""
 
-    log: Log
+    log: RawLog
     findings: tuple[Finding, ...]
     looks: tuple[Look, ...]
 
@@ -52,7 +52,7 @@ def inspect_file(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Inspe
     return found if runs == 1 else replace(found, findings=(_one_of(runs, run), *found.findings))
 
 
-def inspect_log(log: Log) -> Inspection:
+def inspect_log(log: RawLog) -> Inspection:
     """The same of a log that has been read."""
     log, unit = in_seconds(log)
     findings = [_taken(log), *unit, *timing_findings(log), missing_finding(log)]
@@ -74,7 +74,7 @@ def _one_of(runs: int, run: int) -> Finding:
     return Finding(SECTION, "runs", runs, "", text, "note")
 
 
-def _taken(log: Log) -> Finding:
+def _taken(log: RawLog) -> Finding:
     """Whether the other commands take the file as it is."""
     if not log.refusal:
         return Finding(SECTION, "accepted", True, "", "`magbench calibrate` takes the file as it is.")

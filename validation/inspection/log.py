@@ -22,7 +22,7 @@ LATEST_S = 1e19
 
 
 @dataclass(frozen=True)
-class Log:
+class RawLog:
     """A recording before any check.
 
     columns : name -> (n,), numbers in the units of their names, NaN where a cell is empty.
@@ -72,7 +72,7 @@ class Series:
         return replace(self, mag_nT=factor * self.mag_nT)
 
 
-def read_log(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Log:
+def read_log(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> RawLog:
     """Read a run, a dataset directory (its `run`) or a measured log, `--map` texts applied; nothing is repaired.
 
     Raises InputError for a file that cannot be read, that has no columns of time and field, or text in their place.
@@ -80,10 +80,10 @@ def read_log(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Log:
     return log_of(read_columns(file_of(path, run), maps), maps)
 
 
-def log_of(raw: RawColumns, maps: Sequence[str] = ()) -> Log:
+def log_of(raw: RawColumns, maps: Sequence[str] = ()) -> RawLog:
     """The same of columns that have been read, with the maps that named them."""
     columns = {name: np.asarray(values, np.float64) for name, values in raw.named.items() if name != "phase"}
-    return Log(raw.path, columns, {one.target: one.source for one in parse_maps(maps)}, _refusal(raw))
+    return RawLog(raw.path, columns, {one.target: one.source for one in parse_maps(maps)}, _refusal(raw))
 
 
 def _refusal(raw: RawColumns) -> str:
@@ -94,7 +94,7 @@ def _refusal(raw: RawColumns) -> str:
     return ""
 
 
-def series_of(log: Log, sensor: int | None) -> Series:
+def series_of(log: RawLog, sensor: int | None) -> Series:
     """The sound rows of one magnetometer, in order of time: finite, no time twice or of another age of the world."""
     field = log.vector(mag_names(sensor))
     assert field is not None

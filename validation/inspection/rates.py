@@ -8,7 +8,7 @@ from recordings.channels import current_name, motors_among
 from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding
-from validation.inspection.log import Log
+from validation.inspection.log import RawLog
 from validation.signals.faults import repeats, runs
 from validation.text import counted, frequency
 
@@ -43,7 +43,7 @@ NEW = 0.9
 """Share of rows with a new value, from which on it is new in every row."""
 
 
-def rate_findings(log: Log) -> list[Finding]:
+def rate_findings(log: RawLog) -> list[Finding]:
     """A finding for each column that is not new in every row, and one that names the others."""
     new, found = [], []
     for name, columns in _groups(log).items():
@@ -92,7 +92,7 @@ def interpolation_rows(values: Array) -> float | None:
     return apart if apart >= LEAST_KINK_ROWS and regular > LEAST_REGULAR else None
 
 
-def _groups(log: Log) -> dict[str, Array]:
+def _groups(log: RawLog) -> dict[str, Array]:
     """Columns (n, k) that belong together, by a readable name."""
     vectors = {"gyro": GYRO, "accelerometer": ACCEL, "attitude": ATTITUDE, "position": POSITION}
     vectors = {name: columns for name, columns in vectors.items() if log.vector(columns) is not None}

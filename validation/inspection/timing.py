@@ -9,7 +9,7 @@ import numpy as np
 from recordings.units import UNITS
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding, Level
-from validation.inspection.log import Log, series_of
+from validation.inspection.log import RawLog, series_of
 from validation.inspection.rates import LEAST_ROWS, SECTION, rate_findings
 from validation.inspection.sensor_data import attitude_of
 from validation.signals.intervals import GAP
@@ -41,7 +41,7 @@ class Gap:
     length_s: float
 
 
-def timing_findings(log: Log) -> list[Finding]:
+def timing_findings(log: RawLog) -> list[Finding]:
     """Samples and duration, interval, jitter, gaps, time stamps out of order, and rates of the other columns."""
     stamps = log.columns["time_s"]
     time_s = np.unique(stamps[np.isfinite(stamps)])
@@ -51,7 +51,7 @@ def timing_findings(log: Log) -> list[Finding]:
     return [*found, *rate_findings(log)] if len(time_s) >= LEAST_ROWS else found
 
 
-def in_seconds(log: Log) -> tuple[Log, list[Finding]]:
+def in_seconds(log: RawLog) -> tuple[RawLog, list[Finding]]:
     """The log, with time stamps of a finer unit made seconds where a gyro tells that unit, and what is said of it."""
     series = series_of(log, log.sensors[0])
     finer = finer_unit(series.time_s, series.mag_nT, series.gyro_rad_s, attitude_of(series))

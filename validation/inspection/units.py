@@ -8,7 +8,7 @@ from recordings.checks import FIELD_RANGE_NT
 from recordings.columns import mag_names
 from recordings.units import STANDARD_GRAVITY_M_S2
 from validation.inspection.finding import Finding
-from validation.inspection.log import Log, Series
+from validation.inspection.log import RawLog, Series
 from validation.inspection.sensor_data import Look
 from validation.text import figure
 
@@ -20,14 +20,14 @@ GRAVITY_TOLERANCE = 0.2
 """How far the median specific force may be from gravity."""
 
 
-def unit_findings(log: Log, look: Look, raw: Series) -> list[Finding]:
+def unit_findings(log: RawLog, look: Look, raw: Series) -> list[Finding]:
     """Strength of the field and of gravity against what they can be; `raw` is the series in the file's own unit."""
     if not len(raw):
         return []
     return [_field(log, look, raw), *_gravity(log, look)]
 
 
-def _field(log: Log, look: Look, raw: Series) -> Finding:
+def _field(log: RawLog, look: Look, raw: Series) -> Finding:
     strength = float(np.median(np.linalg.norm(raw.mag_nT, axis=1)))
     names = mag_names(look.sensor)
 
@@ -51,7 +51,7 @@ def _field(log: Log, look: Look, raw: Series) -> Finding:
     return found(f"The median strength, {figure(strength, 5)} nT, is one of the Earth's field.", "")
 
 
-def _gravity(log: Log, look: Look) -> list[Finding]:
+def _gravity(log: RawLog, look: Look) -> list[Finding]:
     """Strength of the specific force: most of the time near gravity."""
     accel = look.series.accel_m_s2
     if accel is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from validation.inspection.finding import Finding
-from validation.inspection.log import Log
+from validation.inspection.log import RawLog
 from validation.inspection.sensor_data import LEAST_ROWS, Look
 from validation.signals.faults import pile_up, repeats, spikes
 from validation.signals.intervals import gaps_after
@@ -24,7 +24,7 @@ MOST_GAP_SHARE = 0.1
 """Share of the samples before a gap, beyond which neighbours tell nothing."""
 
 
-def missing_finding(log: Log) -> Finding:
+def missing_finding(log: RawLog) -> Finding:
     """Empty cells, NaN and infinities by column."""
     counts = {name: int(np.count_nonzero(~np.isfinite(values))) for name, values in log.columns.items()}
     counts = {name: count for name, count in counts.items() if count}

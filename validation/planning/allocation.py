@@ -16,7 +16,7 @@ PRECISION = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Legs:
+class LegInformation:
     """What legs tell: M(x) = fixed (k, k) + sum_l x_l each_l, each (m, k, k) of one unit; wanted B (k, q).
 
     least : of every x_l, which `fixed` leaves out; unit_s : time of a unit

@@ -11,8 +11,8 @@ from scenarios.arrays import Array
 from validation.bound.information import SYMMETRIC
 from validation.bound.knowledge import PLACES
 from validation.planning.refinement import fitted
-from validation.planning.search import Choice, Search
-from validation.planning.task import Task
+from validation.planning.search import LegSelection, RouteSearch
+from validation.planning.task import PlanningTask
 
 GUIDES = ("vector", "norm")
 """What the legs are chosen for: a good gyro tells what a known attitude does, a poor one leaves the strength."""
@@ -26,12 +26,12 @@ CLOSE = 1.03
 """To which the shortest time is found."""
 
 
-def linked(task: Task, time_s: float) -> Choice:
+def linked(task: PlanningTask, time_s: float) -> LegSelection:
     """The best for a time, by the bound along the attitudes as they are meant; its error infinite where none tells."""
     return min(_tried(task, time_s), key=lambda one: one.error)
 
 
-def shortest(task: Task, target: float, most_s: float) -> Choice:
+def shortest(task: PlanningTask, target: float, most_s: float) -> LegSelection:
     """The shortest that is as good as the target, found by halving; the best in most_s where none is."""
     best, low, high = linked(task, most_s), min(LEAST_S, most_s), most_s
     while best.error <= target and high > CLOSE * low:
@@ -44,11 +44,11 @@ def shortest(task: Task, target: float, most_s: float) -> Choice:
     return best
 
 
-def _tried(task: Task, time_s: float) -> Iterator[Choice]:
+def _tried(task: PlanningTask, time_s: float) -> Iterator[LegSelection]:
     """The legs chosen for each guide, shown once or more often; not hurried: the gyro is read at the samples."""
     for guide in GUIDES:
         before = None if task.before is None else _carried(task.before, guide)
-        search = Search(replace(task, knowledge=guide, before=before), time_s)
+        search = RouteSearch(replace(task, knowledge=guide, before=before), time_s)
         if before is None:
             search.improve(time_s)
         best = search.best(time_s)
@@ -61,7 +61,7 @@ def _tried(task: Task, time_s: float) -> Iterator[Choice]:
             yield again
 
 
-def _again(choice: Choice, times: int) -> Choice | None:
+def _again(choice: LegSelection, times: int) -> LegSelection | None:
     """The legs so often in the same time, and the error that they promise; None where turning takes longer."""
     legs = fitted(choice.task, choice.legs * times, choice.time_s)
     if legs is None:

@@ -166,7 +166,7 @@ class Held(Manoeuvre):
         return Rotation.from_euler("ZYX", reference[:, 9:12])
 
 
-class Shown(Held):
+class HandHeld(Held):
     """A person who holds the vehicle: no attitude for less than it takes to come to rest in it."""
 
     least: ClassVar[float] = 3.0

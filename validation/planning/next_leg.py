@@ -13,8 +13,8 @@ from validation.bound.bound import Bound
 from validation.bound.files import scenario_experiment
 from validation.bound.limit import Limit, limit
 from validation.planning import linked
-from validation.planning.search import Choice, Search
-from validation.planning.task import Task
+from validation.planning.search import LegSelection, RouteSearch
+from validation.planning.task import PlanningTask
 
 LEGS_S = (60.0, 120.0, 240.0)
 """Lengths of a leg that are tried: what is missing may take long to turn to. The one that gains fastest is flown."""
@@ -24,10 +24,10 @@ MINUTE_S = 60.0
 
 
 @dataclass(frozen=True, eq=False)
-class Next:
+class NextLeg:
     """A leg: what is flown, and the goal's error before and after it."""
 
-    choice: Choice
+    choice: LegSelection
     before: float
     after: float
 
@@ -48,29 +48,29 @@ class Next:
 
 
 @dataclass(frozen=True, eq=False)
-class Onward:
+class LegSequence:
     """The legs that pay, as they are flown, the one that no longer does, and the limit of the tilts for their time.
 
     error : of the goal, by the recording and the legs as the simulator flies them; None where no leg pays
     """
 
-    task: Task
-    legs: tuple[Next, ...]
-    idle: Next | None
+    task: PlanningTask
+    legs: tuple[NextLeg, ...]
+    idle: NextLeg | None
     scenario: Scenario | None
     error: float | None
     least: Limit | None
 
 
-def onward(task: Task, time_s: float, target: float | None = None) -> Onward:
-    """Legs after a recording (`Task.after`): each the best that goes on from all before, within a time in all.
+def onward(task: PlanningTask, time_s: float, target: float | None = None) -> LegSequence:
+    """Legs after a recording (`PlanningTask.after`): each the best that goes on from all before, within a time in all.
 
     They end where the next one no longer pays, or the target is met. Raises InputError where nothing that can be flown
     in that time tells the goal.
     """
     assert task.before is not None
     told, yaw_deg, left_s = task.before, task.manoeuvre.yaw_deg, time_s
-    legs: list[Next] = []
+    legs: list[NextLeg] = []
     idle = None
     while left_s > 0 and not (target is not None and legs and legs[-1].after <= target):
         found = _leg(task.going_on(told, yaw_deg), left_s)
@@ -89,26 +89,26 @@ def onward(task: Task, time_s: float, target: float | None = None) -> Onward:
     return _flown(task, tuple(legs), idle)
 
 
-def _leg(task: Task, left_s: float) -> Next | None:
+def _leg(task: PlanningTask, left_s: float) -> NextLeg | None:
     """The leg from here that gains fastest; None where none in the time that is left tells the goal."""
     assert task.before is not None
     before = task.error(task.before)
     tried = [_best(task, leg_s) for leg_s in LEGS_S if leg_s <= left_s]
-    found = [Next(choice, before, choice.error) for choice in tried if np.isfinite(choice.error)]
+    found = [NextLeg(choice, before, choice.error) for choice in tried if np.isfinite(choice.error)]
     return max(found, key=lambda one: (one.rate, -one.after), default=None)
 
 
-def _best(task: Task, leg_s: float) -> Choice:
-    return linked.linked(task, leg_s) if task.linked else Search(task, leg_s).best(leg_s)
+def _best(task: PlanningTask, leg_s: float) -> LegSelection:
+    return linked.linked(task, leg_s) if task.linked else RouteSearch(task, leg_s).best(leg_s)
 
 
-def _flown(task: Task, legs: tuple[Next, ...], idle: Next | None) -> Onward:
+def _flown(task: PlanningTask, legs: tuple[NextLeg, ...], idle: NextLeg | None) -> LegSequence:
     assert task.before is not None
     if not legs:
-        return Onward(task, legs, idle, None, None, None)
+        return LegSequence(task, legs, idle, None, None, None)
     phases = [leg.choice.phase for leg in legs]
     scenario = task.scenario(phases, f"{len(legs)} legs after a recording, for {task.goal.name}")
     flown = replace(scenario_experiment(scenario, task.known.noise_std_nT), matrix=task.known.matrix)
     told = task.before + Bound.of(flown, task.knowledge).information.matrix
     least = limit(flown, task.knowledge, task.tilts, task.goal, task.before)
-    return Onward(task, legs, idle, scenario, task.error(told), least)
+    return LegSequence(task, legs, idle, scenario, task.error(told), least)

@@ -6,12 +6,12 @@ from math import isfinite
 from typing import Any
 
 from scenarios.plain import json_ready
-from validation.planning.next_leg import Next, Onward
+from validation.planning.next_leg import LegSequence, NextLeg
 from validation.planning.summary import PERFECT, leg_summary, limit_of, row, times_s
 from validation.text import duration, quantity
 
 
-def summary(found: Onward, scenario: str) -> dict[str, Any]:
+def summary(found: LegSequence, scenario: str) -> dict[str, Any]:
     """What `--json` prints; scenario: the file that flies the legs, "" where none pays."""
     goal = found.task.goal
     least = found.least
@@ -25,7 +25,7 @@ def summary(found: Onward, scenario: str) -> dict[str, Any]:
     return json_ready(told)  # type: ignore[no-any-return]
 
 
-def headline(found: Onward) -> str:
+def headline(found: LegSequence) -> str:
     """Leg by leg what it gains, the one that no longer pays, and what recording and legs tell together."""
     goal = found.task.goal
     lines = [f"leg {number}: {_gain(leg, found)}" for number, leg in enumerate(found.legs, start=1)]
@@ -39,7 +39,7 @@ def headline(found: Onward) -> str:
     return "\n".join(lines)
 
 
-def rows(found: Onward) -> list[tuple[str, ...]]:
+def rows(found: LegSequence) -> list[tuple[str, ...]]:
     """A row an attitude, numbered by leg; times from the beginning of the leg."""
     return [
         row(f"{number}.{place}", attitude, begin, length)
@@ -50,13 +50,13 @@ def rows(found: Onward) -> list[tuple[str, ...]]:
     ]
 
 
-def _gain(leg: Next, found: Onward) -> str:
+def _gain(leg: NextLeg, found: LegSequence) -> str:
     unit, length = found.task.goal.unit, duration(leg.choice.phase.duration_s)
     before = quantity(leg.before, unit) if isfinite(leg.before) else f"an untold {found.task.goal.short}"
     return f"in {length} {before} becomes {quantity(leg.after, unit)}"
 
 
-def _leg(leg: Next, found: Onward) -> dict[str, Any]:
+def _leg(leg: NextLeg, found: LegSequence) -> dict[str, Any]:
     unit = found.task.goal.unit
     shown = [leg_summary(one, times) for one, times in zip(leg.choice.legs, times_s(leg.choice), strict=True)]
     sizes = {f"before_{unit}": leg.before, f"after_{unit}": leg.after, f"gain_{unit}": leg.gain}

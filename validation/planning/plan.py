@@ -11,12 +11,12 @@ from scenarios.errors import InputError
 from sim.scenario import Scenario
 from sim.simulate import flown, plan
 from validation.bound.limit import Limit, limit, tilts_deg
-from validation.bound.query import Answer, Question
+from validation.bound.query import BoundAnswer, BoundQuery
 from validation.bound.station_keeping import staying_limit
 from validation.comparison.engine import Engine
 from validation.planning import linked
-from validation.planning.search import Choice, Search
-from validation.planning.task import Task
+from validation.planning.search import LegSelection, RouteSearch
+from validation.planning.task import PlanningTask
 from validation.planning.verification import Confirmed, confirmed
 
 MOST_TRIES = 4
@@ -38,10 +38,10 @@ class Plan:
     flown_deg : |roll| and |pitch| that are not exceeded 99 % of the time
     """
 
-    choice: Choice
+    choice: LegSelection
     target: float | None
     scenario: Scenario
-    answer: Answer
+    answer: BoundAnswer
     error: float
     least: Limit
     staying: Limit | None
@@ -49,7 +49,7 @@ class Plan:
     confirmed: Confirmed | None = None
 
     @property
-    def task(self) -> Task:
+    def task(self) -> PlanningTask:
         """What it was planned for."""
         return self.choice.task
 
@@ -78,7 +78,7 @@ class Plan:
         return replace(self, confirmed=confirmed(self.scenario, self.task.goal, trials, engine))
 
 
-def planned(task: Task, time_s: float, target: float | None = None) -> Plan:
+def planned(task: PlanningTask, time_s: float, target: float | None = None) -> Plan:
     """The shortest manoeuvre that meets the target within a time, or the best where there is none or it cannot.
 
     Raises InputError where nothing that can be flown in that time tells the goal.
@@ -90,7 +90,7 @@ def planned(task: Task, time_s: float, target: float | None = None) -> Plan:
         return _flown(choice, target)
     if target is None:
         return _best(task, time_s)
-    search = Search(task, time_s)
+    search = RouteSearch(task, time_s)
     choice = search.shortest(target, time_s)
     search.improve(choice.time_s)
     choice = search.shortest(target, choice.time_s if choice.error <= target else time_s)
@@ -105,11 +105,11 @@ def planned(task: Task, time_s: float, target: float | None = None) -> Plan:
     return found
 
 
-def _best(task: Task, time_s: float) -> Plan:
+def _best(task: PlanningTask, time_s: float) -> Plan:
     """The best for a time: flown the usual way, and other ways where that is too far from the limit."""
     best: Plan | None = None
     for way in task.manoeuvre.ways:
-        search = Search(task.flown_by(way), time_s)
+        search = RouteSearch(task.flown_by(way), time_s)
         search.improve(time_s)
         choice = search.best(time_s)
         if np.isfinite(choice.error):
@@ -127,12 +127,12 @@ def _untold() -> InputError:
     return InputError("no manoeuvre that is tried tells that in this time", where="--time", do=do)
 
 
-def _flown(choice: Choice, target: float | None) -> Plan:
+def _flown(choice: LegSelection, target: float | None) -> Plan:
     task, phase = choice.task, choice.phase
     legs = f"{len(choice.legs)} attitudes" if len(choice.legs) > 1 else "an attitude"
     summary = f"Planned for {task.goal.name} from {task.knowledge}: {legs} in {phase.duration_s:.0f} s"
     scenario = task.scenario([phase], summary)
-    answer = Question(task.knowledge, noise_std_nT=task.known.noise_std_nT).of_scenario(scenario)
+    answer = BoundQuery(task.knowledge, noise_std_nT=task.known.noise_std_nT).of_scenario(scenario)
     error = task.error(answer.bound.information.matrix)
     least = limit(answer.known, task.knowledge, task.tilts, task.goal)
     staying = staying_limit(answer.known, task.knowledge, task.tilts, task.goal) if task.manoeuvre.stays else None

@@ -12,7 +12,7 @@ from scenarios.paths.poses import nearest
 from validation.planning.manoeuvre import YAW, Leg
 
 if TYPE_CHECKING:
-    from validation.planning.task import Task
+    from validation.planning.task import PlanningTask
 
 STEPS_DEG = (40.0, 20.0, 10.0, 5.0)
 """How far an angle is moved, from the widest on."""
@@ -22,7 +22,7 @@ GAIN = 5e-3
 """Share of the error by which a round over all angles must make it less for another of the same step."""
 
 
-def refined(task: Task, legs: Sequence[Leg], time_s: float) -> tuple[tuple[Leg, ...], float]:
+def refined(task: PlanningTask, legs: Sequence[Leg], time_s: float) -> tuple[tuple[Leg, ...], float]:
     """Legs no worse than these for a time, and their error: an angle at a time, what is left of the time held.
 
     Turns to other attitudes take other times and tell other things: both are counted, by the whole flight.
@@ -40,7 +40,7 @@ def refined(task: Task, legs: Sequence[Leg], time_s: float) -> tuple[tuple[Leg, 
 
 
 def _round(
-    task: Task, here: tuple[Leg, ...], error: float, step_deg: float, time_s: float
+    task: PlanningTask, here: tuple[Leg, ...], error: float, step_deg: float, time_s: float
 ) -> tuple[tuple[Leg, ...], float]:
     """Each angle of each leg a step either way, kept where that is better."""
     for place in range(len(here)):
@@ -54,7 +54,7 @@ def _round(
     return here, error
 
 
-def _moved(task: Task, leg: Leg, axis: int, by_deg: float) -> Leg:
+def _moved(task: PlanningTask, leg: Leg, axis: int, by_deg: float) -> Leg:
     """A leg with an angle moved, within the tilts."""
     angles = np.array(leg.angles_deg)
     angles[axis] += by_deg
@@ -64,7 +64,7 @@ def _moved(task: Task, leg: Leg, axis: int, by_deg: float) -> Leg:
     return Leg.at(np.round(angles, 1), leg.amount)
 
 
-def fitted(task: Task, legs: tuple[Leg, ...], time_s: float) -> tuple[Leg, ...] | None:
+def fitted(task: PlanningTask, legs: tuple[Leg, ...], time_s: float) -> tuple[Leg, ...] | None:
     """The legs with their amounts changed alike so that the flight takes that time; None where turning alone does."""
     manoeuvre = task.manoeuvre
     moving_s = manoeuvre.phase([replace(leg, amount=manoeuvre.least) for leg in legs]).duration_s
@@ -78,6 +78,6 @@ def fitted(task: Task, legs: tuple[Leg, ...], time_s: float) -> tuple[Leg, ...] 
     return tuple(replace(leg, amount=manoeuvre.least + float(more)) for leg, more in zip(legs, share, strict=True))
 
 
-def _error(task: Task, legs: tuple[Leg, ...]) -> float:
+def _error(task: PlanningTask, legs: tuple[Leg, ...]) -> float:
     """The goal's, by the whole flight as it is meant."""
     return task.error_with(task.told(task.manoeuvre.phase(legs)))

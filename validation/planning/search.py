@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from scenarios.arrays import Array
 from scenarios.paths import PhaseBase
 from validation.bound.limit import optimal
-from validation.planning.allocation import Legs, whole
+from validation.planning.allocation import LegInformation, whole
 from validation.planning.manoeuvre import Leg
 from validation.planning.order import START, shortest
 from validation.planning.refinement import refined
-from validation.planning.task import Task
+from validation.planning.task import PlanningTask
 
 FEW = (4, 6, 9, 12, 16, 20, 24, 32)
 """Numbers of legs that are tried: sixteen lose nothing to the optimum in most cases, fewer leave more time to hold."""
@@ -41,36 +41,36 @@ CLOSE_S = 1.0
 class Route:
     """Legs in their order, what they tell, and the time of a flight with none of their amounts."""
 
-    task: Task
+    task: PlanningTask
     angles_deg: Array
-    legs: Legs
+    legs: LegInformation
     moving_s: float
 
-    def best(self, time_s: float) -> Choice:
+    def best(self, time_s: float) -> LegSelection:
         """The best amounts for a time in all."""
         amounts, square = self.legs.best(time_s - self.moving_s)
         if self.task.manoeuvre.whole and np.isfinite(square):
             amounts = whole(amounts, (time_s - self.moving_s) / self.legs.unit_s)
             square = self.legs.mean_square(amounts)
         legs = [Leg.at(angles, float(amount)) for angles, amount in zip(self.angles_deg, amounts, strict=True)]
-        return Choice(self.task, tuple(legs), time_s, float(np.sqrt(square)))
+        return LegSelection(self.task, tuple(legs), time_s, float(np.sqrt(square)))
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class LegSelection:
     """Legs, the time they were chosen for, and the goal's error that they promise before they are flown."""
 
-    task: Task
+    task: PlanningTask
     legs: tuple[Leg, ...]
     time_s: float
     error: float
 
     @property
-    def filled(self) -> Choice:
+    def filled(self) -> LegSelection:
         """The same with nothing left of the time, if that is better."""
         task = self.task.flown_by(self.task.manoeuvre.filling(self.legs, self.time_s))
         error = task.error_with(task.told(task.manoeuvre.phase(self.legs)))
-        return Choice(task, self.legs, self.time_s, error) if error < self.error else self
+        return LegSelection(task, self.legs, self.time_s, error) if error < self.error else self
 
     @property
     def phase(self) -> PhaseBase:
@@ -83,13 +83,13 @@ class Choice:
         return self.task.told(self.phase)
 
 
-class Search:
+class RouteSearch:
     """The routes through few attitudes of the optimal design, each a flight for any time.
 
     Routes without the legs that a choice gave no time join them.
     """
 
-    def __init__(self, task: Task, time_s: float) -> None:
+    def __init__(self, task: PlanningTask, time_s: float) -> None:
         """time_s : against which what is known before the flight counts."""
         self.task = task
         narrower = NARROWER if task.step_deg is None and task.before is None else NARROWER[:1]
@@ -109,12 +109,12 @@ class Search:
             if error < np.inf:
                 self.routes.append(_route(self.task, np.array([leg.angles_deg for leg in legs]), ordered=True))
 
-    def best(self, time_s: float) -> Choice:
+    def best(self, time_s: float) -> LegSelection:
         """The best of all routes for a time."""
         best = min((route.best(time_s) for route in self.routes), key=lambda one: one.error)
         return self._thinned(best) if np.isfinite(best.error) else best
 
-    def shortest(self, target: float, most_s: float) -> Choice:
+    def shortest(self, target: float, most_s: float) -> LegSelection:
         """The shortest that is as good as the target, found by halving; the best in most_s where none is."""
         best, low, high = self.best(most_s), 0.0, most_s
         while best.error <= target and high - low > CLOSE_S:
@@ -126,7 +126,7 @@ class Search:
                 low = middle
         return best
 
-    def _thinned(self, choice: Choice) -> Choice:
+    def _thinned(self, choice: LegSelection) -> LegSelection:
         """A choice without the legs that have no time to speak of, as long as that is no worse."""
         least = choice.task.manoeuvre.least
         kept = [leg.angles_deg for leg in choice.legs if leg.amount >= least + SHORT * (1.0 - least)]
@@ -153,7 +153,7 @@ def few(rows: Array, wanted: Array, counts: Sequence[int], before: Array | None 
     return found
 
 
-def _within(task: Task, time_s: float, share: float) -> tuple[Array, Array]:
+def _within(task: PlanningTask, time_s: float, share: float) -> tuple[Array, Array]:
     """Angles (m, 3) within a share of the tilts, and what a leg at each tells, rows (m, r, k), were it all the time."""
     angles = task.angles_deg * np.array([1.0, share, share])
     attitudes = Rotation.from_euler("ZYX", angles, degrees=True)
@@ -161,13 +161,13 @@ def _within(task: Task, time_s: float, share: float) -> tuple[Array, Array]:
     return angles, np.concatenate(halves, axis=1) * np.sqrt(time_s / task.interval_s / len(halves))
 
 
-def _routes(task: Task, angles: Array, rows: Array) -> list[Route]:
+def _routes(task: PlanningTask, angles: Array, rows: Array) -> list[Route]:
     """Routes through few attitudes of the optimal design."""
     chosen = few(rows, task.wanted, FEW if task.before is None else FEWER, task.before)
     return [_route(task, np.round(angles[places], 1)) for places in chosen]
 
 
-def _route(task: Task, angles: Array, *, ordered: bool = False) -> Route:
+def _route(task: PlanningTask, angles: Array, *, ordered: bool = False) -> Route:
     """The route through these angles (m, 3), in the order that turns least if they are not `ordered`."""
     manoeuvre = task.manoeuvre
     before = (manoeuvre.yaw_deg, 0.0, 0.0)
@@ -181,4 +181,4 @@ def _route(task: Task, angles: Array, *, ordered: bool = False) -> Route:
     fixed = task.information(phase, 0.0, phase.duration_s) - manoeuvre.least * each.sum(axis=0)
     fixed = fixed if task.before is None else fixed + task.before
     moving_s = phase.duration_s - manoeuvre.least * unit_s * len(angles)
-    return Route(task, angles, Legs(fixed, each, task.wanted, manoeuvre.least, unit_s), moving_s)
+    return Route(task, angles, LegInformation(fixed, each, task.wanted, manoeuvre.least, unit_s), moving_s)

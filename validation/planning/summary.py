@@ -9,7 +9,7 @@ from scenarios.plain import json_ready
 from validation.bound.limit import Limit
 from validation.planning.manoeuvre import Leg
 from validation.planning.plan import Plan
-from validation.planning.search import Choice
+from validation.planning.search import LegSelection
 from validation.text import counted, duration, figure, quantity
 
 COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
@@ -137,7 +137,7 @@ def attitude(leg: Leg) -> str:
     return ", ".join(parts if len(parts) > 1 else [*parts, "level"])
 
 
-def times_s(choice: Choice) -> Sequence[tuple[float, float]]:
+def times_s(choice: LegSelection) -> Sequence[tuple[float, float]]:
     """When each attitude begins to be shown, and for how long."""
     return choice.task.manoeuvre.times_s(choice.phase)
 

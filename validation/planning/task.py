@@ -24,7 +24,7 @@ from validation.bound.files import scenario_experiment
 from validation.bound.goal import OFFSET, Goal
 from validation.bound.information import SAMPLE
 from validation.bound.limit import Tilts, inverse, sample_rows
-from validation.planning.manoeuvre import Leg, Manoeuvre, Shown, manoeuvre_of
+from validation.planning.manoeuvre import HandHeld, Leg, Manoeuvre, manoeuvre_of
 
 HAND, HAND_DEG_S, HAND_STEP_DEG = "hand", 45.0, 45.0
 """A person: the name, how fast attitudes follow each other, and in what steps a person can show them."""
@@ -37,7 +37,7 @@ BEST = {"norm": "ml_geometric", "norm+gyro": "gyro_ml", "vector": "vector_least_
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class PlanningTask:
     """What is planned for.
 
     name : who flies it; base : the scenario whose phases are to be found; known : its field, sensor and noise;
@@ -65,7 +65,7 @@ class Task:
         tilts: Tilts | None = None,
         goal: Goal = OFFSET,
         noise_std_nT: float | None = None,
-    ) -> Task:
+    ) -> PlanningTask:
         """For a vehicle with field, sensors and errors of a scenario; tilts: default the vehicle's.
 
         HAND : a person with the vehicle in the hands, attitudes in steps of HAND_STEP_DEG; a turntable stands in.
@@ -81,7 +81,7 @@ class Task:
         known = scenario_experiment(_resting(base), noise_std_nT)
         yaw_deg = _heading_deg(base)
         if who == HAND:
-            shown, all_round = Shown(HAND_DEG_S, yaw_deg), tilts or Tilts(180.0, 90.0)
+            shown, all_round = HandHeld(HAND_DEG_S, yaw_deg), tilts or Tilts(180.0, 90.0)
             return cls(who, base, known, knowledge, all_round, goal, shown, step_deg=HAND_STEP_DEG)
         manoeuvre = manoeuvre_of(vehicle, yaw_deg)
         allowed = _allowed(vehicle, manoeuvre, tilts)
@@ -159,15 +159,15 @@ class Task:
         """The goal's, by what is known before anything is flown."""
         return np.inf if self.before is None else self.error(self.before)
 
-    def flown_by(self, manoeuvre: Manoeuvre) -> Task:
+    def flown_by(self, manoeuvre: Manoeuvre) -> PlanningTask:
         """The same, flown another way."""
         return replace(self, manoeuvre=manoeuvre)
 
-    def going_on(self, information: Array, yaw_deg: float) -> Task:
+    def going_on(self, information: Array, yaw_deg: float) -> PlanningTask:
         """The same with information that there is already, beginning on a heading."""
         return replace(self, before=information, manoeuvre=replace(self.manoeuvre, yaw_deg=yaw_deg))
 
-    def after(self, known: Experiment) -> Task:
+    def after(self, known: Experiment) -> PlanningTask:
         """The same for the field, sensor and noise of a recording, with what it tells; the gyro's noise is as before.
 
         Raises InputError where its field's direction is not known.

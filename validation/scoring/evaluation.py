@@ -10,8 +10,8 @@ import numpy as np
 from calib import Calibration, Reference, Status
 from recordings import Recording
 from sim.effects.base import Effect
-from validation.calibrating.candidates import Candidate
-from validation.calibrating.fitting import Fit, fits, sensors
+from validation.calibrating.candidates import CalibratorEntry
+from validation.calibrating.fitting import SensorFit, fits, sensors
 from validation.scoring.holdout import Surroundings, hold_out
 from validation.scoring.scores import Score, score
 
@@ -20,10 +20,10 @@ UNCORRECTED = "uncorrected"
 
 
 @dataclass(frozen=True)
-class Judged:
+class ScoredCalibration:
     """One calibrator's answer on one sensor: as fitted, and its scores."""
 
-    fit: Fit
+    fit: SensorFit
     scores: list[Score]
 
 
@@ -31,10 +31,10 @@ def judged(
     recording: Recording,
     effects: Sequence[Sequence[Effect]],
     reference: Reference,
-    chosen: Sequence[Candidate],
+    chosen: Sequence[CalibratorEntry],
     rng: Callable[[], np.random.Generator] = lambda: np.random.default_rng(0),
     progress: Callable[[float], object] = lambda part: None,
-) -> dict[str, Judged]:
+) -> dict[str, ScoredCalibration]:
     """Every calibrator, and last the measurement as it is, by the key of each: `name` or, of an array, `name@sensor`.
 
     effects : each sensor's true ones, in the chain's order; rng : makes the generator that each fit begins with.
@@ -45,7 +45,9 @@ def judged(
     free = {key: one.attitude_free for one in chosen for key in sensors(recording, one.name)}
     found = [*fits(recording, reference, chosen, rng, progress), *_uncorrected(recording)]
     return {
-        fit.key: Judged(fit, score(fit.calibration, fit.recording, truths[fit.sensor], free.get(fit.key, False)))
+        fit.key: ScoredCalibration(
+            fit, score(fit.calibration, fit.recording, truths[fit.sensor], free.get(fit.key, False))
+        )
         for fit in found
     }
 
@@ -58,7 +60,7 @@ def has_estimate(calibration: Calibration) -> bool:
     return not raw or calibration.eddy_s is not None
 
 
-def _uncorrected(recording: Recording) -> list[Fit]:
+def _uncorrected(recording: Recording) -> list[SensorFit]:
     nothing = Calibration(name=UNCORRECTED, status=Status("ok"))
     parts = sensors(recording, UNCORRECTED)
-    return [Fit(key, sensor, one, nothing, 0.0) for sensor, (key, one) in enumerate(parts.items())]
+    return [SensorFit(key, sensor, one, nothing, 0.0) for sensor, (key, one) in enumerate(parts.items())]

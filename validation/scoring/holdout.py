@@ -12,7 +12,7 @@ from recordings import Recording
 from recordings.assemble import scalars_of
 from recordings.channels import TEMPERATURE
 from scenarios.arrays import Array
-from sim.chain import Link
+from sim.chain import ChainLink
 from sim.effects.base import Effect
 from sim.effects.sources import dipole_field_nT
 from sim.state import State
@@ -107,7 +107,7 @@ def pairs(
     signal_nT = true_nT.copy()
     for effect in effects:
         if effect.static:
-            signal_nT, _ = Link(effect, np.random.default_rng(0)).step(state, signal_nT)
+            signal_nT, _ = ChainLink(effect, np.random.default_rng(0)).step(state, signal_nT)
     return Pairs(state.R_wb, true_nT, signal_nT)
 
 

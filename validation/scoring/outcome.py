@@ -12,7 +12,7 @@ from recordings.metadata import Tracking
 from recordings.recording import Recording, Truth
 from scenarios.arrays import Array
 from sim.scenario import Scenario
-from validation.scoring.recommendation import Answer, answer
+from validation.scoring.recommendation import Recommendation, answer
 from validation.scoring.scores import Score
 
 RANKED_BY = "holdout_level_component_rms"
@@ -45,7 +45,7 @@ class Outcome:
         failed = f"; {len(found.failed)} of {len(self.calibrations)} failed" if found.failed and found.use else ""
         return f"{self.scenario.name}: {found.sentence}{failed}"
 
-    def answer(self) -> Answer:
+    def answer(self) -> Recommendation:
         """Which calibrator this run speaks for."""
         order, by = self.ranking()
         return answer(self.calibrations, self.scores, by, order)

@@ -26,7 +26,7 @@ FAILED = {
 
 
 @dataclass(frozen=True)
-class Answer:
+class Recommendation:
     """use : the calibrator to use, "" where none can be; sentence : what to do and what to expect.
 
     failed : the status of those that failed, best first. closer : a sentence for each that failed and came closer to
@@ -47,7 +47,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Method:
+class MethodScore:
     """A calibrator, or no correction, on all sensors of a run: it is as good as on its worst sensor."""
 
     name: str
@@ -55,7 +55,7 @@ class Method:
     scores: Scores
 
     @classmethod
-    def each(cls, keys: Sequence[str], scores: Scores) -> list[Method]:
+    def each(cls, keys: Sequence[str], scores: Scores) -> list[MethodScore]:
         """Those of these keys, `name` or `name@sensor`, in this order."""
         names = dict.fromkeys(key.split("@")[0] for key in keys)
         return [cls(name, tuple(key for key in keys if key.split("@")[0] == name), scores) for name in names]
@@ -71,7 +71,7 @@ class Method:
         found = self.score(name)
         return found.value if found else math.inf
 
-    def pointless(self, raw: Method, by: str) -> bool:
+    def pointless(self, raw: MethodScore, by: str) -> bool:
         """Whether it is known to be no better than no correction."""
         return raw.error(by) <= self.error(by) < math.inf
 
@@ -86,22 +86,24 @@ class Method:
         return ", ".join(parts) + worst
 
 
-def answer(calibrations: Calibrations, scores: Scores, by: str, ranking: Sequence[str]) -> Answer:
+def answer(calibrations: Calibrations, scores: Scores, by: str, ranking: Sequence[str]) -> Recommendation:
     """Which calibrator to use: the best by a score among those that are "ok" on every sensor, if it is worth it.
 
     ranking : the calibrations' keys, best first.
     """
-    raw = Method(UNCORRECTED, tuple(key for key in scores if key.split("@")[0] == UNCORRECTED), scores)
-    methods = Method.each(ranking, scores)
+    raw = MethodScore(UNCORRECTED, tuple(key for key in scores if key.split("@")[0] == UNCORRECTED), scores)
+    methods = MethodScore.each(ranking, scores)
     failed = {key: status for key in ranking if (status := calibrations[key].status).kind != "ok"}
     usable = [one for one in methods if not failed.keys() & set(one.keys)]
     best = min(usable, key=lambda one: one.error(by), default=None)
     use = best if best and not best.pointless(raw, by) else None
     closer = _closer([one for one in methods if one not in usable], use or raw, failed, by)
-    return Answer(use.name if use else "", _sentence(methods, best, use, raw, by), failed, closer)
+    return Recommendation(use.name if use else "", _sentence(methods, best, use, raw, by), failed, closer)
 
 
-def _sentence(methods: Sequence[Method], best: Method | None, use: Method | None, raw: Method, by: str) -> str:
+def _sentence(
+    methods: Sequence[MethodScore], best: MethodScore | None, use: MethodScore | None, raw: MethodScore, by: str
+) -> str:
     """What to do, and what to expect."""
     without = f"; without correction {raw.expected(by)}" if raw.expected(by) else ""
     if not methods:
@@ -114,7 +116,9 @@ def _sentence(methods: Sequence[Method], best: Method | None, use: Method | None
     return f"use {use.name}{expected}{without}"
 
 
-def _closer(unusable: Sequence[Method], other: Method, failed: Mapping[str, Status], by: str) -> tuple[str, ...]:
+def _closer(
+    unusable: Sequence[MethodScore], other: MethodScore, failed: Mapping[str, Status], by: str
+) -> tuple[str, ...]:
     """What to think of those that failed, though they are closer to the truth than what is to be used."""
     than = "no correction" if other.name == UNCORRECTED else other.name
     return tuple(
@@ -125,7 +129,7 @@ def _closer(unusable: Sequence[Method], other: Method, failed: Mapping[str, Stat
     )
 
 
-def _confession(one: Method, failed: Mapping[str, Status]) -> str:
+def _confession(one: MethodScore, failed: Mapping[str, Status]) -> str:
     """Why it failed, in its own words."""
     status = next(failed[key] for key in one.keys if key in failed)
     reason = status.reason.partition(": ")[0]

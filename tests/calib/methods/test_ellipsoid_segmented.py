@@ -11,7 +11,7 @@ import pytest
 from calib import Calibration, Status, from_json, to_json
 from calib.methods.ellipsoid import EllipsoidCalibrator
 from calib.methods.ellipsoid_segmented import EllipsoidSegmented
-from calib.models.change_points import Rows, find_cuts
+from calib.models.change_points import LinearisedRows, find_cuts
 from calib.models.ellipsoid import norm_coordinates
 from calib.models.norm import norm_derivatives
 from calib.result import Segment
@@ -119,7 +119,7 @@ def test_rows_are_the_derivative_of_the_residual(standard):
         offset_nT=standard.HARD_NT + 50.0,
         matrix=np.linalg.inv(standard.SOFT) * 1.01,
     )
-    rows = Rows.of(recording.mag_nT, whole, strength_nT)
+    rows = LinearisedRows.of(recording.mag_nT, whole, strength_nT)
     middle_nT = recording.mag_nT.mean(axis=0)
     x = (recording.mag_nT - middle_nT) / strength_nT
     p = norm_coordinates(whole.matrix, whole.matrix @ (whole.offset_nT - middle_nT) / strength_nT)
@@ -132,7 +132,7 @@ def test_rows_are_the_derivative_of_the_residual(standard):
 def test_penalty_forbids_cuts(standard):
     recording = moving(standard, "full", ramp)
     whole = EllipsoidCalibrator().fit(recording, standard.REFERENCE)
-    rows = Rows.of(recording.mag_nT, whole, standard.REFERENCE.strength_nT)
+    rows = LinearisedRows.of(recording.mag_nT, whole, standard.REFERENCE.strength_nT)
     counts = [len(find_cuts(rows, 40, penalty, 1e-3)) for penalty in (1.0, 30.0, 1e6)]
     assert counts[0] >= counts[1] > counts[2] == 0
     assert rows.noise_std() * standard.REFERENCE.strength_nT == pytest.approx(standard.NOISE_STD_NT, rel=0.1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from calib.models.linked import Estimate, Link, mean_rates, steps, tangents
+from calib.models.linked import LinkedEstimate, LinkedSamples, mean_rates, steps, tangents
 from calib.models.linked_noise import likeliest_ratio, unlikeliness
 from calib.models.linked_start import axes_of_gyro, turned_alike
 from calib.numerics.damped import minimised
@@ -19,7 +19,7 @@ BIAS_RAD_S = np.array([0.02, -0.01, 0.03])
 FULL = np.eye(9).reshape(9, 3, 3)
 
 
-def link(n: int, noise: float, gyro_rad_s: float, seed: int = 0) -> tuple[Link, Estimate]:
+def link(n: int, noise: float, gyro_rad_s: float, seed: int = 0) -> tuple[LinkedSamples, LinkedEstimate]:
     """A tumbling body at 10 Hz whose directions diffuse, what was measured of it, and the truth."""
     rng = np.random.default_rng(seed)
     time_s = np.arange(n) / 10.0
@@ -30,7 +30,9 @@ def link(n: int, noise: float, gyro_rad_s: float, seed: int = 0) -> tuple[Link, 
     for i in range(n - 1):
         u[i + 1] = Rotation.from_rotvec(-step_s[i] * (rate[i] + gyro_rad_s * rng.normal(size=3))).apply(u[i])
     x = u @ ROOT.T + CENTRE + noise * rng.normal(size=(n, 3))
-    return Link(x, rate + BIAS_RAD_S, step_s, FULL, gyro_rad_s / noise), Estimate(CENTRE, ROOT, BIAS_RAD_S, u)
+    return LinkedSamples(x, rate + BIAS_RAD_S, step_s, FULL, gyro_rad_s / noise), LinkedEstimate(
+        CENTRE, ROOT, BIAS_RAD_S, u
+    )
 
 
 def test_slope_and_square_are_those_of_the_cost():
@@ -48,7 +50,7 @@ def test_slope_and_square_are_those_of_the_cost():
 
 def test_minimum_is_the_truth_where_nothing_is_noisy():
     known, _ = link(400, 1e-9, 1e-9)
-    shifted = Estimate.of(known.x, CENTRE + 0.05, 1.1 * ROOT)
+    shifted = LinkedEstimate.of(known.x, CENTRE + 0.05, 1.1 * ROOT)
     found = minimised(known, known.settled(shifted), 60, 1e-6).point.estimate
     np.testing.assert_allclose(found.centre, CENTRE, atol=1e-6)
     np.testing.assert_allclose(found.root, ROOT, atol=1e-6)

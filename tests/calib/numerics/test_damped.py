@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from calib.numerics.damped import Normal, minimised
+from calib.numerics.damped import NormalEquations, minimised
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Decay:
     def normal(self, p):
         r, e = self.residual(p), np.exp(-p[1] * self.t)
         J = np.column_stack((e, -p[0] * self.t * e))
-        return Normal(float(r @ r), J.T @ r, J.T @ J, 1e-4)
+        return NormalEquations(float(r @ r), J.T @ r, J.T @ J, 1e-4)
 
     def moved(self, p, step):
         return p + step if p[1] + step[1] >= 0 else None
@@ -61,7 +61,7 @@ def test_a_parameter_that_nothing_depends_on_stays():
     @dataclass(frozen=True)
     class Flat:
         def normal(self, p):
-            return Normal(float((p[0] - 2) ** 2), np.array([p[0] - 2, 0.0]), np.diag([1.0, 0.0]), 1.0)
+            return NormalEquations(float((p[0] - 2) ** 2), np.array([p[0] - 2, 0.0]), np.diag([1.0, 0.0]), 1.0)
 
         def moved(self, p, step):
             return p + step

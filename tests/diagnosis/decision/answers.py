@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.decision.verdict_rules import Case
-from diagnosis.evidence.residual_tests import Battery
-from diagnosis.evidence.rising_spectrum import Rise
+from diagnosis.decision.verdict_rules import VerdictInput
+from diagnosis.evidence.residual_tests import ResidualTests
+from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.result import Diagnosis, GapSize, How, Named
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
@@ -24,13 +24,13 @@ FOUND = Named(EFFECT, (), How.HELD_OUT, 50.0, 1.0)
 IRON = Named(HardIron((3.0, 0.0, 0.0)), (), How.IRON, 50.0, 1.0)
 SEEN = replace(FOUND, how=How.DIRECT, nats=None)
 NOISE = Named(EFFECT, (), How.SPECTRUM, 50.0, 0.0)
-FAST = Rise(2.0, 4.0, hides=False)
+FAST = RisingSpectrum(2.0, 4.0, hides=False)
 RISING = replace(FOUND, rivals=("temperature_degC",))
 TURN = Named(SoftIron(((0.0, 0.01, 0.0), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0))), (), How.IRON, 50.0, 1.0)
 
 
-def case_of(*named: Named, clean: bool = True, explained: float | None = 0.97, **changes: Any) -> Case:
-    case = Case(POSED, named, clean, replace(GAP, explained=explained), (), np.zeros_like(POSED.target))
+def case_of(*named: Named, clean: bool = True, explained: float | None = 0.97, **changes: Any) -> VerdictInput:
+    case = VerdictInput(POSED, named, clean, replace(GAP, explained=explained), (), np.zeros_like(POSED.target))
     return replace(case, **changes)
 
 
@@ -39,6 +39,6 @@ def either(named: Named, *others: str) -> Named:
 
 
 def diagnosis_of(verdict: Verdict = Verdict.NAMED, *named: Named, **changes: Any) -> Diagnosis:
-    tests = Battery({}, (), 0.0, ("means over 5 s",))
+    tests = ResidualTests({}, (), 0.0, ("means over 5 s",))
     made = Diagnosis(verdict, "", named, (), GAP, (), (), (), (), tests, tests, None, POSED, POSED.target, POSED.target)  # type: ignore[arg-type]
     return replace(made, **changes)

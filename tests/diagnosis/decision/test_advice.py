@@ -10,8 +10,8 @@ import pytest
 
 from diagnosis.decision.advice import ADVICE, advice_for
 from diagnosis.evidence.localise import Share
-from diagnosis.evidence.rising_spectrum import Rise
-from diagnosis.result import Diagnosis, How, Reach
+from diagnosis.evidence.rising_spectrum import RisingSpectrum
+from diagnosis.result import Diagnosis, How, Transfer
 from diagnosis.verdict import Verdict
 from sim.effects import BY_NAME
 from sim.effects.iron import HardIron
@@ -59,7 +59,7 @@ def test_what_rises_and_turns_the_field_is_of_the_clocks_and_no_wheel(
     left_nT: np.ndarray[Any, Any], clocks: bool
 ) -> None:
     """Stamps that are off leave an error as fast as the samples, of which the strength has nothing."""
-    found = diagnosis_of(Verdict.UNKNOWN, rise=Rise(2.0, 5.0, False), before_nT=left_nT, after_nT=left_nT)
+    found = diagnosis_of(Verdict.UNKNOWN, rise=RisingSpectrum(2.0, 5.0, False), before_nT=left_nT, after_nT=left_nT)
     told = " ".join(advice_for(found))
     assert ("time stamps" in told) is clocks
     assert ("a wheel" in told) is not clocks
@@ -88,7 +88,7 @@ def test_a_height_is_offered_as_no_actuator() -> None:
 
 
 def test_what_was_confirmed_need_not_be_confirmed_again() -> None:
-    assert advice_for(diagnosis_of(Verdict.NAMED, replace(FOUND, evidence=Reach.TRANSFERRED))) == ()
+    assert advice_for(diagnosis_of(Verdict.NAMED, replace(FOUND, evidence=Transfer.TRANSFERRED))) == ()
 
 
 def test_what_the_values_show_needs_no_second_recording() -> None:

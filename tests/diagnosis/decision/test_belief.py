@@ -28,14 +28,14 @@ from diagnosis.decision.selection import (
     select,
 )
 from diagnosis.decision.white_choice import Accepted, accepted
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.candidate_result import NAMED, Judged
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_result import NAMED, CandidateResult
 from diagnosis.evidence.held_out import Evidence
-from diagnosis.evidence.residual_tests import Battery
+from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.slow_noise import SlowNoise
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.blocks import Fit
+from diagnosis.problem.blocks import BlockFit
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.drift import SensorOffset
@@ -46,12 +46,12 @@ from tests.diagnosis.synthetic import problem, recording
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
 KIN = tuple(effect for effect in EFFECTS if effect.clues.kin)
-CLEAN, LEFT = Battery({}, (), 0.0, ()), Battery({}, (), 0.0, ("means",))
+CLEAN, LEFT = ResidualTests({}, (), 0.0, ()), ResidualTests({}, (), 0.0, ("means",))
 NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, -100.0, fits=True, identified=True)
 
 
 def _evidence(effect: type[Effect], gain: float, width: int, policy: Policy = STANDARD) -> Evidence:
-    nothing = Fit(np.zeros((1, 1)), np.zeros(width), np.zeros((width, width)))
+    nothing = BlockFit(np.zeros((1, 1)), np.zeros(width), np.zeros((width, width)))
     return Evidence(Candidate(effect), gain, 1.0, 1.0, 1.0, None, nothing, width)  # type: ignore[arg-type]
 
 
@@ -133,13 +133,13 @@ def test_a_constant_vector_of_the_earth_that_is_left_is_told() -> None:
     """A constant error of the field cannot be taken up by the base where the vehicle turns."""
     given = recording()
     error = np.einsum("nji,j->ni", problem(given).state.R_wb, np.array([3.0, -2.0, 0.0]))
-    off = Ground.of(problem(replace(given, mag_nT=given.mag_nT + error)))
+    off = Baseline.of(problem(replace(given, mag_nT=given.mag_nT + error)))
     assert _with_earth_vector(CLEAN, off).why == ("a constant vector in the earth's frame",)
-    assert _with_earth_vector(CLEAN, Ground.of(problem(given))).clean
+    assert _with_earth_vector(CLEAN, Baseline.of(problem(given))).clean
 
 
 def test_what_has_no_name_of_its_own_speaks_against_no_other_but_one_of_the_place() -> None:
-    ground = Ground.of(problem())
+    ground = Baseline.of(problem())
     placed = next(effect for effect in EFFECTS if effect.clues.source)
     for effect, clean in ((DRIVEN, True), (placed, False)):
         found = [Accepted(_evidence(effect, 100.0, 3), ())]
@@ -151,7 +151,7 @@ def test_what_shrinks_beside_the_first_or_could_stand_for_it_is_its_form() -> No
     """Small by itself is a name of its own; small because the first took most of it is not."""
     one = Accepted(replace(_evidence(DRIVEN, 500.0, 3), strength=1.0), (HardIron.name,))
     small = Accepted(replace(_evidence(WARM, 50.0, 3), strength=0.25), ())
-    alone = [Judged(replace(small.evidence, strength=s), 50.0, 8.0, "") for s in (0.3, 0.9)]
+    alone = [CandidateResult(replace(small.evidence, strength=s), 50.0, 8.0, "") for s in (0.3, 0.9)]
     assert not _is_form(small, [one], alone[:1], STANDARD)
     assert _is_form(small, [one], alone[1:], STANDARD)
     large = replace(small, evidence=replace(small.evidence, strength=0.4))

@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.decision.selection import _beyond_form, _grows_with_time, _settled_beside, select
 from diagnosis.decision.white_choice import Accepted
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge, judged_at
 from diagnosis.library.candidates import Candidate, proposed
 from sim.effects import EFFECTS
@@ -25,7 +25,7 @@ TABLES = {DRIVEN.name: {DRIVEN.linear[0]: [3.0, -2.0, 4.0]}, LOOP.name: {"gain":
 SLOW = {DRIFT.name: {DRIFT.linear[0]: [200.0, -300.0, 150.0]}}
 
 
-def _best(ground: Ground, effect: type[Effect]) -> Accepted:
+def _best(ground: Baseline, effect: type[Effect]) -> Accepted:
     found = judge(ground, proposed(ground.problem)[effect.name])
     assert found is not None
     return Accepted(found, ())
@@ -33,7 +33,7 @@ def _best(ground: Ground, effect: type[Effect]) -> Accepted:
 
 def _beyond(slow: dict[str, object]) -> Accepted | None:
     """What is found beside a current's field and a loop, taken for the form of that, in a recording with both."""
-    start = Ground.of(problem(hidden=TABLES | slow))
+    start = Baseline.of(problem(hidden=TABLES | slow))
     first = _best(start, DRIVEN)
     ground = start.beside(first.columns(start.problem))
     return _beyond_form(ground, proposed(start.problem), [first], start, _best(ground, LOOP), [])
@@ -53,7 +53,7 @@ def test_an_effect_is_settled_anew_beside_what_was_hidden() -> None:
     """Beside a drift the best loop is another one."""
     given = recording(hidden={LOOP.name: {"gain": [0.02] * 3, "threshold_nT": 1700.0}})
     slow = np.outer(np.linspace(-300.0, 300.0, len(given)), [1.0, -1.0, 0.5])
-    start = Ground.of(problem(replace(given, mag_nT=given.mag_nT + slow)))
+    start = Baseline.of(problem(replace(given, mag_nT=given.mag_nT + slow)))
     members = proposed(start.problem)
     worst = judged_at(start, members[LOOP.name][:1])
     assert worst is not None
@@ -79,10 +79,10 @@ def test_a_loop_beside_a_current_is_no_growth_of_it() -> None:
     """Its state at the start is foretold wildly where the start is held out; by all data it tells."""
     core = {"rounded_gain": (0.004,) * 3, "rounded_threshold_nT": 3000.0, "rounded_start_nT": (-60.0, 40.0, 50.0)}
     posed = problem(hidden=TABLES | {LOOP.name: core})
-    current = judged_at(Ground.of(posed), [Candidate(DRIVEN)])
+    current = judged_at(Baseline.of(posed), [Candidate(DRIVEN)])
     assert current is not None
     rounded = Candidate(LOOP, (("rounded_threshold_nT", 3000.0),), forms=(ROUNDED,))
-    ground = Ground.of(posed, [Candidate(DRIVEN).columns(posed)])
+    ground = Baseline.of(posed, [Candidate(DRIVEN).columns(posed)])
     columns = rounded.columns(posed)
     assert ground.evidence_of(columns) < 0 < ground.evidence_on_all(columns)
     loop = Accepted(replace(current, candidate=rounded), ())
@@ -97,8 +97,8 @@ def test_a_drift_beside_a_current_that_fades_is_no_growth_of_it() -> None:
     fading = replace(made, current_A=current_A, mag_nT=made.mag_nT + fade * current_A * np.array([4.0, -2.0, 3.0]))
     posed = problem(fading)
     current, drift = Candidate(DRIVEN), Candidate(DRIFT)
-    ground = Ground.of(posed, [current.columns(posed)])
-    judged = [judged_at(ground, [drift]), judged_at(Ground.of(posed), [current])]
+    ground = Baseline.of(posed, [current.columns(posed)])
+    judged = [judged_at(ground, [drift]), judged_at(Baseline.of(posed), [current])]
     slow, driven = (Accepted(one, ()) for one in judged if one is not None)
     assert 0 < ground.evidence_on_all(drift.columns(posed)) < 1000
     assert not _grows_with_time(slow, [driven], ground)

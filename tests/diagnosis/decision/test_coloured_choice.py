@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision.coloured_choice import BY_ANOTHER, NOT_ALONG, OF_MANY_SIZES, Hearing, Trial
-from diagnosis.decision.screening import FirstLook
+from diagnosis.decision.coloured_choice import BY_ANOTHER, NOT_ALONG, OF_MANY_SIZES, CandidateTest, CandidateTrial
+from diagnosis.decision.screening import Screening
 from diagnosis.decision.selection import select
 from diagnosis.evidence.candidate_result import TOO_LITTLE
-from diagnosis.evidence.candidate_test import Standing
+from diagnosis.evidence.candidate_test import CandidateFit
 from diagnosis.policy import STANDARD
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import problem
@@ -26,13 +26,13 @@ def test_of_two_effects_each_may_stand_beside_the_other_alone(refusal: str, monk
     """The larger is refused for what the other leaves, and is in once that one is; of too little nothing is asked."""
     gradient = {"gradient_nT_m": [[0.4, -0.2, 0.1], [-0.2, 0.3, 0.5], [0.1, 0.5, -0.7]]}
     jump = {"time_s": 120.0, "step_nT": [6.0, -6.0, 3.0]}
-    posed, of = problem(n=2000, hidden={"field_gradient": gradient, "offset_jump": jump}), Hearing.of
+    posed, of = problem(n=2000, hidden={"field_gradient": gradient, "offset_jump": jump}), CandidateTest.of
 
-    def refusing(self: Hearing, one: Standing) -> Trial:
+    def refusing(self: CandidateTest, one: CandidateFit) -> CandidateTrial:
         sole = not self.ground.inside and one.evidence.name == "field_gradient"
         return replace(of(self, one), refusal=refusal) if sole else of(self, one)
 
-    monkeypatch.setattr(Hearing, "of", refusing)
+    monkeypatch.setattr(CandidateTest, "of", refusing)
     first = [one.name for one in select(posed).found][:1]
     assert (first == ["field_gradient"]) is (refusal in BY_ANOTHER)
 
@@ -41,13 +41,13 @@ def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.Mon
     name = next(effect.name for effect in EFFECTS if any(p.name in ERROR for p in effect.parameters()))
     posed = problem(n=1500, hidden={name: ERROR})
     (first,) = select(posed).found
-    tried, of = [], Hearing.of
+    tried, of = [], CandidateTest.of
 
-    def refusing(self: Hearing, one: Standing) -> Trial:
+    def refusing(self: CandidateTest, one: CandidateFit) -> CandidateTrial:
         tried.append(one.evidence.name)
         return replace(of(self, one), refusal="for a reason") if len(tried) == 1 else of(self, one)
 
-    monkeypatch.setattr(Hearing, "of", refusing)
+    monkeypatch.setattr(CandidateTest, "of", refusing)
     found = select(posed).found
     assert tried[0] in {first.name, *first.alternatives}
     assert found
@@ -58,7 +58,7 @@ def test_what_explains_next_to_nothing_takes_no_turn() -> None:
     """Nats of a first look come from what fitted iron moves about too; squares do not."""
     start: Any = SimpleNamespace(squares=4000.0, problem=SimpleNamespace(target=np.zeros((500, 3)), policy=STANDARD))
     candidates: Any = [SimpleNamespace(name=f"{less}", squares=4000.0 - less) for less in (10.0, 2000.0, 500.0, 0.0)]
-    look = FirstLook(candidates, (), np.zeros(4), np.array([490.0, 30.0, 50.0, 500.0]))
+    look = Screening(candidates, (), np.zeros(4), np.array([490.0, 30.0, 50.0, 500.0]))
     assert look.in_turn(start, start) == [2, 1, 3, 0]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.curves import _Look, channel_of, curves
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.drivers import EARLY, drivers
 from diagnosis.policy import Policy
 from diagnosis.problem.formulation import pose, posed
@@ -56,7 +56,7 @@ def late(x: Array, lag_s: float) -> Array:
 
 
 def found(given: Recording) -> list[str]:
-    return [one.channel for one in curves(Ground.of(problem(given)))]
+    return [one.channel for one in curves(Baseline.of(problem(given)))]
 
 
 def test_a_saturating_load_that_comes_late_is_followed_and_foretells_another_run() -> None:
@@ -85,13 +85,13 @@ def test_a_saturating_load_that_comes_late_is_followed_and_foretells_another_run
 
 def test_several_channels_are_joined_and_each_has_the_lowest_order_that_will_do() -> None:
     one, other = load(1), np.sin(np.arange(4000) / 31.0)
-    (first, second) = curves(Ground.of(problem(disturbed(2 * one + 1.5 * other**2, a=one, b=other, c=slow(5)))))
+    (first, second) = curves(Baseline.of(problem(disturbed(2 * one + 1.5 * other**2, a=one, b=other, c=slow(5)))))
     assert {channel_of(c.candidate): dict(c.candidate.nonlinear)["order"] for c in (first, second)} == {"a": 1, "b": 2}
 
 
 def test_a_lag_of_the_curve_is_told_from_a_lag_of_the_channel() -> None:
     x = np.sin(np.arange(4000) / 17.0)
-    (one,) = curves(Ground.of(problem(disturbed(2 * late(x**2, 3.0), x=x))))
+    (one,) = curves(Baseline.of(problem(disturbed(2 * late(x**2, 3.0), x=x))))
     way = dict(one.candidate.nonlinear)
     assert way["late"] == "curve"
     assert way["lag_s"] == pytest.approx(3.0, rel=0.15)
@@ -104,7 +104,7 @@ def test_the_height_drives_also_where_only_the_strength_is_known() -> None:
     pressed = disturbed(12 * np.sqrt(height - height.min()))
     p = pose(replace(pressed, att_q=None), FIELD_ENU_NT, STRENGTH_NT, ())
     assert p.mode == "strength"
-    assert [one.channel for one in curves(Ground.of(p))] == [HEIGHT]
+    assert [one.channel for one in curves(Baseline.of(p))] == [HEIGHT]
 
 
 def test_a_slow_load_is_found_beside_what_hides_it_among_the_motions() -> None:
@@ -113,7 +113,7 @@ def test_a_slow_load_is_found_beside_what_hides_it_among_the_motions() -> None:
     given = disturbed(1.5 * slow_load, load_A=slow_load)
     rate = problem(given).state.field_rate_nT_s
     posed_late = problem(replace(given, mag_nT=given.mag_nT - 0.0007 * rate))
-    start = Ground.of(posed_late)
+    start = Baseline.of(posed_late)
     beside = start.beside(posed_late.whitened(rate[:, :, None], EddyCurrent))
     assert not curves(start)
     assert [one.channel for one in curves(start, beside)] == ["load_A"]
@@ -134,7 +134,7 @@ def test_a_channel_that_is_shifted_in_time_drives_nothing(seed: int) -> None:
 def test_a_course_of_time_is_not_a_channels_however_little_is_asked(power: int) -> None:
     course = np.linspace(-1, 1, 4000) ** power
     asks_little = Policy(coloured_nats=1.0)
-    assert not curves(Ground.of(problem(disturbed(4 * course, charge=course), policy=asks_little)))
+    assert not curves(Baseline.of(problem(disturbed(4 * course, charge=course), policy=asks_little)))
 
 
 def test_tones_beside_a_current_give_way_to_the_channel_that_makes_them() -> None:
@@ -175,6 +175,6 @@ def test_a_named_effect_leaves_no_room_for_a_curve() -> None:
 def test_nothing_is_felt_later_than_the_run_is_long(n: int, lag_s: float) -> None:
     """Of ten samples a second."""
     given = disturbed(900 * late(load(1, n), 300.0), load=load(1, n))
-    look = _Look.of(Ground.of(problem(given)))
+    look = _Look.of(Baseline.of(problem(given)))
     (driver,) = [one for one in drivers(look.problem) if one.name == "load"]
     assert look.best(driver, EARLY).way.lag_s == lag_s

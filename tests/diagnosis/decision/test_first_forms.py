@@ -11,7 +11,7 @@ import pytest
 from diagnosis.decision import first_forms, selection
 from diagnosis.decision.joint_iron import select_jointly
 from diagnosis.decision.selection import Selection
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
 from recordings import Recording
 from scenarios.arrays import Array
@@ -25,7 +25,7 @@ FIELD_NT, WAY_NT = 47_434.0, 15_000.0
 SHARE = 0.004
 
 
-def _any(ground: Ground, name: str) -> bool:
+def _any(ground: Baseline, name: str) -> bool:
     return True
 
 

@@ -12,7 +12,7 @@ from diagnosis.decision.forms import _between, in_full
 from diagnosis.decision.selection import Selection, select
 from diagnosis.decision.selection import tests_beside as left_beside
 from diagnosis.decision.white_choice import Accepted
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judged_at
 from diagnosis.library.candidates import Candidate, proposed
 from sim.effects import BY_NAME
@@ -109,7 +109,7 @@ def test_a_number_that_is_moved_stays_within_its_bounds() -> None:
     """A temperature without a limit to its lag: the longer the better, up to what the effect takes."""
     posed = problem(hidden={"hard_iron_drift": {"rate_nT_h": [300.0, -200.0, 400.0]}})
     lags = (("lag_s", 90_000.0), ("second_lag_s", 90_000.0))
-    moved = _between(Ground.of(posed), Candidate(BY_NAME["temperature_offset"], lags, forms=("second lag",)))
+    moved = _between(Baseline.of(posed), Candidate(BY_NAME["temperature_offset"], lags, forms=("second lag",)))
     assert all(0 < value <= 1e5 for _, value in moved.nonlinear)
     assert np.isfinite(moved.columns(posed)).all()
 
@@ -118,7 +118,7 @@ def test_a_number_that_is_moved_stays_within_its_bounds() -> None:
 def test_a_form_that_does_not_tell_is_given_back(bend: tuple[float, ...], kept: tuple[str, ...]) -> None:
     """Of the kind that was taken while another effect was not yet in."""
     posed = problem(hidden={"motor_current": {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1, "square_nT_A2": list(bend)}})
-    start = Ground.of(posed)
+    start = Baseline.of(posed)
     bent = judged_at(start, [Candidate(MotorCurrent, (("motor", 1),), forms=("bent line",))])
     assert bent is not None
     ((one,), _, after) = in_full([Accepted(bent, ())], start, partial(left_beside, found=["motor_current"]))
@@ -131,7 +131,7 @@ def test_a_form_that_does_not_tell_is_given_back(bend: tuple[float, ...], kept: 
 
 def test_what_was_found_twice_is_there_once_when_its_form_is_given_back() -> None:
     posed = problem(hidden={"motor_current": {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1}})
-    start = Ground.of(posed)
+    start = Baseline.of(posed)
     plain = Candidate(MotorCurrent, (("motor", 1),))
     both = [judged_at(start, [one]) for one in (replace(plain, forms=("bent line",)), plain)]
     found = [Accepted(one, ()) for one in both if one is not None]

@@ -14,7 +14,7 @@ from diagnosis.decision.belief import believed
 from diagnosis.decision.iron import _by_convention, _looks_like, absorbed_effects, iron_changes
 from diagnosis.decision.selection import _is_undone, select
 from diagnosis.decision.white_choice import accepted, beside_white_noise
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import AND_NO_MORE
 from diagnosis.evidence.held_out import Evidence, ranked
 from diagnosis.library.candidates import Candidate, proposed
@@ -147,7 +147,7 @@ def test_what_an_effect_is_counted_from_is_no_likeness(effect: str, nonlinear: d
     """Of a temperature that hardly changes it is not said: it may be why the iron is another."""
     given = recording()
     posed = problem(replace(given, temperature_degC=10 + 0.01 * np.sin(0.01 * given.time_s)))
-    (rival,) = ranked(Ground.of(posed), {effect: [Candidate(BY_NAME[effect], tuple(nonlinear.items()))]}) or [None]
+    (rival,) = ranked(Baseline.of(posed), {effect: [Candidate(BY_NAME[effect], tuple(nonlinear.items()))]}) or [None]
     assert rival is not None
     rival = replace(rival, candidate=Candidate(BY_NAME[effect], tuple(nonlinear.items())))
     assert _by_convention(rival, posed) is counted
@@ -187,7 +187,7 @@ def test_a_gradient_is_listed_beside_its_constant_where_it_gains_more_than_by_ch
 def _gradient_and_constant() -> list[Evidence]:
     posed = problem(hidden={"regional_field": {"error_enu_nT": [150.0, -80.0, 60.0]}})
     members = {key: many for key, many in proposed(posed).items() if key in ("regional_field", "field_gradient")}
-    return sorted(ranked(Ground.of(posed), members), key=lambda one: one.name)
+    return sorted(ranked(Baseline.of(posed), members), key=lambda one: one.name)
 
 
 def test_an_error_of_the_field_on_a_level_circle_is_listed_beside_the_iron_it_looks_like() -> None:

@@ -20,12 +20,12 @@ from diagnosis.decision.late_attitude import (
     _gap_nT,
     _known,
 )
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.track import Track
+from diagnosis.problem.track import FieldTrack
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
@@ -78,7 +78,7 @@ def test_a_late_attitude_is_moved_to_its_time_and_nothing_is_missing(late_s: flo
 def test_an_attitude_whose_lateness_varies_is_moved_by_its_mean() -> None:
     """What that leaves comes and goes with the turns, so that no name may be found for it."""
     late_s = 0.06 * (1 + 0.3 * np.random.default_rng(2).uniform(-1, 1, size=len(TIME_S)))
-    selection: Any = SimpleNamespace(start=Ground.of(posed(field_at(TIME_S), hand_q(TIME_S - late_s))))
+    selection: Any = SimpleNamespace(start=Baseline.of(posed(field_at(TIME_S), hand_q(TIME_S - late_s))))
     moved = _ahead(selection, None)
     assert moved is not None
     assert moved.instead[0].words.startswith("The attitude comes 60")
@@ -99,7 +99,7 @@ def test_rows_of_an_unknown_attitude_are_not_reached_into() -> None:
 def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
     change = np.linspace(-3000.0, 3000.0, len(TIME_S))[:, None] * [0.2, 1.0, 0.7]
     mag_nT = to_body(matrix_from_q(hand_q(TIME_S)), FIELD_ENU_NT + change)
-    track = Track((50.0, 10.0, 5e5), change, np.zeros(len(TIME_S)))
+    track = FieldTrack((50.0, 10.0, 5e5), change, np.zeros(len(TIME_S)))
     problem = replace(posed(mag_nT, hand_q(TIME_S - 0.05)), track=track)
     assert _gap_nT(problem, _course(problem), 0.05) < 1.0
 

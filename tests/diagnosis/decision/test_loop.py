@@ -19,9 +19,9 @@ from diagnosis.decision.selection import (
     select,
 )
 from diagnosis.decision.white_choice import Accepted, Round
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
-from diagnosis.evidence.residual_tests import Battery
+from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from sim.effects import EFFECTS
@@ -35,7 +35,7 @@ from sim.effects.nonlinear import Hysteresis
 from sim.effects.values import SWITCH
 from tests.diagnosis.synthetic import problem
 
-CLEAN = Battery({}, (), 0.0, ())
+CLEAN = ResidualTests({}, (), 0.0, ())
 LEFT = replace(CLEAN, why=("something",))
 POSED = problem(n=1500)
 KIN = [effect for effect in EFFECTS if effect.clues.kin][:2]
@@ -57,14 +57,14 @@ def _nothing_is_undone(monkeypatch: pytest.MonkeyPatch) -> None:
 def play(monkeypatch: pytest.MonkeyPatch) -> Play:
     """Let rounds choose what is given; `after`: what is left then. Gives the selection and how many were in before."""
 
-    def played(*rounds: Accepted, after: Battery = LEFT) -> tuple[Selection, list[int]]:
+    def played(*rounds: Accepted, after: ResidualTests = LEFT) -> tuple[Selection, list[int]]:
         choices, asked = iter(rounds), list[int]()
 
-        def round_(ground: Ground, members: object, found: list[Accepted], *_: object) -> Round:
+        def round_(ground: Baseline, members: object, found: list[Accepted], *_: object) -> Round:
             asked.append(len(found))
             return Round(next(choices, None), ())
 
-        ground = Ground.of(POSED)
+        ground = Baseline.of(POSED)
         monkeypatch.setattr(selection, "_round", round_)
         monkeypatch.setattr(selection, "residual_tests", lambda *_: LEFT)
         monkeypatch.setattr(selection, "_with_forms", lambda found, start: (list(found), ground, after))
@@ -121,7 +121,7 @@ def test_beside_a_form_another_form_is_none_either(
     monkeypatch.setattr(selection, "_round", lambda *_: Round(_one(RegionalField, strength), ()))
     monkeypatch.setattr(selection, "tests_beside", lambda *_: LEFT)
     monkeypatch.setattr(Accepted, "columns", lambda *_: np.zeros((1500, 3, 1)))
-    ground = Ground.of(POSED)
+    ground = Baseline.of(POSED)
     found = _beyond_form(ground, {}, [_one(MotorCurrent)], ground, _one(Latency), [])
     assert (found is None) is form
 
@@ -135,8 +135,8 @@ def test_what_is_undone_by_what_is_in_is_none(
     taken = STANDARD.absorbed_survival * chosen.evidence.strength / kept
     monkeypatch.setattr(Evidence, "taken_from", lambda *_: taken)
     first = _one(MotorCurrent, 10.0, *(chosen.name for _ in others))
-    assert _is_undone(chosen, [first], Ground.of(POSED)) is undone
-    assert not _is_undone(chosen, [], Ground.of(POSED))
+    assert _is_undone(chosen, [first], Baseline.of(POSED)) is undone
+    assert not _is_undone(chosen, [], Baseline.of(POSED))
 
 
 def test_what_has_a_window_is_not_settled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,7 +144,7 @@ def test_what_has_a_window_is_not_settled_anew(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(Accepted, "columns", lambda *_: np.zeros((1500, 3, 1)))
     monkeypatch.setattr(selection, "judge", lambda *_: _one(SoftIron, 1.0).evidence)
     windowed, whole = _one(SoftIron, **{SWITCH.name: (20.0, 50.0)}), _one(SoftIron)
-    start, members = Ground.of(POSED), {SoftIron.name: [Candidate(SoftIron)]}
+    start, members = Baseline.of(POSED), {SoftIron.name: [Candidate(SoftIron)]}
     settled = _settled_beside(_one(MotorCurrent), [windowed, whole], members, start)
     assert [one.evidence.strength for one in settled] == [10.0, 1.0]
 
@@ -156,7 +156,7 @@ def test_beside_white_noise_no_rest_has_a_colour_and_alone_nothing_is_sought_bey
     monkeypatch.setattr(selection, "beside_colour", lambda *args: given.append(args) or Round(None, ()))
     monkeypatch.setattr(selection, "windowed", lambda *_: ["window"])
     monkeypatch.setattr(selection, "fuller", lambda *_: [])
-    ground = Ground.of(POSED)
+    ground = Baseline.of(POSED)
     selection._round(ground, {}, [], ground, CLEAN)
     assert not given
     for alone in (True, False):
@@ -166,11 +166,11 @@ def test_beside_white_noise_no_rest_has_a_colour_and_alone_nothing_is_sought_bey
 
 def test_behind_a_filter_noise_has_a_memory_of_some_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(selection, "battery", lambda *args: replace(CLEAN, why=(str(args[-1]),)))
-    ground = Ground.of(POSED)
+    ground = Baseline.of(POSED)
     memories = [selection.residual_tests(ground, [name]).why[0] for name in (MotorCurrent.name, Latency.name)]
     assert memories == ["1", str(STANDARD.filter_memory)]
 
 
 def test_what_effects_leave_is_asked_for_an_error_of_the_field(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(selection, "_with_earth_vector", lambda tests, ground: LEFT)
-    assert selection.tests_beside(Ground.of(POSED), ()) is LEFT
+    assert selection.tests_beside(Baseline.of(POSED), ()) is LEFT

@@ -16,8 +16,8 @@ from diagnosis.decision.coloured_choice import (
     OF_ERRORS,
     OF_MANY_SIZES,
     WANDERS,
-    Hearing,
-    Trial,
+    CandidateTest,
+    CandidateTrial,
     _chosen,
     _far_better,
     _named,
@@ -26,7 +26,7 @@ from diagnosis.decision.coloured_choice import (
 from diagnosis.decision.white_choice import Accepted
 from diagnosis.evidence.attitude_like import TURNS
 from diagnosis.evidence.candidate_result import TOO_LITTLE
-from diagnosis.evidence.candidate_test import Standing
+from diagnosis.evidence.candidate_test import CandidateFit
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
@@ -49,9 +49,9 @@ def _evidence(effect: type[Effect] = RegionalField, gain: float = 100.0, **chang
     return replace(Evidence(Candidate(effect, tried=TRIED), gain, 1.0, 1.0, 1.0, nothing, nothing, 3), **changes)
 
 
-def _standing(effect: type[Effect] = RegionalField, gain: float = 100.0) -> Standing:
+def _standing(effect: type[Effect] = RegionalField, gain: float = 100.0) -> CandidateFit:
     nothing: Any = None
-    return Standing(_evidence(effect, gain), np.zeros((1, 3, 3)), nothing, nothing, gain)
+    return CandidateFit(_evidence(effect, gain), np.zeros((1, 3, 3)), nothing, nothing, gain)
 
 
 def _ground(squares: float = GAP, **problem: Any) -> Any:
@@ -61,9 +61,9 @@ def _ground(squares: float = GAP, **problem: Any) -> Any:
     return ground
 
 
-def _hearing(ground: Any = None, by_chance: float = 0.0, *, clean: bool = True) -> Hearing:
+def _hearing(ground: Any = None, by_chance: float = 0.0, *, clean: bool = True) -> CandidateTest:
     beside: Any = SimpleNamespace(surrogates=lambda one, problem: np.array(15 * [0.0] + [by_chance]))
-    return Hearing(ground or _ground(), beside, _ground(), lambda ground, name: clean)
+    return CandidateTest(ground or _ground(), beside, _ground(), lambda ground, name: clean)
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_an_error_of_the_attitude_has_nothing_along_the_field(
 @pytest.fixture
 def unrefused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing but what it gains speaks against an effect."""
-    monkeypatch.setattr(Hearing, "_refusal", lambda *_: "")
+    monkeypatch.setattr(CandidateTest, "_refusal", lambda *_: "")
     monkeypatch.setattr(Candidate, "columns", lambda *_: None)
     monkeypatch.setattr(hearing, "an_attitude_does_as_well", lambda *_: True)
 
@@ -233,7 +233,7 @@ def test_a_window_gains_far_more_than_any_effect_of_the_whole_run(
     assert bool(_far_better([_evidence(gain=gain)], [_standing(gain=always)], beside, _ground())) is far
 
 
-def _told(trial: Trial, others: list[Standing]) -> tuple[str, set[str]]:
+def _told(trial: CandidateTrial, others: list[CandidateFit]) -> tuple[str, set[str]]:
     """What is named of a trial and others, and what it may be instead."""
     found = _named(trial, [trial.one, *others], BESIDE)
     return found.name, set(found.alternatives)
@@ -268,11 +268,13 @@ def test_look_alikes_gain_as_much_but_for_chance_and_an_error_of_form(
 ) -> None:
     """More of kin, of the simpler that one makes too, and beside a colour."""
 
-    def near(best: Standing, others: list[Standing], beside: Any, chance: float, share: float) -> list[Standing]:
+    def near(
+        best: CandidateFit, others: list[CandidateFit], beside: Any, chance: float, share: float
+    ) -> list[CandidateFit]:
         return [one for one in others if best.gain - one.gain < max(chance, share * best.gain)]
 
     monkeypatch.setattr(hearing, "look_alikes", near)
-    trial = Trial(_standing(best, 1000.0), inflation, coloured, 0.0, "", turned)
+    trial = CandidateTrial(_standing(best, 1000.0), inflation, coloured, 0.0, "", turned)
     name, alternatives = _told(trial, [_standing(other, gain)])
     assert {name, *alternatives} == ({best.name, other.name} if alike else {best.name})
 
@@ -283,15 +285,15 @@ def test_where_an_error_of_the_attitude_does_as_well_it_is_a_look_alike(monkeypa
     ranking = [_evidence(), _evidence(error), _evidence(SoftIron)]
     for turned in (True, False):
         one = _standing()
-        found = _chosen([Trial(one, 1.0, False, 0.0, "", turned)], [one], BESIDE, ranking)
+        found = _chosen([CandidateTrial(one, 1.0, False, 0.0, "", turned)], [one], BESIDE, ranking)
         assert found is not None
         assert found.alternatives == ((error.name,) if turned else ())
 
 
 def test_the_strongest_alone_is_asked_beside_another() -> None:
-    asked: list[Standing] = []
+    asked: list[CandidateFit] = []
     refusing: Any = SimpleNamespace(
-        of=lambda one: Trial(one, 1.0, True, 0.0, NOT_ALONG),
+        of=lambda one: CandidateTrial(one, 1.0, True, 0.0, NOT_ALONG),
         stands_beside_another=lambda one, refusal: asked.append(one),
     )
     tried = [_standing(), _standing(MotorCurrent)]
@@ -302,11 +304,11 @@ def test_the_strongest_alone_is_asked_beside_another() -> None:
 
 def test_the_strongest_that_a_wander_does_better_than_is_tried_beside_another() -> None:
     """What is left of the other may look like a wander; each is refused by itself, the second and the third alike."""
-    asked: list[Standing] = []
+    asked: list[CandidateFit] = []
     tried = [_standing(), _standing(MotorCurrent), _standing(SoftIron)]
     says = dict(zip(map(id, tried), ("less", WANDERS, WANDERS), strict=True))
     refusing: Any = SimpleNamespace(
-        of=lambda one: Trial(one, 1.0, True, 0.0, says[id(one)]),
+        of=lambda one: CandidateTrial(one, 1.0, True, 0.0, says[id(one)]),
         stands_beside_another=lambda one, refusal: asked.append(one),
     )
     assert _chosen(_until_one_stands(refusing, tried), tried, BESIDE, []) is None
@@ -335,6 +337,6 @@ def test_two_of_the_field_are_no_witness_of_each_other_against_an_error_of_the_a
     """They are pieces of its course; where one may be asked beside the other it is found to stand here."""
     monkeypatch.setattr(Candidate, "columns", lambda *_: None)
     monkeypatch.setattr(hearing.Beside, "of", lambda *_: SimpleNamespace(standing=lambda *_: None))
-    monkeypatch.setattr(Hearing, "of", lambda *_: SimpleNamespace(refusal=""))
+    monkeypatch.setattr(CandidateTest, "of", lambda *_: SimpleNamespace(refusal=""))
     heard = replace(_hearing(), beyond=lambda ground, _: Accepted(_evidence(other), ()))
     assert heard.stands_beside_another(_standing(one), refusal) is asked

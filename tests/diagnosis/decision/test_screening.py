@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.decision import screening as first_look
-from diagnosis.decision.screening import FirstLook, one_of_each
+from diagnosis.decision.screening import Screening, one_of_each
 from diagnosis.policy import STANDARD
 
 
@@ -24,4 +24,4 @@ def test_a_first_look_counts_what_is_gained_between_the_samples_of_a_row(monkeyp
     beside: Any = SimpleNamespace(roughly=lambda columns: np.array([3.0, 5.0]))
     monkeypatch.setattr(first_look, "_in_rows", lambda *_: ([None, None], np.array([4.0, 0.0])))
     nothing: Any = None
-    assert list(FirstLook.of([nothing, nothing], beside, nothing).nats) == [7.0, 5.0]
+    assert list(Screening.of([nothing, nothing], beside, nothing).nats) == [7.0, 5.0]

@@ -20,9 +20,9 @@ from diagnosis.decision.selection import (
     select,
 )
 from diagnosis.decision.white_choice import Accepted, _of_kin, accepted
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
-from diagnosis.evidence.residual_tests import Battery
+from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from sim.effects import BY_NAME, EFFECTS
@@ -30,7 +30,7 @@ from sim.effects.base import Effect
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 
 FIRST, SECOND, THIRD = EFFECTS[:3]
-CLEAN = Battery({}, (), 0.0, ())
+CLEAN = ResidualTests({}, (), 0.0, ())
 KIN = (("bandwidth", 0.0, 0.001), ("latency", 1.0, 0.1))
 
 
@@ -129,10 +129,10 @@ def test_a_constant_vector_of_the_earth_s_frame_is_no_clean_rest() -> None:
     posed = problem(given)
     error_nT = np.einsum("nji,j->ni", posed.state.R_wb, [6.0, -4.0, 5.0])
     off = problem(replace(given, mag_nT=given.mag_nT + error_nT))
-    assert _with_earth_vector(CLEAN, Ground.of(posed)).clean
-    assert not _with_earth_vector(CLEAN, Ground.of(off)).clean
+    assert _with_earth_vector(CLEAN, Baseline.of(posed)).clean
+    assert not _with_earth_vector(CLEAN, Baseline.of(off)).clean
     alone = problem(without_attitude(replace(given, mag_nT=given.mag_nT + error_nT)))
-    assert _with_earth_vector(CLEAN, Ground.of(alone)).clean  # the strength alone knows no such vector
+    assert _with_earth_vector(CLEAN, Baseline.of(alone)).clean  # the strength alone knows no such vector
 
 
 def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
@@ -140,8 +140,8 @@ def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
     level = effect.with_role("level")
     assert level is not None
     posed = problem(hidden={effect.name: {level: [2.0] * 3}})
-    assert not residual_tests(Ground.of(posed), ()).clean
-    assert residual_tests(Ground.of(replace(posed, effects=(effect(**{level: (2.0,) * 3}),))), ()).clean
+    assert not residual_tests(Baseline.of(posed), ()).clean
+    assert residual_tests(Baseline.of(replace(posed, effects=(effect(**{level: (2.0,) * 3}),))), ()).clean
 
 
 def test_what_one_of_its_kin_takes_is_the_form_of_the_first() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from diagnosis.decision import verdict_rules as judgement
 from diagnosis.decision.verdict_rules import (
-    Case,
+    VerdictInput,
     at_its_bounds,
     channel_is_left,
     doubts_of,
@@ -67,11 +67,11 @@ from tests.diagnosis.synthetic import problem, recording
         (case_of(either(NOISE, "offset_jump")), Verdict.GENERIC),
     ],
 )
-def test_rules_in_their_order(case: Case, verdict: Verdict) -> None:
+def test_rules_in_their_order(case: VerdictInput, verdict: Verdict) -> None:
     assert verdict_of(case) is verdict
 
 
-def _still_driven(share: float) -> Case:
+def _still_driven(share: float) -> VerdictInput:
     """A case whose rest goes with the current by some share of its power."""
     current = POSED.state.current_A[:, 0] - POSED.state.current_A[:, 0].mean()
     noise = np.random.default_rng(0).normal(size=POSED.target.shape)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.active_parts import Part, Stretch, largest, parts_of
+from diagnosis.evidence.active_parts import ActivePart, Part, largest, parts_of
 from diagnosis.policy import STANDARD
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 
@@ -48,12 +48,12 @@ def test_a_stretch_says_its_phases_and_a_steady_compass_heading() -> None:
     east = Rotation.from_euler("Z", yaw[:, None])
     phase = np.where(np.arange(1000) < 490, "transit", "spiral")
     posed = problem(replace(given, att_q=east.as_quat()[:, [3, 0, 1, 2]], phase=phase))
-    leg, turn = Stretch.of(posed, 0.0, 50.0), Stretch.of(posed, 50.0, 100.0)
+    leg, turn = ActivePart.of(posed, 0.0, 50.0), ActivePart.of(posed, 50.0, 100.0)
     assert (leg.phase, leg.heading_deg) == ("transit", pytest.approx(90.0, abs=1e-6))
     assert (turn.phase, turn.heading_deg) == ("spiral", None)
     assert leg.words == "from 0 s to 50 s (phase transit, heading 90°, 50 % of the run)"
-    assert Stretch.of(posed, 0.0, 100.0).phase == "transit, spiral"
-    assert Stretch.of(problem(without_attitude(recording(1000))), 0.0, 50.0).heading_deg is None
+    assert ActivePart.of(posed, 0.0, 100.0).phase == "transit, spiral"
+    assert ActivePart.of(problem(without_attitude(recording(1000))), 0.0, 50.0).heading_deg is None
 
 
 def test_a_burst_is_no_part(posed) -> None:  # type: ignore[no-untyped-def]
@@ -75,7 +75,7 @@ def test_a_part_is_a_twenty_fifth_of_the_run_at_least(posed, louder: int, share:
 @pytest.mark.parametrize(("share", "words"), [(0.08, "transit"), (0.12, "transit, spiral")])
 def test_a_phase_of_a_tenth_of_a_stretch_is_one_of_its_phases(share: float, words: str) -> None:
     phase = np.where(np.arange(1000) < 1000 * (1 - share), "transit", "spiral")
-    assert Stretch.of(problem(replace(recording(1000), phase=phase)), 0.0, 100.0).phase == words
+    assert ActivePart.of(problem(replace(recording(1000), phase=phase)), 0.0, 100.0).phase == words
 
 
 @pytest.mark.parametrize("some", [0.0, 0.03, 0.6, 1.0])
@@ -108,5 +108,5 @@ def test_a_run_of_few_samples_may_have_no_part(posed) -> None:  # type: ignore[n
 )
 def test_a_part_is_far_larger_by_its_power_beyond_the_noise(sizes, far) -> None:  # type: ignore[no-untyped-def]
     """Over that of the rest, each part by its length; what is next to nothing is not divided by."""
-    parts = tuple(Part(Stretch(0.0, 1.0, share, None, None), size, size) for size, share in sizes)
+    parts = tuple(Part(ActivePart(0.0, 1.0, share, None, None), size, size) for size, share in sizes)
     assert (largest(parts, STANDARD) is parts[0]) is far

@@ -10,7 +10,7 @@ import pytest
 from diagnosis.decision.selection import select
 from diagnosis.evidence import attitude_like as turning
 from diagnosis.evidence.attitude_like import TURNS, an_attitude_does_as_well
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge
 from diagnosis.library.candidates import Candidate, proposed
 from diagnosis.problem.linear import LinearProblem
@@ -37,10 +37,10 @@ def _turned(given: Recording) -> LinearProblem:
     return _with(given, growing[:, None] * np.cross([3e-3, -2e-3, 1e-3], FIELD_ENU_NT))
 
 
-def _gradient(posed: LinearProblem) -> tuple[Ground, Ground, Candidate]:
+def _gradient(posed: LinearProblem) -> tuple[Baseline, Baseline, Candidate]:
     """The ground of a problem, with the gradient that fits it best, and that one."""
     name = next(name for name, several in proposed(posed).items() if several[0].effect.with_role("origin"))
-    ground = Ground.of(posed)
+    ground = Baseline.of(posed)
     one = judge(ground, proposed(posed)[name])
     assert one is not None
     return ground, ground.beside(one.candidate.columns(posed)), one.candidate
@@ -61,7 +61,7 @@ def test_a_gradient_is_told_along_the_field_or_by_the_place(shows: bool, monkeyp
 
 def test_none_is_asked_of_what_is_no_field_of_its_own() -> None:
     posed = _turned(_along_a_line(3000))
-    ground = Ground.of(posed)
+    ground = Baseline.of(posed)
     for name in TURNS:
         (one,) = proposed(posed)[name]
         assert not an_attitude_does_as_well(ground, ground.beside(one.columns(posed)), one)

@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from diagnosis.evidence.attitude_wander import a_wander_does_better, beside_a_wander
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.candidate_test import Beside, Standing
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.evidence.held_out import judge
 from diagnosis.library.candidates import proposed
 from diagnosis.policy import STANDARD
@@ -33,9 +33,9 @@ def _posed(seed: int, wander_deg: float, turn_deg: float = 0.0, hidden: dict[str
     return problem(replace(given, att_q=(error * true).as_quat(scalar_first=True)))
 
 
-def _asked(name: str, posed: LinearProblem) -> tuple[Standing, Beside]:
-    evidence = judge(Ground.of(posed), proposed(posed)[name])
-    beside = Beside.of(posed, ())
+def _asked(name: str, posed: LinearProblem) -> tuple[CandidateFit, ColouredBaseline]:
+    evidence = judge(Baseline.of(posed), proposed(posed)[name])
+    beside = ColouredBaseline.of(posed, ())
     wander = beside_a_wander(beside, posed)
     assert evidence is not None
     assert wander is not None
@@ -70,6 +70,6 @@ def test_what_is_gained_between_the_samples_of_a_row_counts() -> None:
 
 def test_without_attitude_there_is_no_wander_to_ask_for() -> None:
     posed = problem(without_attitude(recording(600)))
-    assert beside_a_wander(Beside.of(posed, ()), posed) is None
+    assert beside_a_wander(ColouredBaseline.of(posed, ()), posed) is None
     one, _ = _asked("attitude_misalignment", _posed(1, 0.02))
     assert not a_wander_does_better(one, None, STANDARD.coloured_nats)

@@ -13,7 +13,7 @@ from diagnosis.evidence.candidate_result import (
     SMALL_SHARE,
     TAKEN_BACK,
     TOO_LITTLE,
-    Judged,
+    CandidateResult,
     taken_back,
     with_outcomes,
 )
@@ -26,10 +26,10 @@ FIVE = [effect for effect in EFFECTS if not effect.clues.contains][:5]
 BEST, ALIKE, WEAKER, REFUSED, LEAST = FIVE
 
 
-def _judged(number: int, nats: float, outcome: str = "", effect: type[Effect] | None = None) -> Judged:
+def _judged(number: int, nats: float, outcome: str = "", effect: type[Effect] | None = None) -> CandidateResult:
     nothing: Any = None
     evidence = Evidence(Candidate(effect or FIVE[number]), nats, 1.0, 1.0, 1.0, nothing, nothing, 3)
-    return Judged(evidence, nats, 25.0, outcome)
+    return CandidateResult(evidence, nats, 25.0, outcome)
 
 
 def test_every_candidate_learns_what_came_of_it() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from diagnosis.evidence import candidate_test as standing
 from diagnosis.evidence.candidate_test import (
-    Beside,
+    ColouredBaseline,
     _to_and_fro,
     along_the_field,
     gained_along_the_field,
@@ -22,7 +22,7 @@ from diagnosis.evidence.candidate_test import (
 )
 from diagnosis.evidence.held_out import search_price
 from diagnosis.evidence.hypothesis import Hypothesis, gains
-from diagnosis.evidence.noise_model import Rest
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
@@ -42,8 +42,8 @@ def posed() -> LinearProblem:
 
 
 @pytest.fixture(scope="module")
-def beside(posed: LinearProblem) -> Beside:
-    return Beside.of(posed, [])
+def beside(posed: LinearProblem) -> ColouredBaseline:
+    return ColouredBaseline.of(posed, [])
 
 
 def test_what_only_rises_comes_back_and_does_not_jump() -> None:
@@ -57,7 +57,7 @@ def test_what_only_rises_comes_back_and_does_not_jump() -> None:
 def test_without_attitude_columns_are_moved_in_the_frame_of_the_sensor() -> None:
     """A constant of the sensor is one at any time, seen along the motion as it was."""
     posed = problem(without_attitude(recording(1000)))
-    rows, one = Beside.of(posed, []).rows, Candidate(HardIron)
+    rows, one = ColouredBaseline.of(posed, []).rows, Candidate(HardIron)
     assert all(np.allclose(moved, rows.taken(one.columns(posed))) for moved in moved_in_time(one, posed, rows))
 
 
@@ -65,7 +65,9 @@ def _evidence(tried: int) -> Any:
     return SimpleNamespace(candidate=SimpleNamespace(tried=tried), width=3)
 
 
-def test_an_effect_gains_beside_a_rest_of_its_own_less_its_price(posed: LinearProblem, beside: Beside) -> None:
+def test_an_effect_gains_beside_a_rest_of_its_own_less_its_price(
+    posed: LinearProblem, beside: ColouredBaseline
+) -> None:
     """Of which nothing is left for it moved in time."""
     rows, one = beside.rows, Candidate(MotorCurrent)
     columns = rows.taken(one.columns(posed))
@@ -86,7 +88,7 @@ def test_a_walk_is_no_drift_where_the_base_takes_up_a_part_of_it(seed: int) -> N
     given = recording(3000)
     walk_nT = np.cumsum(np.random.default_rng(seed).normal(scale=0.1, size=given.mag_nT.shape), axis=0)
     walking = problem(replace(given, mag_nT=given.mag_nT + walk_nT))
-    beside = Beside.of(walking, [])
+    beside = ColouredBaseline.of(walking, [])
     drift = beside.standing(_evidence(1), beside.rows.taken(Candidate(HardIronDrift).columns(walking)))
     assert drift.gain < STANDARD.coloured_nats / 2
 
@@ -99,7 +101,7 @@ def test_a_slow_course_gains_nothing_beside_a_rest_that_is_as_slow() -> None:
     """Of what wanders by itself: the rest without the effect is the likelier of two."""
     given = problem(n=2000)
     walk = np.cumsum(np.random.default_rng(3).normal(size=(2000, 3)), axis=0)
-    wandering = Beside.of(replace(given, target=given.target + walk), [])
+    wandering = ColouredBaseline.of(replace(given, target=given.target + walk), [])
     slow = np.sin(np.linspace(0, 2, 2000))[:, None, None] * np.eye(3)
     assert wandering.standing(_evidence(1), wandering.rows.taken(slow)).gain < STANDARD.apart
 
@@ -108,7 +110,7 @@ def _walk(step: float, n: int = 2000) -> Array:
     return np.asarray(step * np.cumsum(np.random.default_rng(3).normal(size=(n, 3)), axis=0))
 
 
-def test_what_a_rest_that_was_found_badly_lacks_is_no_gain_of_an_effect(beside: Beside) -> None:
+def test_what_a_rest_that_was_found_badly_lacks_is_no_gain_of_an_effect(beside: ColouredBaseline) -> None:
     """A poorer hypothesis of five times the noise: beside the effect's own rest nothing is gained."""
     loud = replace(beside.poorer.rest, white=25 * beside.poorer.rest.white)
     badly = replace(beside, poorer=Hypothesis.given(beside.rows, beside.inside, loud))
@@ -121,9 +123,9 @@ def test_the_rest_beside_a_jump_is_the_one_that_is_there(step: float) -> None:
     """White noise, which the poorer hypothesis' rest does not lead to; a walk, which white noise does not lead to."""
     n, given = 2000, problem(n=2000)
     jump = (np.arange(n) > 1200)[:, None, None] * np.eye(3)
-    beside = Beside.of(replace(given, target=given.target + _walk(step) + 10 * jump @ [1.0, 0.5, -1.0]), [])
+    beside = ColouredBaseline.of(replace(given, target=given.target + _walk(step) + 10 * jump @ [1.0, 0.5, -1.0]), [])
     tau_s = 4 * n * beside.rows.interval_s
-    there = Rest(np.array([tau_s]), np.ones(3), np.full((3, 1), step**2 * tau_s / (2 * beside.rows.interval_s)))
+    there = NoiseModel(np.array([tau_s]), np.ones(3), np.full((3, 1), step**2 * tau_s / (2 * beside.rows.interval_s)))
     true = Hypothesis.given(beside.rows, beside.joined(jump), there)
     assert beside.standing(_evidence(1), jump).hypothesis.whole > true.whole - STANDARD.apart
 
@@ -135,7 +137,7 @@ def _event(at: int, half: int) -> Array:
 def test_an_event_stands_beside_a_wander_though_it_is_short() -> None:
     """Three samples of ten sigma in segments of twenty seconds: held out whole it would be foretold by nothing."""
     given, event = problem(n=2000), _event(900, 2)
-    beside = Beside.of(replace(given, target=given.target + _walk(0.3) + 10 * event @ [1.0, 0.5, -1.0]), [])
+    beside = ColouredBaseline.of(replace(given, target=given.target + _walk(0.3) + 10 * event @ [1.0, 0.5, -1.0]), [])
     assert beside.standing(_evidence(1), event).gain > STANDARD.coloured_nats
 
 
@@ -143,8 +145,8 @@ def test_a_second_event_gains_as_much_beside_the_first_as_without_it() -> None:
     """Each on folds that show it, with and without the effect."""
     given, first, second = problem(n=2000), _event(500, 2), _event(900, 5)
     one_nT = given.target + _walk(0.3) + 10 * second @ [1.0, 0.5, -1.0]
-    alone = Beside.of(replace(given, target=one_nT), [])
-    both = Beside.of(replace(given, target=one_nT + 10 * first @ [1.0, 0.5, -1.0]), [first])
+    alone = ColouredBaseline.of(replace(given, target=one_nT), [])
+    both = ColouredBaseline.of(replace(given, target=one_nT + 10 * first @ [1.0, 0.5, -1.0]), [first])
     gains = [each.standing(_evidence(1), second).gain for each in (alone, both)]
     assert gains[1] == pytest.approx(gains[0], abs=STANDARD.apart)
 
@@ -160,7 +162,7 @@ def test_a_wander_of_the_axes_is_seen_as_a_constant_of_the_sensor_is() -> None:
     posed = _levelled()
     posed = replace(posed, sigma_nT=posed.sigma_nT * [1.0, 3.0])
     constant = Candidate(HardIron).columns(posed) * posed.sigma_nT[0]
-    assert Beside.of(posed, []).rows.sight == pytest.approx(constant, abs=1e-2)
+    assert ColouredBaseline.of(posed, []).rows.sight == pytest.approx(constant, abs=1e-2)
 
 
 def test_where_strength_and_dip_are_compared_the_strength_is_along_the_field() -> None:
@@ -169,13 +171,15 @@ def test_where_strength_and_dip_are_compared_the_strength_is_along_the_field() -
     assert along.var() == pytest.approx(1.0, abs=0.5)
 
 
-def test_a_rival_keeps_what_is_its_own(posed: LinearProblem, beside: Beside) -> None:
+def test_a_rival_keeps_what_is_its_own(posed: LinearProblem, beside: ColouredBaseline) -> None:
     columns = beside.rows.taken(Candidate(MotorCurrent).columns(posed))
     best = beside.standing(_evidence(1), columns)
     assert beside.left_of(best, best) == pytest.approx(0.0, abs=0.02)
     t = np.linspace(0, 40, len(columns))[:, None, None]
     other = np.sin(t) * np.eye(3)
-    both = Beside.in_rows(replace(beside.rows, target=beside.rows.target + 2 * other.sum(axis=2)), beside.inside)
+    both = ColouredBaseline.in_rows(
+        replace(beside.rows, target=beside.rows.target + 2 * other.sum(axis=2)), beside.inside
+    )
     one, rival = (both.standing(_evidence(1), some) for some in (columns, other))
     assert both.left_of(rival, one) == pytest.approx(1.0, abs=0.1)
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.candidate_test import Beside
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.constancy import differs_along_the_run
 from diagnosis.evidence.held_out import judge
 from diagnosis.library.candidates import proposed
@@ -36,8 +36,8 @@ def test_a_gain_that_changes_is_none(gain: Array, differs: bool) -> None:
     assert given.current_A is not None
     added_nT = (gain * given.current_A[:, 0])[:, None] * GAIN_NT_A
     posed = problem(replace(given, mag_nT=given.mag_nT + added_nT))
-    evidence = judge(Ground.of(posed), proposed(posed)[DRIVEN.name])
+    evidence = judge(Baseline.of(posed), proposed(posed)[DRIVEN.name])
     assert evidence is not None
-    beside = Beside.of(posed, ())
+    beside = ColouredBaseline.of(posed, ())
     one = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
     assert differs_along_the_run(one, beside, posed.policy.other_size) is differs

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.direct import (
     _across_the_field,
     _beside,
@@ -98,7 +98,7 @@ def test_wrong_samples_are_those_that_were_made_wrong() -> None:
 def test_more_white_noise_is_what_the_model_lacks() -> None:
     """sqrt(5^2 - 3^2) = 4; rounding to q has q^2 / 12 of its own."""
     posed = problem(noise_nT=5.0, model=(WhiteNoise((3.0, 3.0, 3.0)),))
-    left = Ground.of(posed).residual()
+    left = Baseline.of(posed).residual()
     found = more_noise(posed, left, ())
     assert isinstance(found, WhiteNoise)
     assert found.std_nT == pytest.approx((4.0,) * 3, rel=0.06)
@@ -114,7 +114,7 @@ def test_the_noise_of_a_current_is_no_noise_of_the_magnetometer() -> None:
     posed = problem(replace(made, current_A=noisy), model=(WhiteNoise((3.0, 3.0, 3.0)),))
     posed = replace(posed, state=replace(posed.state, channels={**posed.state.channels, current_name(1): noisy[:, 0]}))
     follows = MotorCurrent(gain_nT_A=(50.0, 50.0, 50.0), motor=1)
-    left = Ground.of(posed).residual()
+    left = Baseline.of(posed).residual()
     assert more_noise(posed, left, (follows,)) is None
     assert more_noise(posed, left, (replace(follows, gain_nT_A=(5.0, 5.0, 5.0)),)) is not None
 

@@ -10,7 +10,7 @@ import pytest
 
 from diagnosis.decision.selection import _settled_beside, select
 from diagnosis.decision.white_choice import Accepted
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.field_pulsations import pulses
 from diagnosis.evidence.held_out import judge
 from diagnosis.library.candidates import proposed
@@ -45,7 +45,7 @@ def _wave(period_s: float, size_nT: float, n: int = 6000) -> Array:
 
 
 def _period(posed: LinearProblem) -> float:
-    (found,) = pulses(Ground.of(posed), proposed(posed))
+    (found,) = pulses(Baseline.of(posed), proposed(posed))
     return float(dict(found.candidate.nonlinear)[PERIOD])
 
 
@@ -67,7 +67,7 @@ def test_no_period_is_tried_of_which_the_run_holds_less_than_two() -> None:
     posed = _posed(_wave(450.0, 20.0))
     assert STANDARD.fastest_pulse_s <= _period(posed) <= 600.0 / STANDARD.least_pulse_cycles
     short = _posed(n=int(HZ * STANDARD.fastest_pulse_s * STANDARD.least_pulse_cycles))
-    assert not pulses(Ground.of(short), proposed(short))
+    assert not pulses(Baseline.of(short), proposed(short))
 
 
 def test_a_run_with_room_for_one_period_is_asked_for_that_one() -> None:
@@ -91,7 +91,7 @@ def test_a_wander_is_named_nothing() -> None:
 def test_another_effect_beside_it_leaves_it_its_period() -> None:
     gain = {DRIVEN.linear[0]: [3.0, -2.0, 4.0]}
     posed = _posed(_wave(80.0, 4.0), hidden={DRIVEN.name: gain})
-    ground, members = Ground.of(posed), proposed(posed)
+    ground, members = Baseline.of(posed), proposed(posed)
     (swinging,), driven = pulses(ground, members), judge(ground, members[DRIVEN.name])
     assert driven is not None
     (after,) = _settled_beside(Accepted(driven, ()), [Accepted(swinging, ())], members, ground)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.selection import select
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.heading_harmonics import goes_with_heading, swings_with_the_field
 from diagnosis.evidence.held_out import Evidence, judge
 from diagnosis.library.candidates import proposed
@@ -34,8 +34,8 @@ def _heading(posed: LinearProblem) -> Any:
     return np.unwrap(np.arctan2(posed.state.R_wb[:, 1, 0], posed.state.R_wb[:, 0, 0]))
 
 
-def _tone(posed: LinearProblem) -> tuple[Ground, Evidence]:
-    ground = Ground.of(posed)
+def _tone(posed: LinearProblem) -> tuple[Baseline, Evidence]:
+    ground = Baseline.of(posed)
     found = judge(ground, proposed(posed)[TONE.name])
     assert found is not None
     return ground, found
@@ -64,10 +64,10 @@ def test_a_swell_is_no_motors_tone(earth: bool) -> None:
 
 
 def test_only_a_tone_is_asked_and_only_with_attitude() -> None:
-    ground = Ground.of(problem())
+    ground = Baseline.of(problem())
     for members in proposed(ground.problem).values():
         found = judge(ground, members)
         assert found is None or not goes_with_heading(ground, found)
-    strength = Ground.of(problem(without_attitude(recording())))
+    strength = Baseline.of(problem(without_attitude(recording())))
     tone = judge(strength, proposed(strength.problem)[TONE.name])
     assert tone is None or not goes_with_heading(strength, tone)

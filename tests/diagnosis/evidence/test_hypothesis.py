@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.selection import select
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.binned_rows import Rows
-from diagnosis.evidence.candidate_test import Beside, gained_along_the_field, gains_along_the_field, moved_in_time
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.binned_rows import BinnedRows
+from diagnosis.evidence.candidate_test import (
+    ColouredBaseline,
+    gained_along_the_field,
+    gains_along_the_field,
+    moved_in_time,
+)
 from diagnosis.evidence.hypothesis import Hypothesis, gains, white
-from diagnosis.evidence.noise_model import Rest
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate, proposed
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.linear import LinearProblem
@@ -28,16 +33,16 @@ WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect
 HIDDEN = {DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}}
 
 
-def _rows(n: int = 120, q: int = 2, p: int = 2) -> tuple[Rows, np.ndarray]:  # type: ignore[type-arg]
+def _rows(n: int = 120, q: int = 2, p: int = 2) -> tuple[BinnedRows, np.ndarray]:  # type: ignore[type-arg]
     rng = np.random.default_rng(5)
     time_s = np.arange(float(n))
     base, target, columns = rng.normal(size=(n, p)), rng.normal(size=(n, q)), rng.normal(size=(n, q, 3))
-    return Rows.of(time_s, np.ones(n), base, target, STANDARD), columns
+    return BinnedRows.of(time_s, np.ones(n), base, target, STANDARD), columns
 
 
 def test_coefficients_are_those_of_generalised_least_squares() -> None:
     rows, columns = _rows()
-    rest = Rest(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
+    rest = NoiseModel(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
     found = Hypothesis.given(rows, columns, rest)
     N, g, ln = np.zeros((7, 7)), np.zeros(7), 0.0
     for a in range(2):
@@ -57,8 +62,8 @@ def test_outputs_with_a_base_in_common_share_its_coefficients() -> None:
     rng = np.random.default_rng(7)
     n, q, p = 90, 2, 4
     base, target, columns = rng.normal(size=(n, q, p)), rng.normal(size=(n, q)), rng.normal(size=(n, q, 3))
-    rows = Rows.of(np.arange(float(n)), np.ones(n), base, target, STANDARD)
-    rest = Rest(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
+    rows = BinnedRows.of(np.arange(float(n)), np.ones(n), base, target, STANDARD)
+    rest = NoiseModel(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
     found = Hypothesis.given(rows, columns, rest)
     N, g = np.zeros((7, 7)), np.zeros(7)
     for a in range(q):
@@ -77,7 +82,7 @@ def test_rows_keep_the_variance_of_white_noise_and_the_sum_of_what_is_usable() -
     rng = np.random.default_rng(6)
     usable = (rng.random(30_000) > 0.3).astype(float)
     y = rng.normal(size=(30_000, 1)) * usable[:, None]
-    rows = Rows.of(np.arange(30_000) / 10, usable, np.ones((30_000, 1)), y, replace(STANDARD, most_rows=4000))
+    rows = BinnedRows.of(np.arange(30_000) / 10, usable, np.ones((30_000, 1)), y, replace(STANDARD, most_rows=4000))
     assert len(rows.target) <= 4000
     assert rows.count.sum() == usable.sum()
     assert rows.target[rows.count > 0].var() == pytest.approx(1.0, abs=0.08)
@@ -116,7 +121,7 @@ def test_an_error_of_the_attitude_gains_nothing_along_the_field() -> None:
     course = np.sin(0.011 * given.time_s)[:, None] * np.array([8.0, 25.0, -60.0])
     sensed = given.mag_nT + np.einsum("nji,nj->ni", problem(given).state.R_wb, course)
     turned = np.cross(np.sin(0.011 * given.time_s)[:, None] * [2e-3, -1e-3, 1e-3], problem(given).state.field_nT)
-    grounds = [Ground.of(problem(replace(given, mag_nT=mag))) for mag in (sensed, given.mag_nT + turned)]
+    grounds = [Baseline.of(problem(replace(given, mag_nT=mag))) for mag in (sensed, given.mag_nT + turned)]
     gains = [gains_along_the_field(ground, ground.beside(columns)) for ground in grounds]
     assert gains == [True, False]
 
@@ -126,7 +131,7 @@ def test_from_white_alone_a_slow_course_is_not_swallowed() -> None:
     rng = np.random.default_rng(7)
     time_s = np.arange(3000) / 10
     y = 0.01 * time_s[:, None] + rng.normal(size=(3000, 1))
-    rows = Rows.of(time_s, np.ones(3000), np.ones((3000, 1)), y, STANDARD)
+    rows = BinnedRows.of(time_s, np.ones(3000), np.ones((3000, 1)), y, STANDARD)
     drift = rows.taken((time_s - time_s.mean())[:, None, None])
     poorer = Hypothesis.of(rows, drift[:, :, :0], (white(1),))
     richer = Hypothesis.of(rows, drift, (poorer.rest, white(1)))
@@ -138,14 +143,14 @@ def test_what_surrogates_gain_as_well_is_no_effect(monkeypatch: pytest.MonkeyPat
     posed = _wandering(0, HIDDEN, step_nT=0.1)
     for by_chance in (np.r_[np.zeros(15), 1e6], np.full(16, 300.0)):
         with monkeypatch.context() as patch:
-            patch.setattr(Beside, "surrogates", lambda self, one, problem, by_chance=by_chance: by_chance)
+            patch.setattr(ColouredBaseline, "surrogates", lambda self, one, problem, by_chance=by_chance: by_chance)
             assert select(posed).found == ()
 
 
 def test_a_course_that_only_rises_does_not_jump_when_it_is_moved() -> None:
     """Rolled in time a ramp jumps, as no slow noise does: chance would seem smaller than it is."""
     posed = problem(recording(2000))
-    rows = Beside.of(posed, ()).rows
+    rows = ColouredBaseline.of(posed, ()).rows
     rising = replace(posed, state=replace(posed.state, channels={TEMPERATURE: np.linspace(10.0, 12.0, 2000)}))
     candidate = Candidate(WARM)
     as_it_is = np.abs(np.diff(candidate.columns(rising), axis=0)).max()
@@ -157,18 +162,18 @@ def test_what_adds_along_the_field_what_is_not_there_is_refused() -> None:
     given, rng = recording(2000), np.random.default_rng(4)
     turned = np.cross(np.cumsum(rng.normal(scale=3e-5, size=(2000, 3)), axis=0), problem(given).state.field_nT)
     posed = problem(replace(given, mag_nT=given.mag_nT + turned))
-    ground = Ground.of(posed)
+    ground = Baseline.of(posed)
     course = np.cumsum(rng.normal(size=(2000, 1)), axis=0)
     columns = posed.whitened(course[:, :, None] * np.eye(3), ChannelEffect)
     assert gained_along_the_field(ground, ground.beside(columns)) < -posed.policy.apart
     true = problem(replace(given, mag_nT=given.mag_nT + turned + 0.5 * course))
-    assert gained_along_the_field(Ground.of(true), Ground.of(true).beside(columns)) > posed.policy.apart
+    assert gained_along_the_field(Baseline.of(true), Baseline.of(true).beside(columns)) > posed.policy.apart
 
 
 def test_folds_show_an_event_and_leave_the_others_as_they_were() -> None:
     """An event of some seconds acts in every fold; a course over the whole run keeps the policy's segments."""
     time_s = np.arange(6000) / 10
-    rows = Rows.of(time_s, np.ones(6000), np.ones((6000, 1)), np.zeros((6000, 1)), STANDARD)
+    rows = BinnedRows.of(time_s, np.ones(6000), np.ones((6000, 1)), np.zeros((6000, 1)), STANDARD)
     event, drift = (rows.taken(v[:, None, None]) for v in (np.exp(-(((time_s - 300) / 4) ** 2)), time_s))
     assert rows.showing(drift) is rows
     short = rows.showing(event)
@@ -182,7 +187,7 @@ def test_a_column_that_others_make_gains_nothing_whatever_its_unit() -> None:
     """Once it is in, in other units, rounding is all that is left of it: no gain, and no overflow."""
     rng = np.random.default_rng(8)
     time_s = np.arange(2000) / 10
-    rows = Rows.of(time_s, np.ones(2000), np.ones((2000, 1)), rng.normal(size=(2000, 3)), STANDARD)
+    rows = BinnedRows.of(time_s, np.ones(2000), np.ones((2000, 1)), rng.normal(size=(2000, 3)), STANDARD)
     columns = rng.normal(size=(2000, 3, 2))
     inside = np.concatenate([columns * [1e-5, 1e6], rng.normal(size=(2000, 3, 1))], axis=2)
     again, other = gains(rows, inside, [columns @ [[1.0, 2.0], [3.0, 4.0]], rng.normal(size=(2000, 3, 2))], white(3))
@@ -195,7 +200,7 @@ def test_what_is_moved_in_time_is_seen_along_the_motion_as_it_was(seen: str) -> 
     """To and fro, begun at odd parts of the run: the cause moves, the direction does not."""
     posed = problem(recording(2000) if seen == "vector" else without_attitude(recording(2000)))
     candidate = Candidate(DRIVEN)
-    rows = Beside.of(posed, ()).rows
+    rows = ColouredBaseline.of(posed, ()).rows
     moved = moved_in_time(candidate, posed, rows)
     assert len(moved) == STANDARD.surrogates
     late = {name: np.r_[x[::-1], x][625:2625] for name, x in posed.state.channels.items()}
@@ -215,7 +220,7 @@ def test_axes_that_walk_are_as_likely_by_the_rest_that_is_found(seed: int) -> No
     sight = np.stack([c * level + s * up, c * up - s * level], axis=1)
     walk = np.cumsum(step * rng.normal(size=(n, 3)), axis=0)
     seen = np.einsum("nqi,ni->nq", sight, walk) + rng.normal(size=(n, 2))
-    rows, none = Rows.of(i, np.ones(n), dip_columns(sight), seen, STANDARD, sight), np.zeros((n, 2, 0))
-    true = Rest(np.array([1e5]), np.ones(2), np.zeros((2, 1)), np.array([step**2 * 1e5 / 2]), sight)
+    rows, none = BinnedRows.of(i, np.ones(n), dip_columns(sight), seen, STANDARD, sight), np.zeros((n, 2, 0))
+    true = NoiseModel(np.array([1e5]), np.ones(2), np.zeros((2, 1)), np.array([step**2 * 1e5 / 2]), sight)
     found = Hypothesis.of(rows, none, (white(2),))
     assert found.whole > Hypothesis.given(rows, none, true).whole - 3

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from diagnosis.evidence.noise_model import Rest, _bands, ou_density, seen_density
+from diagnosis.evidence.noise_model import NoiseModel, _bands, ou_density, seen_density
 from diagnosis.policy import STANDARD
 from scenarios.arrays import Array
 
@@ -19,7 +19,7 @@ def process(rng: np.random.Generator, n: int, tau_rows: float, std: float) -> Ar
     return np.asarray(lfilter([1.0], [1.0, -a], drive))
 
 
-def covariance(rest: Rest, time_s: Array, a: int) -> Array:
+def covariance(rest: NoiseModel, time_s: Array, a: int) -> Array:
     """Dense covariance (n, n) of an output."""
     apart = np.abs(time_s[:, None] - time_s)
     slow = sum(v * np.exp(-apart / tau) for v, tau in zip(rest.slow[a], rest.tau_s, strict=True))
@@ -29,7 +29,7 @@ def covariance(rest: Rest, time_s: Array, a: int) -> Array:
 def test_the_filter_gives_the_likelihood_of_the_dense_covariance_gaps_included() -> None:
     rng = np.random.default_rng(0)
     time_s = np.cumsum(rng.uniform(0.5, 1.5, 80)) + np.where(np.arange(80) > 40, 30.0, 0.0)
-    rest = Rest(np.array([2.0, 40.0]), np.array([1.0, 0.3]), np.array([[0.5, 3.0], [0.0, 1.0]]))
+    rest = NoiseModel(np.array([2.0, 40.0]), np.array([1.0, 0.3]), np.array([[0.5, 3.0], [0.0, 1.0]]))
     usable = (rng.random(80) > 0.2).astype(float)
     y = rng.normal(size=(80, 2, 1))
     z, ln_S = rest.whitened(time_s, usable, y)
@@ -44,7 +44,7 @@ def test_the_filter_gives_the_likelihood_of_the_dense_covariance_gaps_included()
 def test_a_gain_that_has_settled_is_found_anew_where_the_steps_change() -> None:
     rng = np.random.default_rng(7)
     time_s = np.cumsum(np.repeat([0.5, 4.0], 120))
-    rest, y = Rest(np.array([3.0]), np.array([1.0]), np.array([[5.0]])), rng.normal(size=240)
+    rest, y = NoiseModel(np.array([3.0]), np.array([1.0]), np.array([[5.0]])), rng.normal(size=240)
     z, ln_S = rest.whitened(time_s, np.ones(240), y[:, None, None])
     C = covariance(rest, time_s, 0)
     assert (z**2).sum() == pytest.approx(y @ np.linalg.solve(C, y), rel=1e-10)
@@ -54,7 +54,7 @@ def test_a_gain_that_has_settled_is_found_anew_where_the_steps_change() -> None:
 def test_whitening_is_linear_and_leaves_white_noise() -> None:
     rng = np.random.default_rng(1)
     y = np.stack([process(rng, 6000, 30.0, 2.0) + rng.normal(size=6000) for _ in range(3)], axis=1)
-    rest = Rest(np.array([30.0]), np.ones(3), np.full((3, 1), 4.0))
+    rest = NoiseModel(np.array([30.0]), np.ones(3), np.full((3, 1), 4.0))
     time_s = np.arange(6000.0)
     both, _ = rest.whitened(time_s, np.ones(6000), np.stack([y, 2 * y], axis=2))
     z = both[:, :, 0]
@@ -76,7 +76,7 @@ def test_density_is_the_spectrum_of_the_recursion() -> None:
 def test_variances_are_found_within_the_ladder() -> None:
     rng = np.random.default_rng(3)
     y = np.stack([process(rng, 8000, 40.0, 1.5) + rng.normal(size=8000), rng.normal(size=8000)], axis=1)
-    rest = Rest.of(y, 1.0, STANDARD)
+    rest = NoiseModel.of(y, 1.0, STANDARD)
     assert rest.white == pytest.approx([1.0, 1.0], rel=0.07)
     assert rest.slow[0].sum() == pytest.approx(1.5**2, rel=0.35)
     assert rest.slow[1].sum() < 0.1
@@ -91,13 +91,13 @@ def test_a_found_rest_is_as_likely_as_the_true_one(step: float, seed: int) -> No
     y = (walk - walk.mean() + rng.normal(size=5000))[:, None]
     time_s, one = np.arange(5000.0), np.ones(5000)
 
-    def likelihood(rest: Rest) -> float:
+    def likelihood(rest: NoiseModel) -> float:
         z, ln_S = rest.whitened(time_s, one, y[:, :, None])
         return -(ln_S.sum() + (z**2).sum()) / 2
 
-    true = Rest(np.array([1e6]), np.ones(1), np.full((1, 1), step**2 * 1e6 / 2))
-    assert likelihood(Rest.of(y, 1.0, STANDARD)) > likelihood(true) - 8
-    assert likelihood(Rest(np.ones(1), np.array([y.var()]), np.zeros((1, 1)))) < likelihood(true) - 100
+    true = NoiseModel(np.array([1e6]), np.ones(1), np.full((1, 1), step**2 * 1e6 / 2))
+    assert likelihood(NoiseModel.of(y, 1.0, STANDARD)) > likelihood(true) - 8
+    assert likelihood(NoiseModel(np.ones(1), np.array([y.var()]), np.zeros((1, 1)))) < likelihood(true) - 100
 
 
 def test_a_wander_seen_along_a_turning_direction_has_the_likelihood_of_its_dense_covariance() -> None:
@@ -110,7 +110,7 @@ def test_a_wander_seen_along_a_turning_direction_has_the_likelihood_of_its_dense
     apart = np.abs(time_s[:, None] - time_s)
     C = noise * np.eye(n) + 2.0 * np.exp(-apart / 3.0) + 5.0 * np.exp(-apart / 40.0) * (sight @ sight.T)
     y = np.linalg.cholesky(C) @ rng.normal(size=n)
-    rest = Rest(tau_s, np.array([noise]), slow, turning, sight[:, None])
+    rest = NoiseModel(tau_s, np.array([noise]), slow, turning, sight[:, None])
     z, ln_S = rest.whitened(time_s, np.ones(n), y[:, None, None])
     assert (z**2).sum() == pytest.approx(y @ np.linalg.solve(C, y), rel=1e-9)
     assert ln_S.sum() == pytest.approx(np.linalg.slogdet(C)[1], rel=1e-9)
@@ -132,7 +132,7 @@ def test_two_outputs_see_one_wander() -> None:
     for a, own in enumerate((2.0 * np.exp(-apart / 20.0), 4.0 * np.exp(-apart / 7.0))):
         seen[a, :, a] += own + white[a] * np.eye(n)
     C, y = seen[:, there][..., there].reshape(2 * there.sum(), -1), rng.normal(size=(n, 2))
-    z, ln_S = Rest(tau_s, white, slow, turning, sight).whitened(time_s, usable, y[:, :, None])
+    z, ln_S = NoiseModel(tau_s, white, slow, turning, sight).whitened(time_s, usable, y[:, :, None])
     values = y[there].T.ravel()
     assert (z**2).sum() == pytest.approx(values @ np.linalg.solve(C, values), rel=1e-9)
     assert ln_S.sum() == pytest.approx(np.linalg.slogdet(C)[1], rel=1e-9)
@@ -148,7 +148,7 @@ def test_a_wander_that_both_see_is_found_as_one() -> None:
     sight = np.stack([np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])] * 2, axis=1)
     sight[:, 1] = 0.5 * np.roll(sight[:, 1], 1, axis=1)
     y = np.einsum("nqi,ni->nq", sight, wander) + rng.normal(size=(n, 2))
-    rest = Rest.of(y, 1.0, STANDARD, sight)
+    rest = NoiseModel.of(y, 1.0, STANDARD, sight)
     assert rest.white == pytest.approx([1.0, 1.0], rel=0.15)
     assert rest.turning.sum() == pytest.approx(4.0**2, rel=0.5)
     assert rest.slow[0].sum() < 0.1 * rest.turning.sum()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from diagnosis.evidence.residual_tests import Battery, _cells, battery
+from diagnosis.evidence.residual_tests import ResidualTests, _cells, battery
 from diagnosis.policy import STANDARD, Policy
 from scenarios.arrays import Array
 
@@ -14,7 +14,7 @@ N, STEP_S = 20_000, 0.02
 TIME_S = STEP_S * np.arange(N)
 
 
-def _tests(residual: Array, policy: Policy = STANDARD, memory: int = 1) -> Battery:
+def _tests(residual: Array, policy: Policy = STANDARD, memory: int = 1) -> ResidualTests:
     return battery(residual, np.ones(len(residual)), TIME_S, 0, policy, memory)
 
 

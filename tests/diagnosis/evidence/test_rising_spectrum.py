@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.evidence.rising_spectrum import Rise, _limited
+from diagnosis.evidence.rising_spectrum import RisingSpectrum, _limited
 from diagnosis.policy import STANDARD, Policy
 from scenarios.arrays import Array
 from tests.diagnosis.synthetic import HZ, problem
@@ -29,8 +29,8 @@ def _far(seed: int) -> Array:
     return _white(seed) + np.where(np.arange(N) < 20, 20.0 * (-1.0) ** np.arange(N), 0.0)[:, None]
 
 
-def _rise(left: Array, taken: Array | float = 0.0, policy: Policy = STANDARD) -> Rise | None:
-    return Rise.of(POSED[policy], left + taken, left)
+def _rise(left: Array, taken: Array | float = 0.0, policy: Policy = STANDARD) -> RisingSpectrum | None:
+    return RisingSpectrum.of(POSED[policy], left + taken, left)
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,10 @@ def test_samples_left_out_of_a_slow_course_and_a_rest_of_nothing_are_no_structur
     """With noughts in their places a slow course would have the pattern's frequencies."""
     usable = np.where(np.arange(N) % 3 == 0, 0.0, 1.0)
     left = _white(5) + 5 * np.sin(T / 40)[:, None]
-    assert Rise.of(replace(POSED[STANDARD], usable=usable), left * usable[:, None], left * usable[:, None]) is None
+    assert (
+        RisingSpectrum.of(replace(POSED[STANDARD], usable=usable), left * usable[:, None], left * usable[:, None])
+        is None
+    )
     assert _rise(np.zeros((N, 3))) is None
 
 
@@ -106,5 +109,5 @@ def test_errors_of_the_attitude_as_stated_are_as_fast_as_the_motion(stated: bool
     turned = np.cross(posed.direction, [0.5, -0.3, 0.4]) * 4 * SWEPT
     std_rad = 5.0 * float(posed.sigma_nT.max() / np.linalg.norm(posed.state.field_enu_nT)) if stated else 0.0
     left = _white(8) + turned
-    found = Rise.of(replace(posed, attitude_std_rad=std_rad), left, left)
+    found = RisingSpectrum.of(replace(posed, attitude_std_rad=std_rad), left, left)
     assert (found is None) is stated

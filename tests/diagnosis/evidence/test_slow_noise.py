@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from diagnosis.evidence import slow_noise as slow_noise_module
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.block_steps import Steps
 from diagnosis.evidence.localise import TIME, Share
 from diagnosis.evidence.model_noise import as_stated
@@ -35,7 +35,7 @@ def _hidden(name: str, seed: int = 0) -> LinearProblem:
 
 
 def _left(posed: LinearProblem) -> Array:
-    return Ground.of(posed).residual()
+    return Baseline.of(posed).residual()
 
 
 def _turned(error_deg: float) -> LinearProblem:

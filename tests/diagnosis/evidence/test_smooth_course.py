@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.candidate_test import Beside
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.held_out import judge
 from diagnosis.evidence.smooth_course import (
     a_course_of_the_field_does_better,
@@ -31,9 +31,9 @@ def _does_better(name: str, slow: Array, hidden: dict[str, Any] | None = None, *
     given = recording(len(slow), hidden=hidden)
     R_bw = problem(given).state.R_wb.transpose(0, 2, 1) if earth else np.eye(3)
     posed = problem(replace(given, mag_nT=given.mag_nT + (R_bw @ (slow * SIZES_NT)[:, :, None])[:, :, 0]))
-    evidence = judge(Ground.of(posed), proposed(posed)[name])
+    evidence = judge(Baseline.of(posed), proposed(posed)[name])
     assert evidence is not None
-    beside = Beside.of(posed, ())
+    beside = ColouredBaseline.of(posed, ())
     standing = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
     assert standing.gain > 0
     asked = a_course_of_the_field_does_better if earth else a_course_of_time_does_better
@@ -94,8 +94,8 @@ def test_a_field_of_places_met_one_after_the_other_is_no_change_in_time(
     for posed, asked in ((problem(given), better), (problem(replace(given, pos_enu_m=None)), False)):
         if name not in proposed(posed):
             continue
-        evidence = judge(Ground.of(posed), proposed(posed)[name])
+        evidence = judge(Baseline.of(posed), proposed(posed)[name])
         assert evidence is not None
-        beside = Beside.of(posed, ())
+        beside = ColouredBaseline.of(posed, ())
         standing = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
         assert a_course_of_the_place_does_better(standing, beside, posed) is asked

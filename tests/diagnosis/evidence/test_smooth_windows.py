@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.decision.coloured_choice import Hearing
+from diagnosis.decision.coloured_choice import CandidateTest
 from diagnosis.decision.selection import select
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judged_at
 from diagnosis.evidence.localise import TIME
 from diagnosis.evidence.smooth_windows import comes_and_goes, on_within
@@ -51,7 +51,7 @@ def test_a_window_is_one_where_no_course_does_as_well(name: str, told: str) -> N
     assert heat is not None
     x = t / t[-1]
     courses = {"switch": (t >= 90) & (t < 210), "bend": x * (1 - x) * 4, "warm": (heat - 15) / 3}
-    ground = Ground.of(_growing(courses[name].astype(float)))
+    ground = Baseline.of(_growing(courses[name].astype(float)))
     assert comes_and_goes(ground, _window()) == told
 
 
@@ -63,13 +63,13 @@ def test_a_channel_that_is_on_in_the_window_does_better_or_is_the_window(power: 
     posed = _growing(course)
     driven = replace(posed, state=replace(posed.state, channels={"payload": course}))
     assert on_within(driven, IN_PART[SWITCH.name]) == ("payload",)
-    assert comes_and_goes(Ground.of(driven), _window()) == told
+    assert comes_and_goes(Baseline.of(driven), _window()) == told
 
 
 @pytest.mark.parametrize(("pieces", "again"), [([(90, 210)], False), ([(80, 90), (210, 220)], True)])
 def test_what_comes_in_pieces_has_no_window(pieces: list[tuple[int, int]], again: bool) -> None:
     """Between two pulses an offset of the other sign fits best, and about both as much is left."""
-    ground = Ground.of(_growing(_pulses(*pieces)))
+    ground = Baseline.of(_growing(_pulses(*pieces)))
     between = _window().at({SWITCH.name: (min(b for _, b in pieces), 210.0) if again else (90.0, 210.0)})
     with_it = ground.beside(between.columns(ground.problem))
     assert comes_again(ground, with_it, between) == again
@@ -77,14 +77,14 @@ def test_what_comes_in_pieces_has_no_window(pieces: list[tuple[int, int]], again
 
 
 def test_what_is_left_elsewhere_is_another_window() -> None:
-    ground = Ground.of(_growing(_pulses((40, 90), (210, 260))))
+    ground = Baseline.of(_growing(_pulses((40, 90), (210, 260))))
     first = _window().at({SWITCH.name: (40.0, 90.0)})
     assert not comes_again(ground, ground.beside(first.columns(ground.problem)), first)
 
 
 def test_a_course_that_the_data_do_not_tell_from_a_window_is_held_for_one() -> None:
     weak = [_growing(_pulses((90, 210)), 5e-5, policy) for policy in (STANDARD, replace(STANDARD, alpha=1e-300))]
-    assert [comes_and_goes(Ground.of(one), _window()) == "" for one in weak] == [True, False]
+    assert [comes_and_goes(Baseline.of(one), _window()) == "" for one in weak] == [True, False]
 
 
 @pytest.mark.parametrize(
@@ -95,16 +95,16 @@ def test_a_hearing_says_why_it_is_no_window(
     pieces: list[tuple[float, float]], span: tuple[float, float], told: str
 ) -> None:
     posed = _growing(_pulses(*pieces))
-    ground = Ground.of(replace(posed, state=replace(posed.state, channels={})))
+    ground = Baseline.of(replace(posed, state=replace(posed.state, channels={})))
     one = judged_at(ground, [_window().at({SWITCH.name: span})])
     assert one is not None
     with_it = ground.beside(one.candidate.columns(ground.problem))
-    hearing = Hearing(ground, None, ground, lambda *_: True)  # type: ignore[arg-type]
+    hearing = CandidateTest(ground, None, ground, lambda *_: True)  # type: ignore[arg-type]
     assert hearing._refusal_by_course(one, with_it) == told
 
 
 def test_what_acts_all_along_is_not_asked() -> None:
-    ground = Ground.of(_growing(np.zeros(3000)))
+    ground = Baseline.of(_growing(np.zeros(3000)))
     assert comes_and_goes(ground, Candidate(WARM)) == ""
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.evidence.windowed_candidates import _in, _is_worth, comes_again, windowed
 from diagnosis.evidence.windows import Span
@@ -27,16 +27,16 @@ TO = np.array([3.0, -1.5, 2.0])
 MOTOR, EDDY = Candidate(MotorCurrent), Candidate(EddyCurrent)
 
 
-def _ground(added: Array, policy: Policy = STANDARD) -> Ground:
+def _ground(added: Array, policy: Policy = STANDARD) -> Baseline:
     posed = problem(n=N, policy=policy)
-    return Ground.of(replace(posed, target=posed.target + added))
+    return Baseline.of(replace(posed, target=posed.target + added))
 
 
 def _during(begin_s: float, end_s: float) -> Array:
     return ((begin_s <= T_S) & (end_s > T_S)).astype(float)[:, None]
 
 
-def _found(ground: Ground, members: dict[str, list[Candidate]]) -> dict[str, Evidence]:
+def _found(ground: Baseline, members: dict[str, list[Candidate]]) -> dict[str, Evidence]:
     return {one.name: one for one in windowed(ground, [], members)}
 
 

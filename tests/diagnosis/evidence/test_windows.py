@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.evidence.binned_rows import Rows
+from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.windowed_candidates import _is_one_sided
 from diagnosis.evidence.windows import Span, Timeline, _gains
 from diagnosis.library.candidates import changes_of_iron, proposed
@@ -36,7 +36,7 @@ MODEL = ModelSpec.model_validate(
 
 def test_the_best_window_gains_what_least_squares_says() -> None:
     posed = problem(hidden=SWITCHED)
-    rows = Rows.of(posed.state.time_s, posed.usable, posed.base, posed.target, posed.policy)
+    rows = BinnedRows.of(posed.state.time_s, posed.usable, posed.base, posed.target, posed.policy)
     columns = proposed(posed)[DRIVEN.name][0].columns(posed)
     span = Timeline.of(rows, np.zeros((len(columns), 3, 0))).best(rows.taken(columns))
     assert np.abs(np.subtract(span[:2], WINDOW)).max() < 0.15
@@ -126,7 +126,7 @@ def test_a_window_with_no_room_for_another_beside_it_is_as_a_jump_is(
 def test_a_moment_is_no_window() -> None:
     """What acts for 3 s of 400 s is found in more: a window has a part of the run for itself."""
     posed = problem(hidden={"hard_iron": {"offset_nT": [30.0, -20.0, 25.0], "active_s": [201.0, 204.0]}})
-    rows = Rows.of(posed.state.time_s, posed.usable, posed.base, posed.target, posed.policy)
+    rows = BinnedRows.of(posed.state.time_s, posed.usable, posed.base, posed.target, posed.policy)
     span = Timeline.of(rows, np.zeros((len(rows.target), 3, 0))).best(changes_of_iron()["hard_iron"][0].columns(posed))
     assert span.from_s <= 201.0 < 204.0 <= span.to_s
     assert span.to_s - span.from_s > 5.0
@@ -134,7 +134,7 @@ def test_a_moment_is_no_window() -> None:
 
 def test_coefficients_in_common_are_one_column_of_all_outputs() -> None:
     base = np.random.default_rng(0).normal(size=(400, 2, 3))
-    rows = Rows.of(np.arange(400.0), np.ones(400), base, base @ np.array([2.0, -1.0, 0.5]), STANDARD)
+    rows = BinnedRows.of(np.arange(400.0), np.ones(400), base, base @ np.array([2.0, -1.0, 0.5]), STANDARD)
     timeline = Timeline.of(rows, np.zeros((400, 2, 0)))
     assert timeline.Q.shape == (800, 3)
     assert np.abs(timeline.left).max() < 1e-9

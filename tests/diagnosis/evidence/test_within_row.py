@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from diagnosis.decision.selection import select
-from diagnosis.evidence.baseline import Ground
-from diagnosis.evidence.binned_rows import Rows
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import judged_at
 from diagnosis.evidence.within_row import gain_within
 from diagnosis.library.candidates import Candidate
@@ -31,13 +31,13 @@ def _waving(policy: Policy = COARSE, **beside: object) -> LinearProblem:
     return problem(hidden={effect.name: {effect.linear[0]: [0.3, -0.2, 0.3], name: FAST_HZ}, **beside}, policy=policy)
 
 
-def _rows(posed: LinearProblem) -> Rows:
-    return Rows.of(posed.state.time_s, posed.usable, posed.base, posed.target, posed.policy)
+def _rows(posed: LinearProblem) -> BinnedRows:
+    return BinnedRows.of(posed.state.time_s, posed.usable, posed.base, posed.target, posed.policy)
 
 
 def test_means_and_what_is_about_them_have_the_nats_of_all_samples() -> None:
     posed, tone = _waving(), _tone()
-    evidence = judged_at(Ground.of(posed), [tone])
+    evidence = judged_at(Baseline.of(posed), [tone])
     assert evidence is not None
     found = gain_within(posed, _rows(posed), (), tone.columns(posed))
     assert found == pytest.approx(evidence.gain, rel=0.2)  # of means 0.4 s long a hundredth of it is left

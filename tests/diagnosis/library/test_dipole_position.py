@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import proposed
 from diagnosis.library.dipole_position import ThinnedPath, _grid, places
 from diagnosis.problem.linear import LinearProblem
@@ -40,7 +40,7 @@ def past_a_dipole(extent_m: float, distance_m: float, seed: int) -> tuple[Linear
 @pytest.mark.parametrize(("extent_m", "distance_m"), [(600.0, 250.0), (1500.0, 300.0), (30.0, 4.0), (2.5, 0.8)])
 def test_a_dipole_is_found_on_a_path_of_any_size(extent_m: float, distance_m: float, seed: int) -> None:
     posed, _ = past_a_dipole(extent_m, distance_m, seed)
-    residual = Ground.of(posed).residual()
+    residual = Baseline.of(posed).residual()
     thin = ThinnedPath.of(posed, residual)
     found = places(posed, residual, proposed(posed)["local_dipole"][0])
     best = max(thin.gain(np.array(dict(one.nonlinear)["position_enu_m"])) for one in found)
@@ -52,5 +52,5 @@ def test_a_dipole_is_found_on_a_path_of_any_size(extent_m: float, distance_m: fl
 def test_a_body_beside_a_long_path_does_not_lie_between_all_places_that_are_tried(distance_m: float, seed: int) -> None:
     """A refinement that starts farther off than a body is from the path may end elsewhere."""
     posed, place = past_a_dipole(1500.0, distance_m, seed)
-    grid = _grid(ThinnedPath.of(posed, Ground.of(posed).residual()), posed.policy)
+    grid = _grid(ThinnedPath.of(posed, Baseline.of(posed).residual()), posed.policy)
     assert np.linalg.norm(grid - place, axis=1).min() < distance_m

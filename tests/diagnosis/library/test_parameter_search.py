@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.library import step_times as moments_module
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.dipole_position import ThinnedPath, _beside, places
@@ -41,7 +41,7 @@ def _value(candidate: Candidate, role: Role) -> Array:
 
 
 def _left(posed: LinearProblem) -> Array:
-    return Ground.of(posed).residual()
+    return Baseline.of(posed).residual()
 
 
 def _stepped(at: int, step_nT: tuple[float, float, float]) -> LinearProblem:

@@ -12,8 +12,17 @@ import numpy as np
 import pytest
 
 from diagnosis.next_leg import advice
-from diagnosis.next_leg.advice import Next, Onward, _by_name, _inflation_of, _next_of, _tables, advised, onward
-from diagnosis.next_leg.legs import Leg, legs_of, measured_along
+from diagnosis.next_leg.advice import (
+    FlightAdvice,
+    NextFlight,
+    _by_name,
+    _inflation_of,
+    _next_of,
+    _tables,
+    advised,
+    onward,
+)
+from diagnosis.next_leg.legs import CandidateLeg, legs_of, measured_along
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.result import How
@@ -94,12 +103,14 @@ def test_twins_are_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_look_alikes_of_two_effects_of_a_name_are_listed_once() -> None:
-    twice = Onward(None, (("hard_iron", "sensor_offset"), ("latency", "bandwidth"), ("hard_iron", "sensor_offset")))
+    twice = FlightAdvice(
+        None, (("hard_iron", "sensor_offset"), ("latency", "bandwidth"), ("hard_iron", "sensor_offset"))
+    )
     assert _by_name(twice) == [("hard_iron", ["sensor_offset"]), ("latency", ["bandwidth"])]
 
 
 def _table(nats: float, active_s: Window = None, *, same: tuple[tuple[str, str], ...] = (), name: str = "one") -> Any:
-    leg = Leg("a leg", _level(), 100.0)
+    leg = CandidateLeg("a leg", _level(), 100.0)
     named = SimpleNamespace(name=name, effect=SimpleNamespace(active_s=active_s))
     return SimpleNamespace(one=named, best=(leg, "other", nats) if nats else None, same=same)
 
@@ -122,7 +133,7 @@ def test_what_acted_in_a_part_of_the_run_is_to_act_on_the_leg() -> None:
 
 @pytest.mark.parametrize(("needed_s", "told"), [(59.0, "less than one is needed"), (120.0, "2.00 min are needed")])
 def test_minutes_that_are_needed(needed_s: float, told: str) -> None:
-    assert Next("a", "b", Leg("a leg", _level(), 120.0), 9.0, needed_s, 1).words.endswith(told)
+    assert NextFlight("a", "b", CandidateLeg("a leg", _level(), 120.0), 9.0, needed_s, 1).words.endswith(told)
 
 
 def _found(*named: Any, turns: bool = True) -> Any:
@@ -157,7 +168,7 @@ def test_what_no_leg_tells_apart_is_said_with_or_without_one(
     flown: bool, same: tuple[tuple[str, str], ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     leg = _next_of(_table(5.0), STANDARD) if flown else None
-    monkeypatch.setattr(advice, "onward", lambda found: Onward(leg, same))
+    monkeypatch.setattr(advice, "onward", lambda found: FlightAdvice(leg, same))
     told = advised(Told())  # type: ignore[arg-type]
     first = [f"Next, {leg.words}."] if leg else []
     said = ["No leg that the simulator can fly tells one and b apart."] if same else []

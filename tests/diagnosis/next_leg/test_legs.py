@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from diagnosis.next_leg import legs
-from diagnosis.next_leg.legs import Leg, legs_of, measured_along, repeated
+from diagnosis.next_leg.legs import CandidateLeg, legs_of, measured_along, repeated
 from scenarios.errors import InputError
 from sim.effects.currents import MotorCurrent
 from sim.scenario import load
 from tests.diagnosis.synthetic import problem, recording
 
 SHORT = load("auv-spiral", ["phases.0.duration_s=45", "navigation.attitude_noise_std_deg=1"])
-LEG = Leg("a short spiral", SHORT, 45.0)
+LEG = CandidateLeg("a short spiral", SHORT, 45.0)
 
 
 def test_a_leg_is_flown_without_any_error() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from diagnosis.library.candidates import Candidate, changes_of_iron
 from diagnosis.next_leg import pairs
-from diagnosis.next_leg.pairs import Pair, _settings, pairs_of
+from diagnosis.next_leg.pairs import HypothesisPair, _settings, pairs_of
 from diagnosis.next_leg.separation import Flown
 from diagnosis.policy import STANDARD
 from diagnosis.result import How, Named
@@ -61,7 +61,7 @@ def test_a_ripple_has_another_phase_in_another_run(flown: Flown) -> None:
 
 def test_what_acted_in_a_window_acts_all_along_on_the_leg(flown: Flown) -> None:
     switched = HardIron(offset_nT=(5.0, -3.0, 4.0), active_s=(80.0, 95.0))
-    pair = Pair.of(flown, named(switched, "temperature_offset"), "temperature_offset", listed=True)
+    pair = HypothesisPair.of(flown, named(switched, "temperature_offset"), "temperature_offset", listed=True)
     assert pair.one == HardIron(offset_nT=switched.offset_nT)
     assert pair.second.active_s is None
     assert {one.window for one in (*pair.mine, *pair.others)} == {None}
@@ -72,7 +72,7 @@ def test_a_leg_tells_no_more_than_it_shows_of_the_name(flown: Flown) -> None:
     """A leg far from where a gradient is nought shows that one well, and next to nothing of a small constant."""
     error = RegionalField(error_enu_nT=(0.05, -0.03, 0.04))
     other = FieldGradient(((0.1, 0.0, 0.05), (0.0, -0.3, 0.0), (0.05, 0.0, 0.2)), (5.0, 3.0, -3.0))
-    pair = Pair(error, other, (Candidate(RegionalField),), (Candidate.of(other),), listed=True)
+    pair = HypothesisPair(error, other, (Candidate(RegionalField),), (Candidate.of(other),), listed=True)
     assert flown.lacks(other, pair.mine) > 10 * flown.size(error)
     assert pair.apart(flown) == flown.size(error)
 
@@ -107,7 +107,7 @@ def test_what_a_leg_tells_of_two_is_what_the_wrong_one_lacks_beyond_an_error_of_
 ) -> None:
     """Of 100 nats: whichever of look-alikes is true, but what one makes of the other; of a kin, a course, the iron."""
     monkeypatch.setattr(pairs, "missing_channels", lambda effect, problem: missing)
-    pair = Pair(one(), second(), (), (), listed)
+    pair = HypothesisPair(one(), second(), (), (), listed)
     leg: Any = SimpleNamespace(
         iron=iron,
         problem=SimpleNamespace(policy=STANDARD, turns=True),
@@ -119,7 +119,7 @@ def test_what_a_leg_tells_of_two_is_what_the_wrong_one_lacks_beyond_an_error_of_
 
 def test_a_name_is_told_from_what_another_run_can_show(flown: Flown, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither from a twin nor from an event of one run; a change of the iron also from all others."""
-    monkeypatch.setattr(Pair, "of", lambda hand, one, other, *, listed: (other, listed))
+    monkeypatch.setattr(HypothesisPair, "of", lambda hand, one, other, *, listed: (other, listed))
     iron = [name for name in changes_of_iron() if name not in (HardIron.name, SoftIron.name)]
     changed = replace(named(HardIron(), SoftIron.name), how=How.IRON)
     assert list(pairs_of(flown, changed)) == [(SoftIron.name, True), *((name, False) for name in iron)]
@@ -135,7 +135,9 @@ def test_settings_are_sought_in_the_window_of_what_was_named(flown: Flown) -> No
 
 def test_a_name_may_look_like_another_at_every_setting_that_is_listed_for_it(flown: Flown) -> None:
     """Found with both motors' current, it may be one's."""
-    pair = Pair.of(flown, named(MotorCurrent(gain_nT_A=(3.0, -2.0, 4.0)), "hysteresis"), "hysteresis", listed=True)
+    pair = HypothesisPair.of(
+        flown, named(MotorCurrent(gain_nT_A=(3.0, -2.0, 4.0)), "hysteresis"), "hysteresis", listed=True
+    )
     assert {dict(one.nonlinear)["motor"] for one in pair.mine} == {0, 1, 2}
 
 

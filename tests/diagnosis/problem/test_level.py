@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.localise import channels
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
@@ -16,7 +16,7 @@ from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level, dip_rad, upright
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import about
-from diagnosis.problem.track import Track
+from diagnosis.problem.track import FieldTrack
 from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording, without_attitude
@@ -61,7 +61,7 @@ def test_strength_and_dip_are_compared_and_the_heading_does_not_matter() -> None
     assert one.compared == "strength+dip"
     assert one.target == pytest.approx(turned.target, abs=1e-5)
     assert one.sigma_nT == pytest.approx([NOISE_NT, NOISE_NT], rel=0.05)
-    assert (Ground.of(one).residual() ** 2).mean(axis=0) == pytest.approx([1.0, 1.0], abs=0.1)
+    assert (Baseline.of(one).residual() ** 2).mean(axis=0) == pytest.approx([1.0, 1.0], abs=0.1)
     assert {"pitch", "roll"} <= dict(channels(one)).keys()
     assert "heading" not in dict(channels(one))
 
@@ -72,7 +72,7 @@ def test_a_current_comes_out_at_its_size_with_a_smaller_error_than_by_the_streng
     left = []
     for posed in (alone, both):
         columns = Candidate(MotorCurrent, (("motor", 1),)).columns(posed)
-        ground = Ground.of(posed)
+        ground = Baseline.of(posed)
         left.append(ground.evidence_of(columns))
     assert left[1] > 1.5 * left[0] > 50
 
@@ -93,7 +93,7 @@ def test_along_a_track_the_dip_changes_as_the_field_does() -> None:
     level = Level.of(_R_wb(), FIELD_ENU_NT, STANDARD)
     assert level is not None
     change = np.outer(np.linspace(0, 1, len(GIVEN)), [0.0, 500.0, 300.0])
-    dip = level.given_rad(Track((50.0, 10.0, 0.0), change, np.zeros(len(GIVEN))))
+    dip = level.given_rad(FieldTrack((50.0, 10.0, 0.0), change, np.zeros(len(GIVEN))))
     assert dip[0] == pytest.approx(np.arctan2(43_000.0, np.hypot(1_000.0, 20_000.0)))
     assert dip[-1] == pytest.approx(np.arctan2(42_700.0, np.hypot(1_000.0, 20_500.0)))
     assert len(level.at(np.arange(len(GIVEN)) < 100).down) == 100

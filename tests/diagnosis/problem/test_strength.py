@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import ranked
 from diagnosis.library.candidates import Candidate, proposed
 from diagnosis.problem.formulation import pose
@@ -37,7 +37,7 @@ def posed(given: Recording) -> LinearProblem:
 
 def left_nT(problem: LinearProblem) -> float:
     """Rms of what iron fitted anew leaves."""
-    return float(np.sqrt(((Ground.of(problem).residual() * problem.sigma_nT) ** 2).mean()))
+    return float(np.sqrt(((Baseline.of(problem).residual() * problem.sigma_nT) ** 2).mean()))
 
 
 def test_a_field_that_changes_along_the_path_is_no_gap_where_its_strength_is_measured() -> None:
@@ -80,7 +80,7 @@ def test_what_follows_the_fields_rate_is_found_without_attitude_and_gyro() -> No
     given = without_attitude(recording(hidden={"eddy_current": {"matrix_s": matrix}}, noise_nT=5.0))
     assert given.gyro_rad_s is None
     gap = posed(given)
-    assert ranked(Ground.of(gap), proposed(gap))[0].name == "eddy_current"
+    assert ranked(Baseline.of(gap), proposed(gap))[0].name == "eddy_current"
 
 
 def test_a_play_that_is_never_left_is_iron() -> None:

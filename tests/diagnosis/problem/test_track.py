@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from diagnosis.decision.remarks import long_climb
 from diagnosis.problem.formulation import posed
-from diagnosis.problem.track import Track
+from diagnosis.problem.track import FieldTrack
 from diagnosis.workflow import diagnose
 from recordings import Recording
 from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
@@ -94,15 +94,15 @@ def test_rows_without_a_place_are_bridged() -> None:
     gaps = given.channels["latitude_deg"].copy()
     gaps[:200] = gaps[700:720] = np.nan
     whole, bridged = (
-        Track.of(given, FIELD),
-        Track.of(replace(given, channels=given.channels | {"latitude_deg": gaps}), FIELD),
+        FieldTrack.of(given, FIELD),
+        FieldTrack.of(replace(given, channels=given.channels | {"latitude_deg": gaps}), FIELD),
     )
     assert whole is not None
     assert bridged is not None
     shift = whole.change_enu_nT - bridged.change_enu_nT
     assert np.ptp(shift[200:], axis=0).max() < 1.0
     none = replace(given, channels=given.channels | {"latitude_deg": np.full(len(given), np.nan)})
-    assert Track.of(none, FIELD) is None
+    assert FieldTrack.of(none, FIELD) is None
 
 
 def test_an_orbit_is_followed() -> None:
@@ -111,7 +111,7 @@ def test_an_orbit_is_followed() -> None:
     places = np.column_stack([80 * np.sin(turn), (np.degrees(turn) / 2) % 360, np.full(len(turn), 7e5)])
     channels = dict(zip(("latitude_deg", "longitude_deg", "altitude_m"), places.T, strict=True))
     mag_nT = np.ones((len(turn), 3))
-    track = Track.of(Recording(np.arange(len(turn), dtype=float), mag_nT, channels=channels), FIELD)
+    track = FieldTrack.of(Recording(np.arange(len(turn), dtype=float), mag_nT, channels=channels), FIELD)
     assert track is not None
     assert track.middle == tuple(places[len(turn) // 2])  # a row away it is 97 nT more
     here = earth_field_along(np.array([track.middle]), DATE)
@@ -138,7 +138,7 @@ def test_a_balloons_field_falls_with_its_height(attitude: bool) -> None:
     assert np.sqrt((posed(given, _model(), None, None).target ** 2).mean()) < 1.1
     bare = replace(given, channels={})
     assert np.sqrt((posed(bare, _model(), None, None).target ** 2).mean()) > 5
-    track = Track.of(given, FIELD)
+    track = FieldTrack.of(given, FIELD)
     assert track is not None
     assert track.middle == (12.0, 85.0, 0.0)  # the place that the given field is of
 
@@ -156,5 +156,5 @@ def test_what_is_no_place_is_refused() -> None:
     given = _flown()
     wrong = replace(given, channels=given.channels | {"latitude_deg": given.channels["latitude_deg"] + 90})
     with pytest.raises(InputError, match="latitude_deg"):
-        Track.of(wrong, None)
-    assert Track.of(recording(), FIELD) is None
+        FieldTrack.of(wrong, None)
+    assert FieldTrack.of(recording(), FIELD) is None

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis import workflow
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.localise import Share
 from diagnosis.repair.channel_curves import _left, followed_instead
 from diagnosis.verdict import Verdict
@@ -27,10 +27,10 @@ from tests.diagnosis.synthetic import problem
 def test_curves_stand_for_names_where_they_explain_much_more(channel: str, explained: float, instead: bool) -> None:
     posed = problem(disturbed(3 * np.tanh(2 * load(0)), load=load(0)))
     case = case_of(FOUND, clean=False, explained=explained, problem=posed, where=(Share(channel, "body", 0.5),))
-    found = followed_instead(Ground.of(posed), case)
+    found = followed_instead(Baseline.of(posed), case)
     assert (found is not None) == instead
     assert not instead or "load" in {cause for one in found.named for cause in one.effect.causes}
-    assert followed_instead(Ground.of(posed), case_of(FOUND, clean=False, problem=posed)) is None
+    assert followed_instead(Baseline.of(posed), case_of(FOUND, clean=False, problem=posed)) is None
 
 
 @pytest.mark.parametrize(("doubts", "names", "beside"), [((), 1, True), ((), 0, False), (("wrong",), 1, False)])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.repair.chain import fitted_iron, left_as_it_stands, left_with_iron_refitted, predict
@@ -82,7 +82,7 @@ def test_a_state_of_the_start_is_fitted_to_the_start() -> None:
     """Where it decays in a second, segments that begin later say nothing of it, and what they fit is anything."""
     core = Hysteresis(**CORE)
     posed = problem(hidden={core.name: CORE})
-    train = ~Ground.of(posed, [Candidate.of(core).columns(posed)]).held_samples()
+    train = ~Baseline.of(posed, [Candidate.of(core).columns(posed)]).held_samples()
     left = left_with_iron_refitted(posed, refined(posed, [core], train).effects, train)
     assert np.abs(left[:20]).max() < 5
 

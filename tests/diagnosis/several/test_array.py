@@ -12,10 +12,10 @@ import pytest
 
 from diagnosis.problem.array_sensor import model_of_sensor, of_sensor
 from diagnosis.problem.formulation import posed
-from diagnosis.result import Reach
+from diagnosis.result import Transfer
 from diagnosis.several.array import diagnose_sensors, worst
 from diagnosis.several.files import check_one, diagnose_files, of_one_array, sources
-from diagnosis.several.result import Together
+from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.transfer import There
 from diagnosis.verdict import Verdict
 from recordings import Recording, write_recording
@@ -33,7 +33,7 @@ def array(*hidden: dict[str, Any], n: int = 1000) -> Recording:
     return replace(each[0], array_mag_nT=np.stack([one.mag_nT for one in each]))
 
 
-def sensors(*hidden: dict[str, Any]) -> Together:
+def sensors(*hidden: dict[str, Any]) -> PooledDiagnosis:
     whole = array(*hidden)
     several = [of_sensor(whole, k + 1, "test") for k in range(len(hidden))]
     problems = [posed(one, MODEL, FIELD_ENU_NT, None, iron_known=False) for one in several]
@@ -44,7 +44,7 @@ def sensors(*hidden: dict[str, Any]) -> Together:
 def test_what_all_feel_alike_comes_from_far() -> None:
     found = sensors(motor(1.0), motor(1.0))
     (one,) = found.common
-    assert (found.verdict, one.name, one.reach) == (Verdict.NAMED, "motor_current", Reach.TRANSFERRED)
+    assert (found.verdict, one.name, one.reach) == (Verdict.NAMED, "motor_current", Transfer.TRANSFERRED)
     assert "far off" in found.advice[0]
     (told,) = found.as_dict()["effects"]
     assert (told["evidence"], told["among_sensors"]) == ("single-run", "the same")
@@ -53,7 +53,7 @@ def test_what_all_feel_alike_comes_from_far() -> None:
 def test_what_differs_comes_from_near_also_with_the_other_sign() -> None:
     found = sensors(motor(1.0), motor(-0.5))
     (one,) = found.common
-    assert one.reach is Reach.NOT_TRANSFERRED
+    assert one.reach is Transfer.NOT_TRANSFERRED
     assert "dive@2 has least, dive@1 2" in found.advice[0]
     assert [each["verdict"] for each in found.as_dict()["sensors"]] == ["named", "named"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diagnosis.several.coefficients import (
-    Estimate,
+    CoefficientEstimate,
     agreement,
     foretold,
     left_out_gains,
@@ -18,11 +18,11 @@ SIZES = np.array([1.0, 1e3, 1e-4])
 """Units of the coefficients: the answer must not depend on them."""
 
 
-def drawn(rng: np.random.Generator, c: np.ndarray, n: int = 40) -> tuple[Estimate, np.ndarray, np.ndarray]:
+def drawn(rng: np.random.Generator, c: np.ndarray, n: int = 40) -> tuple[CoefficientEstimate, np.ndarray, np.ndarray]:
     """An estimate from n samples of unit noise, with its design and target."""
     X = rng.normal(size=(n, len(c))) @ np.array([[1.0, 0.6, 0.0], [0.0, 1.0, 0.3], [0.0, 0.0, 1.0]]) / SIZES
     y = X @ (c * SIZES) + rng.normal(size=n)
-    return Estimate(X.T @ X, X.T @ y), X, y
+    return CoefficientEstimate(X.T @ X, X.T @ y), X, y
 
 
 def test_pooled_coefficients_are_those_of_all_samples_in_one_fit() -> None:
@@ -59,7 +59,7 @@ def test_what_a_recording_leaves_open_is_neither_a_difference_nor_a_forecast() -
     rng = np.random.default_rng(3)
     first, second = drawn(rng, TRUE)[0], drawn(rng, TRUE)[0]
     x = rng.normal(size=(40, 3)) * [1.0, 0.0, 0.0]
-    third = Estimate(x.T @ x, x.T @ (x @ TRUE + rng.normal(size=40)))
+    third = CoefficientEstimate(x.T @ x, x.T @ (x @ TRUE + rng.normal(size=40)))
     seen = agreement([first, second, third], 0.0)
     assert seen.degrees == 4
     assert seen.p > 1e-3
@@ -78,18 +78,18 @@ def test_what_scatters_within_a_recording_may_differ_between_them() -> None:
     """A coefficient that wanders from part to part: the stated error is a third of the true one."""
     rng = np.random.default_rng(5)
 
-    def parts(m: int = 6, n: int = 30) -> list[Estimate]:
+    def parts(m: int = 6, n: int = 30) -> list[CoefficientEstimate]:
         found = []
         for wander in 0.5 * rng.normal(size=m):
             X = rng.normal(size=(n, 2))
             y = X @ np.array([1.0 + wander, -2.0]) + rng.normal(size=n)
-            found.append(Estimate(X.T @ X, X.T @ y))
+            found.append(CoefficientEstimate(X.T @ X, X.T @ y))
         return found
 
     stated, shown = [], []
     for _ in range(300):
         several = [parts() for _ in range(3)]
-        whole = [Estimate(sum(one.N for one in each), sum(one.g for one in each)) for each in several]  # type: ignore[arg-type]
+        whole = [CoefficientEstimate(sum(one.N for one in each), sum(one.g for one in each)) for each in several]  # type: ignore[arg-type]
         stated.append(agreement(whole, 0.0).p)
         shown.append(agreement(with_scatter(several, [1.0] * 3), 0.0, known=15).p)
     assert np.mean(np.array(stated) < 0.05) > 0.4

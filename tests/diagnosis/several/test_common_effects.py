@@ -13,8 +13,8 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import posed
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import How, Named, Reach
-from diagnosis.several.coefficients import Estimate, agreement
+from diagnosis.result import How, Named, Transfer
+from diagnosis.several.coefficients import CoefficientEstimate, agreement
 from diagnosis.several.common_effects import (
     Common,
     _ratios,
@@ -73,7 +73,7 @@ def test_iron_that_differs_to_either_side_is_no_name(offsets_nT, names) -> None:
 
 @pytest.mark.parametrize(("along", "ratio"), [((13.0, 0.0), 1.3), ((5.0, 12.0), None), ((-10.0, 0.0), None)])
 def test_a_size_is_held_against_the_others_where_its_course_is_theirs(along, ratio) -> None:
-    first, second = (Estimate(np.diag([10.0, 10.0]), np.array(g)) for g in ((10.0, 0.0), along))
+    first, second = (CoefficientEstimate(np.diag([10.0, 10.0]), np.array(g)) for g in ((10.0, 0.0), along))
     found = _ratios([first, second])[1]
     assert (None if found is None else round(found[0], 9)) == ratio
 
@@ -81,9 +81,9 @@ def test_a_size_is_held_against_the_others_where_its_course_is_theirs(along, rat
 @pytest.mark.parametrize(
     ("same", "each", "found"),
     [
-        (True, ["a", "b"], Reach.TRANSFERRED),
-        (True, ["a", None], Reach.SOME),
-        (False, ["a", "b"], Reach.NOT_TRANSFERRED),
+        (True, ["a", "b"], Transfer.TRANSFERRED),
+        (True, ["a", None], Transfer.SOME),
+        (False, ["a", "b"], Transfer.NOT_TRANSFERRED),
     ],
 )
 def test_what_some_show_reaches_as_far_as_it_is_the_same(same, each, found) -> None:
@@ -92,14 +92,14 @@ def test_what_some_show_reaches_as_far_as_it_is_the_same(same, each, found) -> N
 
 def test_an_effect_of_a_lot_says_what_each_recording_does_and_which_channels_go_with_it() -> None:
     """Nats over their inflation; nothing of a recording that has not been asked, or says nothing of it."""
-    own = Estimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
+    own = CoefficientEstimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
     asked = SimpleNamespace(held=60.0, inflation=2.0, strength=0.5)
     joint = SimpleNamespace(
         candidate=Candidate(HardIronDrift), asked=(asked, asked, None, asked), estimates=(own, own, own, None)
     )
     there = (There.PRESENT, There.PRESENT, There.UNASKED, There.OPEN)
     finding = SimpleNamespace(
-        joint=joint, agreement=agreement([own, own], 0.0), nats=90.0, reach=Reach.SOME, there=there
+        joint=joint, agreement=agreement([own, own], 0.0), nats=90.0, reach=Transfer.SOME, there=there
     )
     chosen: Any = SimpleNamespace(finding=finding, alternatives=(), strength=0.5)
     one = fitted_effect(chosen, (RISES, RISES, COMES_BACK, COMES_BACK))
@@ -120,10 +120,10 @@ def _iron(x_nT: float, *, V: float = 1.0, alternatives: tuple[str, ...] = ()) ->
 @pytest.mark.parametrize(
     ("several", "reach"),
     [
-        ([[_iron(20.0)], [_iron(20.6)]], Reach.TRANSFERRED),
-        ([[_iron(20.0)], [_iron(26.0)]], Reach.NOT_TRANSFERRED),
-        ([[_iron(20.0, V=1e3)], [_iron(26.0, V=1e3)]], Reach.TRANSFERRED),
-        ([[_iron(20.0)], [_iron(20.6)], []], Reach.SOME),
+        ([[_iron(20.0)], [_iron(20.6)]], Transfer.TRANSFERRED),
+        ([[_iron(20.0)], [_iron(26.0)]], Transfer.NOT_TRANSFERRED),
+        ([[_iron(20.0, V=1e3)], [_iron(26.0, V=1e3)]], Transfer.TRANSFERRED),
+        ([[_iron(20.0)], [_iron(20.6)], []], Transfer.SOME),
         ([[_iron(20.0)], []], None),
     ],
 )
@@ -143,9 +143,9 @@ def test_iron_is_mistaken_for_what_it_is_in_every_recording() -> None:
 @pytest.mark.parametrize(
     ("stds_nT", "reach"),
     [
-        ((1.4, 1.0, 1.2), Reach.TRANSFERRED),
-        ((1.6, 1.0, 1.2), Reach.NOT_TRANSFERRED),
-        ((1.0, None, 1.2, 1.4), Reach.SOME),
+        ((1.4, 1.0, 1.2), Transfer.TRANSFERRED),
+        ((1.6, 1.0, 1.2), Transfer.NOT_TRANSFERRED),
+        ((1.0, None, 1.2, 1.4), Transfer.SOME),
         ((1.0, None), None),
     ],
 )

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.evidence.candidate_test import Beside
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.several.look_alikes import explain_as_much
-from diagnosis.several.pooled_test import Asked, Joint, beside_own
-from diagnosis.several.selection import Chosen, Member, _is_form, _is_refused
+from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, beside_own
+from diagnosis.several.selection import Chosen, PooledRecording, _is_form, _is_refused
 from diagnosis.several.transfer import finding as reached
 from sim.effects import BY_NAME
 from sim.effects.currents import CurrentRipple, MotorCurrent
@@ -54,8 +54,8 @@ def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up
     hidden, one_of_lot, own, stays
 ) -> None:
     here = flown(hidden, 40.0 if hidden == "both" else 4.0)
-    beside = Beside.of(here, [])
-    one = Asked.of(one_of_lot, here, beside, beside.rows.taken(one_of_lot.columns(here)))
+    beside = ColouredBaseline.of(here, [])
+    one = CandidateInRecording.of(one_of_lot, here, beside, beside.rows.taken(one_of_lot.columns(here)))
     again = beside_own(one, [own.columns(here)])
     assert one.held > STANDARD.coloured_nats
     assert (again is one) is stays
@@ -67,7 +67,7 @@ def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up
 def test_a_name_lists_what_fits_as_well_whatever_its_search_cost(size: float, names: list[str]) -> None:
     """At a tenth of the noise a drift that was searched for is as good; at its size it is not."""
     problems = [flown("warm", size, seed) for seed in (1, 2)]
-    joint = Joint.of(WARM, [Beside.of(one, []) for one in problems], problems, 1)
+    joint = PooledCandidate.of(WARM, [ColouredBaseline.of(one, []) for one in problems], problems, 1)
     found = reached(joint, STANDARD.apart, STANDARD)
     settings = {WARM.name: [WARM], DRIFT.name: [DRIFT.at({}, tried=10**6)], MOTOR.name: [MOTOR]}
     assert found.reach is not None
@@ -97,7 +97,7 @@ def test_what_contains_a_name_is_a_look_alike_where_it_fits_better(
 ) -> None:
     """Most of a gradient of a place passed at a distance is a constant, but not all: from afar it fits as well."""
     problems = [problem(recording(1200, seed=seed, hidden={hidden: FIELDS[hidden]})) for seed in (1, 2)]
-    joint = Joint.of(REGIONAL, [Beside.of(one, []) for one in problems], problems, 1)
+    joint = PooledCandidate.of(REGIONAL, [ColouredBaseline.of(one, []) for one in problems], problems, 1)
     settings = {GRADIENT.name: [GRADIENT.at({"origin_enu_m": origin_m})]}
     assert explain_as_much(reached(joint, STANDARD.apart, STANDARD), settings, problems) == names
 
@@ -122,8 +122,8 @@ def test_what_half_of_the_recordings_refuse_by_themselves_is_no_name(own, named,
 
 def test_what_is_much_smaller_than_alone_looked_like_what_is_in() -> None:
     here = flown("warm", 4.0)
-    alone, beside = (Beside.of(here, inside) for inside in ([], [WARM.columns(here)]))
-    joints = (Joint.of(DRIFT, [each] * 2, [here] * 2, 1) for each in (beside, alone))
+    alone, beside = (ColouredBaseline.of(here, inside) for inside in ([], [WARM.columns(here)]))
+    joints = (PooledCandidate.of(DRIFT, [each] * 2, [here] * 2, 1) for each in (beside, alone))
     one, other = (Chosen(reached(joint, 0.0, STANDARD), ()) for joint in joints)
     assert one.strength < STANDARD.shrunk_form * other.strength
     assert one.alone([alone] * 2).strength == other.strength
@@ -145,5 +145,8 @@ def test_what_is_of_one_kin_is_not_held_against_it() -> None:
     own: Any = SimpleNamespace(name="latency", alternatives=(), evidence=SimpleNamespace(candidate=latency))
     own.columns = lambda given: np.zeros((1, 1, 1))
     member: Any = SimpleNamespace(named=[own], problem=None)
-    asked = [Member.instead_of(member, SimpleNamespace(name=one.name, candidate=one)) for one in (latency, eddy, DRIFT)]  # type: ignore[arg-type]
+    asked = [
+        PooledRecording.instead_of(member, SimpleNamespace(name=one.name, candidate=one))
+        for one in (latency, eddy, DRIFT)
+    ]  # type: ignore[arg-type]
     assert [len(one) for one in asked] == [0, 0, 1]

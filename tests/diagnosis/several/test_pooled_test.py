@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.evidence.candidate_test import Beside
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.held_out import search_price
 from diagnosis.evidence.hypothesis import Hypothesis
-from diagnosis.evidence.noise_model import Rest
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.pooled_test import Asked, Joint
+from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate
 from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron
@@ -37,15 +37,15 @@ def _walk(step: float) -> Array:
     return np.asarray(step * np.cumsum(np.random.default_rng(3).normal(size=(N, 3)), axis=0))
 
 
-def _with(added: Array, inside: tuple[Array, ...] = ()) -> Beside:
-    return Beside.of(replace(GIVEN, target=GIVEN.target + added), list(inside))
+def _with(added: Array, inside: tuple[Array, ...] = ()) -> ColouredBaseline:
+    return ColouredBaseline.of(replace(GIVEN, target=GIVEN.target + added), list(inside))
 
 
-def _asked(beside: Beside, columns: Array) -> Asked:
-    return Asked.of(MOTOR, GIVEN, beside, columns)
+def _asked(beside: ColouredBaseline, columns: Array) -> CandidateInRecording:
+    return CandidateInRecording.of(MOTOR, GIVEN, beside, columns)
 
 
-def _badly(beside: Beside, hypothesis: Hypothesis) -> Hypothesis:
+def _badly(beside: ColouredBaseline, hypothesis: Hypothesis) -> Hypothesis:
     """The same with a walk that is not there."""
     rest = replace(hypothesis.rest, slow=hypothesis.rest.slow + np.r_[np.zeros(hypothesis.rest.tau_s.size - 1), 1e4])
     return replace(Hypothesis.given(beside.rows, beside.inside, rest), rest=rest)
@@ -55,7 +55,7 @@ def _badly(beside: Beside, hypothesis: Hypothesis) -> Hypothesis:
 def test_the_rest_beside_a_jump_is_the_one_that_is_there(step: float) -> None:
     beside = _with(_walk(step) + 10 * JUMP @ TO)
     tau_s = 4 * N * beside.rows.interval_s
-    there = Rest(np.array([tau_s]), np.ones(3), np.full((3, 1), step**2 * tau_s / (2 * beside.rows.interval_s)))
+    there = NoiseModel(np.array([tau_s]), np.ones(3), np.full((3, 1), step**2 * tau_s / (2 * beside.rows.interval_s)))
     true = Hypothesis.given(beside.rows, beside.joined(JUMP), there)
     assert _asked(beside, JUMP).hypothesis.whole > true.whole - STANDARD.apart
 
@@ -85,30 +85,32 @@ def test_what_is_without_an_effect_is_found_from_either_rest(poorer: bool) -> No
     beside = _with(10 * JUMP @ TO, (JUMP,))
     one, badly = _asked(beside, SLOW), _badly(beside, beside.poorer)
     one = replace(one, beside=replace(beside, poorer=badly)) if poorer else replace(one, hypothesis=badly)
-    white_noise = Rest(np.ones(1), np.ones(3), np.zeros((3, 1)))
+    white_noise = NoiseModel(np.ones(1), np.ones(3), np.zeros((3, 1)))
     assert one.alone > Hypothesis.given(beside.rows, beside.inside, white_noise).whole - STANDARD.apart
 
 
 def test_what_is_left_of_the_same_course_inflates() -> None:
     """A current's field that comes a quarter of its period late."""
     late = np.roll(GIVEN.state.current_A.sum(axis=1), 50)[:, None] * TO
-    columns = Beside.of(GIVEN, []).rows.taken(MOTOR.columns(GIVEN))
+    columns = ColouredBaseline.of(GIVEN, []).rows.taken(MOTOR.columns(GIVEN))
     assert _asked(_with(late - late.mean(axis=0)), columns).inflation > 2
     assert _asked(_with(0 * late), columns).inflation < 2
 
 
 def test_a_joint_pays_for_its_search_and_is_as_good_within_what_is_left() -> None:
     posed = replace(GIVEN, target=GIVEN.target + MOTOR.columns(GIVEN) @ TO)
-    assert Joint.of(MOTOR, [Beside.of(posed, [])], [posed], 1000).price == search_price(1000, 3, STANDARD)
+    assert PooledCandidate.of(MOTOR, [ColouredBaseline.of(posed, [])], [posed], 1000).price == search_price(
+        1000, 3, STANDARD
+    )
     asked: Any = tuple(SimpleNamespace(inflation=by, problem=GIVEN) for by in (2.0, 4.0))
-    assert Joint(MOTOR, asked, 0.0).chance == pytest.approx(3 * STANDARD.apart)
+    assert PooledCandidate(MOTOR, asked, 0.0).chance == pytest.approx(3 * STANDARD.apart)
 
 
 def test_coefficients_are_known_no_better_than_what_is_left_allows() -> None:
     """Of parts that say the same: four times the variance that the rest states."""
     parts = (np.diag([5.0, 5.0, 0.0]) + np.outer([0, 0, 1], [5.0, 5.0, 0.0]),) * 4
     asked: Any = SimpleNamespace(parts=parts, inflation=4.0)
-    one = Joint(MOTOR, (asked,), 0.0).estimates[0]
+    one = PooledCandidate(MOTOR, (asked,), 0.0).estimates[0]
     assert one is not None
     assert one.inflation(np.ones(2)) == pytest.approx(4.0)
 
@@ -118,11 +120,11 @@ def test_the_strength_of_what_strength_and_dip_do_not_share_is_its_own() -> None
     given = recording(N)
     level = Level.of(problem(given).state.R_wb, FIELD_ENU_NT, STANDARD)
     posed: LinearProblem = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
-    beside = Beside.of(posed, [])
+    beside = ColouredBaseline.of(posed, [])
     iron = beside.rows.taken(Candidate(HardIron).columns(posed))
     asked = SimpleNamespace(beside=beside, estimate=SimpleNamespace(c=TO))
     same, other = (
-        Asked.strength.fget(SimpleNamespace(**vars(asked), columns=iron * signs))  # type: ignore[attr-defined]
+        CandidateInRecording.strength.fget(SimpleNamespace(**vars(asked), columns=iron * signs))  # type: ignore[attr-defined]
         for signs in (np.ones((2, 1)), np.array([[1.0], [-1.0]]))
     )
     assert same < 1e-3 * other
@@ -131,4 +133,4 @@ def test_the_strength_of_what_strength_and_dip_do_not_share_is_its_own() -> None
 def test_errors_are_known_by_three_degrees_of_freedom_of_each_recording() -> None:
     """Of four parts, which share one coefficient."""
     beside = _with(0.0 * TO)
-    assert Joint(MOTOR, (_asked(beside, SLOW), None, _asked(beside, RAMP)), 0.0).known == 6
+    assert PooledCandidate(MOTOR, (_asked(beside, SLOW), None, _asked(beside, RAMP)), 0.0).known == 6

@@ -11,14 +11,14 @@ import pytest
 
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
-from diagnosis.result import GapSize, How, Reach
+from diagnosis.result import GapSize, How, Transfer
 from diagnosis.several import look_alikes as alike
 from diagnosis.several import selection
 from diagnosis.several.look_alikes import look_alikes
-from diagnosis.several.pooled_test import Joint, columns_in
+from diagnosis.several.pooled_test import PooledCandidate, columns_in
 from diagnosis.several.selection import _along_the_field, _best, _finding, _is_form, _named, _stands
 from diagnosis.several.transfer import There
-from diagnosis.several.verdict_rules import Judged, _explains_little, joined
+from diagnosis.several.verdict_rules import PooledVerdict, _explains_little, joined
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
@@ -39,16 +39,16 @@ def _joint(effect: type[Effect] = RegionalField, gain: float = 100.0, asked: tup
 @pytest.mark.parametrize(
     ("reach", "nats", "coloured", "adds", "along", "stands"),
     [
-        (Reach.TRANSFERRED, 9.0, False, False, False, True),
+        (Transfer.TRANSFERRED, 9.0, False, False, False, True),
         (None, 9.0, False, True, True, False),
-        (Reach.TRANSFERRED, 7.0, False, True, True, False),
-        (Reach.TRANSFERRED, 9.0, True, True, True, True),
-        (Reach.TRANSFERRED, 9.0, True, False, True, False),
-        (Reach.TRANSFERRED, 9.0, True, True, False, False),
+        (Transfer.TRANSFERRED, 7.0, False, True, True, False),
+        (Transfer.TRANSFERRED, 9.0, True, True, True, True),
+        (Transfer.TRANSFERRED, 9.0, True, False, True, False),
+        (Transfer.TRANSFERRED, 9.0, True, True, False, False),
     ],
 )
 def test_an_effect_stands_beyond_chance_and_beside_a_colour_by_enough_of_the_gap(
-    reach: Reach | None,
+    reach: Transfer | None,
     nats: float,
     coloured: bool,
     adds: bool,
@@ -136,9 +136,9 @@ def test_a_name_is_the_simplest_with_all_that_look_like_it(monkeypatch: pytest.M
     monkeypatch.setattr(selection, "look_alikes", lambda *_, coloured: ([best, simple], [near]))
     monkeypatch.setattr(selection, "simplest", lambda *_: simple)
     monkeypatch.setattr(selection, "explain_as_much", lambda *_: ["scale"])
-    found: Any = SimpleNamespace(joint=best, reach=Reach.TRANSFERRED)
+    found: Any = SimpleNamespace(joint=best, reach=Transfer.TRANSFERRED)
     member: Any = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
-    for reach, name, other in ((Reach.SOME, simple.name, best.name), (None, best.name, simple.name)):
+    for reach, name, other in ((Transfer.SOME, simple.name, best.name), (None, best.name, simple.name)):
         monkeypatch.setattr(
             selection, "_finding", lambda one, *_, coloured, r=reach: SimpleNamespace(joint=one, reach=r)
         )
@@ -200,13 +200,13 @@ def test_a_candidate_of_a_lot_gains_by_common_or_by_own_coefficients_less_its_pr
 ) -> None:
     monkeypatch.setattr("diagnosis.several.pooled_test.left_out_gains", lambda estimates: np.array([common]))
     one = SimpleNamespace(estimate=None, without=without / 2, held=held)
-    assert Joint.gain.fget(SimpleNamespace(there=[one, one], price=1.0)) == gain  # type: ignore[attr-defined]
+    assert PooledCandidate.gain.fget(SimpleNamespace(there=[one, one], price=1.0)) == gain  # type: ignore[attr-defined]
 
 
 def test_nats_are_over_the_inflation_of_their_error() -> None:
     wide = SimpleNamespace(inflation=lambda c: 4.0, c=None)
     joint: Any = SimpleNamespace(asked=[SimpleNamespace(nats_of=lambda c: 20.0, held=40.0)], estimates=[wide])
-    assert (Joint.nats(joint, 0, np.zeros(1)), Joint.own(joint, 0)) == (5.0, 10.0)
+    assert (PooledCandidate.nats(joint, 0, np.zeros(1)), PooledCandidate.own(joint, 0)) == (5.0, 10.0)
 
 
 @pytest.mark.parametrize(
@@ -222,13 +222,13 @@ def test_nats_are_over_the_inflation_of_their_error() -> None:
 def test_half_of_the_recordings_speak_against_the_names_of_a_lot(
     verdict: Verdict, doubts: tuple[tuple[str, ...], ...], doubted: bool
 ) -> None:
-    assert Judged.doubted.fget(SimpleNamespace(verdict=verdict, doubts=doubts)) is doubted  # type: ignore[attr-defined]
+    assert PooledVerdict.doubted.fget(SimpleNamespace(verdict=verdict, doubts=doubts)) is doubted  # type: ignore[attr-defined]
 
 
 def test_names_that_are_taken_back_leave_what_the_values_show() -> None:
     several: Any = tuple(SimpleNamespace(named=SimpleNamespace(how=how)) for how in (How.HELD_OUT, How.DIRECT))
     nothing: Any = ()
-    found = Judged(Verdict.NAMED, several, (), (), (), GAP, (GAP,), (np.zeros(1),), nothing).undone()
+    found = PooledVerdict(Verdict.NAMED, several, (), (), (), GAP, (GAP,), (np.zeros(1),), nothing).undone()
     assert (found.verdict, found.common, found.after) == (Verdict.UNKNOWN, several[1:], found.before)
     assert (found.gap.after_sigma, found.gap.explained) == (GAP.before_sigma, 0.0)
 

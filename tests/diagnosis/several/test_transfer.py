@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.result import Reach
+from diagnosis.result import Transfer
 from diagnosis.several import transfer as reach
-from diagnosis.several.coefficients import Agreement, Estimate
+from diagnosis.several.coefficients import Agreement, CoefficientEstimate
 from diagnosis.several.transfer import There, _common, _one, _shown_by_two, _there, compared, finding, foretells
 
-GIVEN = Estimate(np.diag([20.0, 10.0]), np.array([20.0, 10.0]))
+GIVEN = CoefficientEstimate(np.diag([20.0, 10.0]), np.array([20.0, 10.0]))
 SMALL, TURNED, WANDER = (replace(GIVEN, g=by * GIVEN.g) for by in (0.7, -0.7, 0.6))
 
 
-def joint_of(estimates: tuple[Estimate, ...], own: tuple[float, ...], candidate: Any = None) -> Any:
+def joint_of(estimates: tuple[CoefficientEstimate, ...], own: tuple[float, ...], candidate: Any = None) -> Any:
     return SimpleNamespace(asked="abc", estimates=estimates, own=own.__getitem__, candidate=candidate, price=0.0)
 
 
@@ -34,7 +34,7 @@ def joint_of(estimates: tuple[Estimate, ...], own: tuple[float, ...], candidate:
     ],
 )
 def test_what_has_another_sign_or_is_small_is_no_second_witness(
-    second: Estimate, own: tuple[float, float], shown: bool
+    second: CoefficientEstimate, own: tuple[float, float], shown: bool
 ) -> None:
     """Unless both show it by themselves: 15 nats of the first, 7.4 and 5.4 of the seconds where 7 are needed."""
     assert _shown_by_two(joint_of((GIVEN, second), own), (0, 1), 7.0) is shown
@@ -44,11 +44,11 @@ def test_what_has_another_sign_or_is_small_is_no_second_witness(
     ("there", "found"),
     [
         ((There.PRESENT, There.OPEN, There.OPEN), None),
-        ((There.PRESENT, There.PRESENT, There.OPEN), Reach.NOT_TRANSFERRED),
+        ((There.PRESENT, There.PRESENT, There.OPEN), Transfer.NOT_TRANSFERRED),
     ],
 )
 def test_what_differs_is_present_in_two_recordings_at_least(
-    monkeypatch: pytest.MonkeyPatch, there: tuple[There, ...], found: Reach | None
+    monkeypatch: pytest.MonkeyPatch, there: tuple[There, ...], found: Transfer | None
 ) -> None:
     """However much the coefficients explain: what one recording alone shows is no name."""
     candidate = SimpleNamespace(possible=lambda c: True)
@@ -62,10 +62,10 @@ def test_what_differs_is_present_in_two_recordings_at_least(
 @pytest.mark.parametrize(
     ("named", "third", "needed", "found"),
     [
-        ((0, 1), There.OPEN, 7.0, (Reach.NOT_TRANSFERRED, 18.0)),
+        ((0, 1), There.OPEN, 7.0, (Transfer.NOT_TRANSFERRED, 18.0)),
         ((0,), There.OPEN, 7.0, (None, -50.0)),
         ((0, 1), There.OPEN, 10.0, (None, -50.0)),
-        ((0, 2), There.PRESENT, 7.0, (Reach.NOT_TRANSFERRED, 18.0)),
+        ((0, 2), There.PRESENT, 7.0, (Transfer.NOT_TRANSFERRED, 18.0)),
         ((0, 2), There.OPEN, 7.0, (None, -50.0)),
     ],
 )
@@ -74,7 +74,7 @@ def test_what_two_recordings_name_by_themselves_need_not_be_alike(
     named: tuple[int, ...],
     third: There,
     needed: float,
-    found: tuple[Reach | None, float],
+    found: tuple[Transfer | None, float],
 ) -> None:
     """A tone begins every run with another phase: the others' coefficients explain less than none.
 
@@ -88,10 +88,10 @@ def test_what_two_recordings_name_by_themselves_need_not_be_alike(
 
 
 @pytest.mark.parametrize(
-    ("each", "found"), [([33.8, -0.1, 0.2], None), ([33.8, -0.1, 4.8], Reach.TRANSFERRED), ([9.0, 4.7, -0.1], None)]
+    ("each", "found"), [([33.8, -0.1, 0.2], None), ([33.8, -0.1, 4.8], Transfer.TRANSFERRED), ([9.0, 4.7, -0.1], None)]
 )
 def test_what_is_explained_in_one_recording_alone_is_no_name(
-    monkeypatch: pytest.MonkeyPatch, each: list[float], found: Reach | None
+    monkeypatch: pytest.MonkeyPatch, each: list[float], found: Transfer | None
 ) -> None:
     """Coefficients that the others hardly know may go the way of one that shows an effect: a third of 14 is needed."""
     joint: Any = joint_of((GIVEN, SMALL, SMALL), (138.0, -4.0, -4.0), SimpleNamespace(possible=lambda c: True))
@@ -103,7 +103,7 @@ def test_what_is_explained_in_one_recording_alone_is_no_name(
 @pytest.mark.parametrize(("second", "same"), [(1.03, True), (1.2, False)])
 def test_coefficients_are_the_same_within_an_error_of_form(second: float, same: bool) -> None:
     """However well they are known: 4 % on one motion or another."""
-    sharp: Any = tuple(Estimate(np.array([[1e6]]), np.array([1e6 * c])) for c in (1.0, second))
+    sharp: Any = tuple(CoefficientEstimate(np.array([[1e6]]), np.array([1e6 * c])) for c in (1.0, second))
     joint: Any = SimpleNamespace(asked="ab", estimates=sharp, nats=lambda i, c: 9.0, known=None)
     _, agree = _common(joint, [0, 1], STANDARD)
     assert (agree.p > STANDARD.not_transferred_alarm) is same
@@ -116,11 +116,11 @@ PRESENT, ABSENT, UNKNOWN = There.PRESENT, There.ABSENT, There.OPEN
 @pytest.mark.parametrize(
     ("there", "of_all", "of_some", "possible", "found"),
     [
-        ((PRESENT, PRESENT, ABSENT), (10.0, 0.06), (12.0, 0.5), True, (Reach.TRANSFERRED, 10.0)),
-        ((PRESENT, PRESENT, ABSENT), (10.0, 0.04), (12.0, 0.06), True, (Reach.SOME, 12.0)),
-        ((PRESENT, PRESENT, UNKNOWN), (10.0, 1e-9), (12.0, 0.5), True, (Reach.NOT_TRANSFERRED, 12.0)),
-        ((PRESENT, PRESENT, ABSENT), (10.0, 1e-9), (5.0, 0.5), True, (Reach.NOT_TRANSFERRED, 10.0)),
-        ((PRESENT, PRESENT, ABSENT), (10.0, 1e-9), (12.0, 1e-9), True, (Reach.NOT_TRANSFERRED, 12.0)),
+        ((PRESENT, PRESENT, ABSENT), (10.0, 0.06), (12.0, 0.5), True, (Transfer.TRANSFERRED, 10.0)),
+        ((PRESENT, PRESENT, ABSENT), (10.0, 0.04), (12.0, 0.06), True, (Transfer.SOME, 12.0)),
+        ((PRESENT, PRESENT, UNKNOWN), (10.0, 1e-9), (12.0, 0.5), True, (Transfer.NOT_TRANSFERRED, 12.0)),
+        ((PRESENT, PRESENT, ABSENT), (10.0, 1e-9), (5.0, 0.5), True, (Transfer.NOT_TRANSFERRED, 10.0)),
+        ((PRESENT, PRESENT, ABSENT), (10.0, 1e-9), (12.0, 1e-9), True, (Transfer.NOT_TRANSFERRED, 12.0)),
         ((PRESENT, ABSENT, UNKNOWN), (5.0, 0.5), (12.0, 0.5), True, (None, 5.0)),
         ((PRESENT, PRESENT, ABSENT), (10.0, 0.5), (12.0, 0.5), False, (None, 12.0)),
     ],
@@ -131,7 +131,7 @@ def test_how_far_coefficients_hold_decides_how_far_an_effect_reaches(
     of_all: tuple[float, float],
     of_some: tuple[float, float],
     possible: bool,
-    found: tuple[Reach | None, float],
+    found: tuple[Transfer | None, float],
 ) -> None:
     """In all; in those that show it, where another lacks it; of two sizes where two show it."""
     joint: Any = joint_of((GIVEN, SMALL, GIVEN), (9.0, 9.0, 9.0), SimpleNamespace(possible=lambda c: possible))
@@ -182,15 +182,15 @@ def test_a_recording_is_asked_by_those_that_show_an_effect_if_any(
 @pytest.mark.parametrize(
     ("some", "p", "found"),
     [
-        ([0, 1, 2], 0.06, Reach.TRANSFERRED),
-        ([0, 1], 0.06, Reach.SOME),
-        ([0, 1], 0.04, Reach.NOT_TRANSFERRED),
+        ([0, 1, 2], 0.06, Transfer.TRANSFERRED),
+        ([0, 1], 0.06, Transfer.SOME),
+        ([0, 1], 0.04, Transfer.NOT_TRANSFERRED),
         ([0], 0.06, None),
-        ([], 0.06, Reach.TRANSFERRED),
+        ([], 0.06, Transfer.TRANSFERRED),
     ],
 )
 def test_sensors_are_compared_by_those_that_have_an_effect_known_no_better_than_by_one(
-    some: list[int], p: float, found: Reach | None, monkeypatch: pytest.MonkeyPatch
+    some: list[int], p: float, found: Transfer | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By all where none has it by itself."""
     monkeypatch.setattr(reach, "_those_that_show", lambda *_: ([0, 1, 2], (), some))

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.result import How, Reach
+from diagnosis.result import How, Transfer
 from diagnosis.several import selection
 from diagnosis.several import verdict_rules as judgement
 from diagnosis.several.transfer import There
-from diagnosis.several.verdict_rules import Lot, _borne_out, _is_the_sensors, _nothing_is_left
+from diagnosis.several.verdict_rules import Pool, _borne_out, _is_the_sensors, _nothing_is_left
 from sim.effects import BY_NAME
 
 TOLD, OPEN = SimpleNamespace(identified=True), SimpleNamespace(identified=False)
@@ -44,21 +44,21 @@ def test_noise_of_open_nature_is_no_finding_of_a_lot(noise: Any, stays: bool) ->
 @pytest.mark.parametrize(
     ("name", "how", "reach", "stays"),
     [
-        ("offset_random_walk", How.SPECTRUM, Reach.TRANSFERRED, True),
-        ("offset_random_walk", How.SPECTRUM, Reach.NOT_TRANSFERRED, False),
-        ("flicker_noise", How.SPECTRUM, Reach.SOME, False),
-        ("white_noise", How.SPECTRUM, Reach.SOME, True),
-        ("motor_current", How.HELD_OUT, Reach.NOT_TRANSFERRED, True),
+        ("offset_random_walk", How.SPECTRUM, Transfer.TRANSFERRED, True),
+        ("offset_random_walk", How.SPECTRUM, Transfer.NOT_TRANSFERRED, False),
+        ("flicker_noise", How.SPECTRUM, Transfer.SOME, False),
+        ("white_noise", How.SPECTRUM, Transfer.SOME, True),
+        ("motor_current", How.HELD_OUT, Transfer.NOT_TRANSFERRED, True),
     ],
 )
-def test_slow_noise_of_the_sensor_has_one_size_in_all(name: str, how: How, reach: Reach, stays: bool) -> None:
+def test_slow_noise_of_the_sensor_has_one_size_in_all(name: str, how: How, reach: Transfer, stays: bool) -> None:
     named = SimpleNamespace(how=how, effect=BY_NAME[name])
     assert _is_the_sensors(SimpleNamespace(named=named, reach=reach)) is stays  # type: ignore[arg-type]
 
 
 def test_noise_of_another_size_in_each_is_in_no_lot(monkeypatch: pytest.MonkeyPatch) -> None:
     walk, white = (
-        SimpleNamespace(named=SimpleNamespace(how=How.SPECTRUM, effect=BY_NAME[name]), reach=Reach.SOME)
+        SimpleNamespace(named=SimpleNamespace(how=How.SPECTRUM, effect=BY_NAME[name]), reach=Transfer.SOME)
         for name in ("offset_random_walk", "white_noise")
     )
     for name, found in {"changes_of_iron": (), "noise_of": [], "seen_by_values": [walk, white]}.items():
@@ -89,7 +89,7 @@ def test_a_recording_believes_no_effect_that_it_says_is_absent(
     monkeypatch.setattr(judgement, "judged_at", lambda *asked: SimpleNamespace(name="scale"))
     monkeypatch.setattr(judgement, "tests_beside", lambda *asked: None)
     monkeypatch.setattr(judgement, "believed", lambda selection: selection)
-    lot = Lot([member], [one])  # type: ignore[list-item]
+    lot = Pool([member], [one])  # type: ignore[list-item]
     assert len(lot.belief(0).found) == count
 
 

@@ -13,9 +13,9 @@ import pytest
 
 from diagnosis.problem.formulation import posed
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import Reach
+from diagnosis.result import Transfer
 from diagnosis.several import workflow
-from diagnosis.several.result import Together
+from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.transfer import There
 from diagnosis.several.workflow import diagnose_together
 from diagnosis.verdict import Verdict
@@ -58,7 +58,7 @@ def problem_of(hidden: str, seed: int) -> LinearProblem:
     return posed(recording(2000, seed=seed, hidden=json.loads(hidden)), MODEL, None, None, iron_known=False)
 
 
-def together(*hidden: dict[str, Any], seed: int = 0) -> Together:
+def together(*hidden: dict[str, Any], seed: int = 0) -> PooledDiagnosis:
     problems = [problem_of(json.dumps(one), 10 * seed + i) for i, one in enumerate(hidden)]
     return diagnose_together(NAMES[: len(problems)], problems, MODEL)
 
@@ -67,7 +67,7 @@ def together(*hidden: dict[str, Any], seed: int = 0) -> Together:
 def test_one_coefficient_in_all_is_transferred_and_pooled(iron: dict[str, Any]) -> None:
     found = together(*[motor(1.0) | iron] * 3)
     (one,) = found.common
-    assert (found.verdict, one.name, one.reach) == (Verdict.NAMED, "motor_current", Reach.TRANSFERRED)
+    assert (found.verdict, one.name, one.reach) == (Verdict.NAMED, "motor_current", Transfer.TRANSFERRED)
     std = one.named.spread["gain_nT_A"]
     assert (np.abs(np.array(one.named.effect.gain_nT_A) - GAIN) < 4 * std).all()  # type: ignore[attr-defined]
     assert (std < np.array([each.spread["gain_nT_A"] for each in one.each if each]).min(axis=0)).all()
@@ -77,7 +77,7 @@ def test_one_coefficient_in_all_is_transferred_and_pooled(iron: dict[str, Any]) 
 def test_a_third_more_in_one_is_not_transferred_and_its_table_says_which() -> None:
     found = together(motor(1.0), motor(1.0), motor(1.3))
     (one,) = found.common
-    assert one.reach is Reach.NOT_TRANSFERRED
+    assert one.reach is Transfer.NOT_TRANSFERRED
     assert one.p is not None
     assert one.p < 0.01
     sizes = [np.linalg.norm(each.effect.gain_nT_A) for each in one.each if each]  # type: ignore[attr-defined]
@@ -97,14 +97,14 @@ def test_what_one_alone_shows_is_no_name() -> None:
 def test_what_two_of_three_show_is_in_some() -> None:
     found = together(motor(1.0), {}, motor(1.0))
     (one,) = found.common
-    assert (one.reach, one.there[1]) == (Reach.SOME, There.ABSENT)
+    assert (one.reach, one.there[1]) == (Transfer.SOME, There.ABSENT)
 
 
 def test_a_tone_begins_each_run_with_another_phase_and_is_a_name() -> None:
     """By common coefficients it would be none, however plain each recording's own."""
     ripple = {"amplitude_nT_A": [0.6, -0.4, 0.5], "frequency_hz": 2.7}
     found = together(*({"current_ripple": {**ripple, "phase_deg": phase}} for phase in (0.0, 100.0, 220.0)), seed=5)
-    assert [(one.name, one.reach) for one in found.common] == [("current_ripple", Reach.NOT_TRANSFERRED)]
+    assert [(one.name, one.reach) for one in found.common] == [("current_ripple", Transfer.NOT_TRANSFERRED)]
 
 
 def test_an_effect_too_weak_for_each_is_named_by_all_together() -> None:

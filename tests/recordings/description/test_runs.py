@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 
 from recordings import read_manifest, read_run
 from recordings.description.runs import flattened
-from recordings.metadata import Parameters
+from recordings.metadata import TrueParameters
 from sim.generate import generate
 from tests.short import short
 
@@ -43,7 +43,7 @@ def test_every_value_that_varies_is_a_column_and_every_column_says_what_it_is(da
 
 def test_parameters_are_flattened_by_component_and_an_arrays_sensor_by_sensor() -> None:
     cells = flattened(
-        Parameters(
+        TrueParameters(
             field_enu_nT=[1.0, 2.0, 3.0],
             effects=[{"a": {"matrix": [[1, 2], [3, 4]], "on": True}}, {"a": {"axis": "x", "lag_s": None}}],
             effect_order=["a"],

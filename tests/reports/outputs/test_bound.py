@@ -9,12 +9,12 @@ from reports.outputs.bound import write_what_if
 from scenarios.sweep import parse_sweep
 from sim.scenario import load
 from tests.reports.page import figures
-from validation.bound.query import Question, WhatIf
+from validation.bound.query import BoundQuery, WhatIf
 
 
 def test_a_page_and_the_numbers(tmp_path: Path) -> None:
     scenario = load("standard-auv", ["phases.0.duration_s=120"])
-    found = WhatIf.of(Question(), scenario, parse_sweep("pitch_amplitude_deg=0:40:20", scenario, "--what-if"))
+    found = WhatIf.of(BoundQuery(), scenario, parse_sweep("pitch_amplitude_deg=0:40:20", scenario, "--what-if"))
     write_what_if(found, scenario.name, tmp_path / "out")
     told = json.loads((tmp_path / "out" / "bound.json").read_text())
     assert [point["value"] for point in told["points"]] == [0, 20, 40]

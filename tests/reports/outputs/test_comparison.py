@@ -16,7 +16,7 @@ from sim.scenario import Scenario, load
 from validation.calibrating.candidates import candidates
 from validation.comparison.design import Design
 from validation.comparison.engine import Here
-from validation.comparison.table import Table
+from validation.comparison.table import TrialTable
 
 SHORT = ["phases.0.duration_s=120"]
 
@@ -35,7 +35,7 @@ def out(design: Design, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_files_say_the_same(out: Path, design: Design):
     told = json.loads((out / "comparison.json").read_text())
-    table = Table.read(out)
+    table = TrialTable.read(out)
     rows = {(row["calibrator"], row["score"]): row for row in told["table"]}
     for name in ("ellipsoid", "vector_least_squares", "uncorrected"):
         row = rows[name, "offset_error"]
@@ -86,7 +86,7 @@ def test_a_trial_that_is_shown_twice_is_fitted_once(design: Design, tmp_path: Pa
 
 
 def test_a_larger_number_extends_and_a_smaller_one_reads_less(out: Path, design: Design):
-    before = Table.read(out).values("offset_error", "ellipsoid")
+    before = TrialTable.read(out).values("offset_error", "ellipsoid")
     assert summary(compare(design, 4, out, Here()), 3)["trials"] == 4
     after = compare(design, 8, out, Here()).table.values("offset_error", "ellipsoid")
     np.testing.assert_array_equal(after[:6], before)

@@ -18,9 +18,9 @@ from tests.validation.gates.conftest import Scripted, gate_text, groups_in, row
 from validation.calibrating.candidates import candidates
 from validation.comparison.design import Design
 from validation.comparison.journal import JOURNAL, Journal
-from validation.comparison.table import Table
-from validation.comparison.trial import Row, Trial
-from validation.gates.progress import Outcome
+from validation.comparison.table import TrialTable
+from validation.comparison.trial import Trial, TrialRow
+from validation.gates.progress import GateOutcome
 from validation.gates.runner import decide_gates
 from validation.gates.spec import load_gates
 from validation.scoring.definitions import meaning_of
@@ -29,7 +29,7 @@ from validation.scoring.outcome import RANKED_BY
 SPREAD = np.exp(0.5 * np.random.default_rng(4).standard_normal((3, 400)))
 
 
-def told(group: int, run: int) -> Iterable[Row]:
+def told(group: int, run: int) -> Iterable[TrialRow]:
     """Two that are alike, paired within a few percent; one without estimate; one that is bad."""
     yield row("ellipsoid", SPREAD[0, run])
     yield row("twostep", SPREAD[0, run] * (1.04 + 0.05 * np.log(SPREAD[1, run])))
@@ -45,7 +45,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def outcomes(out: Path) -> list[Outcome]:
+def outcomes(out: Path) -> list[GateOutcome]:
     groups = groups_in(
         out.with_name("gates.toml"),
         gate_text("good", limit=2.0),
@@ -72,7 +72,7 @@ def test_junit_counts_and_names_every_gate(out: Path) -> None:
     assert "not_applicable: needs an attitude" in message
 
 
-def test_with_strict_an_undecided_gate_is_a_failure(outcomes: list[Outcome]) -> None:
+def test_with_strict_an_undecided_gate_is_a_failure(outcomes: list[GateOutcome]) -> None:
     assert ElementTree.fromstring(junit(outcomes, "gates.toml", strict=True)).get("failures") == "3"
 
 
@@ -109,7 +109,7 @@ def test_the_page_and_the_markdown_say_what_to_do(out: Path) -> None:
     assert set(FILES) == {path.name for path in out.iterdir()}
 
 
-def test_annotations_are_single_lines_that_name_the_file(outcomes: list[Outcome]) -> None:
+def test_annotations_are_single_lines_that_name_the_file(outcomes: list[GateOutcome]) -> None:
     lines = github_lines(outcomes, Path("ci/gates, mine.toml"))
     assert [line.split(" ")[0] for line in lines] == ["::warning", "::error", "::error"]
     assert all("file=ci/gates%2C mine.toml,title=gate " in line for line in lines)
@@ -127,11 +127,11 @@ def comparison(tmp_path: Path) -> Path:
     Journal.open(place, design.identity())
     column = meaning_of(RANKED_BY).column
 
-    def scored(one: Row) -> Row:
+    def scored(one: TrialRow) -> TrialRow:
         scores = {column: one.scores["offset_error_nT"]} if one.scores else {}
-        return Row(one.calibrator, one.status, one.reason, scores, 0.0, 0.0)
+        return TrialRow(one.calibrator, one.status, one.reason, scores, 0.0, 0.0)
 
-    Table.of(design, (Trial(0, run, tuple(map(scored, told(0, run)))) for run in range(300))).write(place)
+    TrialTable.of(design, (Trial(0, run, tuple(map(scored, told(0, run)))) for run in range(300))).write(place)
     return place
 
 

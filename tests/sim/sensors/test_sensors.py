@@ -18,7 +18,7 @@ from sim.effects.nonlinear import Nonlinearity
 from sim.scenario import Scenario, equipped, json_schema, load
 from sim.sensors import SENSORS
 from sim.sensors.figures import hysteresis, linearity
-from sim.simulate import Plan, blocks, plan
+from sim.simulate import PreparedRun, blocks, plan
 from sim.state import State
 
 RATE_HZ = 5.0
@@ -43,7 +43,7 @@ def named(kind: str, *overrides: str) -> Scenario:
     return load("turntable-twelve-stops", ["effects=", *rest, "sensors=" + sensors % kind, *overrides])
 
 
-def offset_nT(made: Plan, sensor: int = 0) -> Any:
+def offset_nT(made: PreparedRun, sensor: int = 0) -> Any:
     (offset,) = (one for one in made.effects[sensor] if isinstance(one, SensorOffset))
     return offset.offset_nT
 

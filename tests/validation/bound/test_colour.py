@@ -20,7 +20,7 @@ from validation.bound.bound import Bound
 from validation.bound.colour import Colour
 from validation.bound.information import norm_rows, vector_rows
 from validation.bound.limit import Tilts, limit
-from validation.bound.query import Question
+from validation.bound.query import BoundQuery
 from validation.bound.sensor_noise import stated_colour
 from validation.bound.summary import headline, summary
 
@@ -99,8 +99,8 @@ def test_without_colour_it_is_the_white_bound_and_more_noise_is_never_better() -
 
 def test_of_a_scenario_as_it_states_them_in_words_and_as_json() -> None:
     scenario = load("tumble")
-    found = Question("vector", coloured=True).of_scenario(scenario)
-    assert found.bound.offset_rms_nT > 3.0 * Question("vector").of_scenario(scenario).bound.offset_rms_nT
+    found = BoundQuery("vector", coloured=True).of_scenario(scenario)
+    assert found.bound.offset_rms_nT > 3.0 * BoundQuery("vector").of_scenario(scenario).bound.offset_rms_nT
     assert "of flicker noise" in headline(found).splitlines()[0]
     assert summary(found)["flicker_nT_sqrt_hz"] > 0
 

@@ -10,7 +10,7 @@ import pytest
 from scenarios.sweep import parse_sweep
 from sim.scenario import load
 from validation.bound.limit import Tilts
-from validation.bound.query import Question, WhatIf
+from validation.bound.query import BoundQuery, WhatIf
 from validation.bound.summary import (
     NOT_TOLD,
     headline,
@@ -26,7 +26,7 @@ from validation.bound.summary import (
 def found() -> WhatIf:
     scenario = load("standard-auv")
     sweep = parse_sweep("pitch_amplitude_deg=5,45", scenario, "--what-if")
-    return WhatIf.of(Question(noise_std_nT=10.0), scenario, sweep)
+    return WhatIf.of(BoundQuery(noise_std_nT=10.0), scenario, sweep)
 
 
 def test_the_pitch_of_the_standard_case(found: WhatIf) -> None:
@@ -51,13 +51,13 @@ def test_as_json(found: WhatIf) -> None:
 def test_the_gyros_noise_as_stated() -> None:
     """At one that is perfect strength and gyro tell more than at the scenario's."""
     scenario = load("standard-auv")
-    stated, perfect = (Question("norm+gyro", gyro_std_rad_s=std).of_scenario(scenario) for std in (None, 1e-5))
+    stated, perfect = (BoundQuery("norm+gyro", gyro_std_rad_s=std).of_scenario(scenario) for std in (None, 1e-5))
     assert stated.known.gyro_std_rad_s == scenario.navigation.gyro_noise_std_rad_s
     assert perfect.bound.offset_rms_nT < 0.5 * stated.bound.offset_rms_nT
 
 
 def test_the_limit_of_tilts_in_words_and_as_json() -> None:
-    found = Question("vector", tilts=Tilts(5.0, 5.0)).of_scenario(load("standard-auv"))
+    found = BoundQuery("vector", tilts=Tilts(5.0, 5.0)).of_scenario(load("standard-auv"))
     assert found.limit is not None
     told = summary(found)["limit"]
     assert told["offset_rms_nT"] < found.bound.offset_rms_nT
@@ -67,7 +67,7 @@ def test_the_limit_of_tilts_in_words_and_as_json() -> None:
 
 def test_what_is_not_told_is_said_so() -> None:
     scenario = load("turntable-twelve-stops")
-    found = WhatIf.of(Question(), scenario, parse_sweep("dwell_s=5,10", scenario))
+    found = WhatIf.of(BoundQuery(), scenario, parse_sweep("dwell_s=5,10", scenario))
     assert all(np.isinf(one.bound.offset_rms_nT) for one in found.answers)
     assert all(NOT_TOLD in row for row in what_if_rows(found))
     assert "at none of these values" in what_if_headline(found)

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from calib import CALIBRATORS, Reference, get
 from recordings import Recording
 from scenarios.errors import InputError
-from validation.calibrating.candidates import Candidate, Fitted, candidates
+from validation.calibrating.candidates import CalibratorEntry, Fitted, candidates
 
 REFERENCE = Reference(50_000.0)
 
@@ -56,7 +56,7 @@ class Broken:
 
 
 def test_an_exception_becomes_the_reason(recording: Recording) -> None:
-    fitted = Candidate("broken", Broken(), attitude_free=True).timed(recording, REFERENCE)
+    fitted = CalibratorEntry("broken", Broken(), attitude_free=True).timed(recording, REFERENCE)
     assert fitted.calibration.status.kind == "not_converged"
     assert fitted.calibration.status.reason == "ValueError: no pivot"
     assert fitted.calibration.name == "broken"

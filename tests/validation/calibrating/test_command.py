@@ -17,11 +17,11 @@ from calib import Calibration, Reference
 from recordings import Recording, read_recording
 from scenarios.errors import InputError
 from validation.calibrating import program
-from validation.calibrating.candidates import Candidate, candidates
+from validation.calibrating.candidates import CalibratorEntry, candidates
 from validation.calibrating.command import command
 
 IDENTITY = '{"offset_nT": [1, 2, 3], "matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}'
-Script = Callable[..., Candidate]
+Script = Callable[..., CalibratorEntry]
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def script(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Script:
     """A candidate that is a shell script with this text; its first word is the recording, its second the result."""
     monkeypatch.chdir(tmp_path)
 
-    def write(text: str, words: str = "{recording.csv} {result}", time_limit_s: float = 20.0) -> Candidate:
+    def write(text: str, words: str = "{recording.csv} {result}", time_limit_s: float = 20.0) -> CalibratorEntry:
         Path("mycal.sh").write_text(f"#!/bin/sh\n{text}\n", encoding="utf-8")
         Path("mycal.sh").chmod(0o755)
         return candidates((), [f"./mycal.sh {words}"], time_limit_s)[0]
@@ -80,7 +80,7 @@ def test_the_vector_makes_a_command_one_with_attitude(script: Script, recording:
     assert pickle.loads(pickle.dumps(seeing)) == seeing
 
 
-def failed(candidate: Candidate, recording: Recording, reference: Reference, place: Path) -> Calibration:
+def failed(candidate: CalibratorEntry, recording: Recording, reference: Reference, place: Path) -> Calibration:
     """The failed calibration; the program left nothing behind where it was started."""
     before = sorted(place.iterdir())
     found = candidate.fit(recording, reference)

@@ -8,16 +8,16 @@ from pathlib import Path
 import pytest
 
 from validation.calibrating.candidates import candidate, candidates
-from validation.calibrating.invocation import Asked
+from validation.calibrating.invocation import Invocation
 
 
 @pytest.mark.parametrize("text", ["ellipsoid", "mine=json:loads", "json:loads"])
 def test_a_name_and_an_object_are_asked_for_again(text: str) -> None:
     (one,) = candidates([text], time_limit_s=7.0)
-    asked = Asked.of(one)
+    asked = Invocation.of(one)
     assert asked is not None
     assert asked.calibrator == text
-    assert Asked.read(json.loads(json.dumps(asked.plain()))) == asked
+    assert Invocation.read(json.loads(json.dumps(asked.plain()))) == asked
     assert candidates([asked.calibrator], time_limit_s=7.0) == (one,)
 
 
@@ -27,7 +27,7 @@ def test_a_program_is_asked_for_from_here(tmp_path: Path, monkeypatch: pytest.Mo
     (tmp_path / "my tools" / "fit.sh").write_text("true")
     text = "mine=sh 'my tools/fit.sh' --out={result} {recording}"
     (one,) = candidates((), [text], 7.0)
-    asked = Asked.of(one)
+    asked = Invocation.of(one)
     assert asked is not None
     assert (asked.calibrator, asked.time_limit_s) == ("mine", 7.0)
     assert asked.exec == "sh './my tools/fit.sh' --out={result} {recording}"
@@ -38,4 +38,4 @@ def test_a_program_is_asked_for_from_here(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_an_object_in_memory_has_no_words() -> None:
-    assert Asked.of(candidate(lambda recording, reference: None)) is None
+    assert Invocation.of(candidate(lambda recording, reference: None)) is None

@@ -13,7 +13,7 @@ from calib import Reference
 from recordings import Recording
 from scenarios.errors import InputError
 from tests.validation.calibrating.conftest import OFFSET_NT
-from validation.calibrating.candidates import Candidate, candidates
+from validation.calibrating.candidates import CalibratorEntry, candidates
 from validation.calibrating.server import loaded
 
 MODULE = """
@@ -57,11 +57,11 @@ def here(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.fixture(scope="module")
-def sphere() -> Candidate:
+def sphere() -> CalibratorEntry:
     return candidates(["mine=somebodys:sphere"], time_limit_s=0.5)[0]
 
 
-def test_an_object_of_this_directory_fits(sphere: Candidate, recording: Recording, reference: Reference) -> None:
+def test_an_object_of_this_directory_fits(sphere: CalibratorEntry, recording: Recording, reference: Reference) -> None:
     found = sphere.timed(recording, reference)
     assert (sphere.name, sphere.attitude_free, sphere.whole_array) == ("mine", True, False)
     assert (found.calibration.name, found.calibration.status.kind) == ("mine", "ok")
@@ -80,7 +80,7 @@ def test_an_object_of_this_directory_fits(sphere: Candidate, recording: Recordin
     ],
 )
 def test_what_goes_wrong_costs_one_fit(
-    sphere: Candidate, recording: Recording, reference: Reference, strength_nT: float, told: str
+    sphere: CalibratorEntry, recording: Recording, reference: Reference, strength_nT: float, told: str
 ) -> None:
     begun_s = time.monotonic()
     found = sphere.fit(recording, Reference(strength_nT))

@@ -12,7 +12,7 @@ import numpy as np
 from calib import Reference, Status
 from calib.result import Calibration
 from recordings import Recording
-from validation.calibrating.candidates import Candidate, Fitted
+from validation.calibrating.candidates import CalibratorEntry, Fitted
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,6 @@ class Killer:
         return Fitted(Calibration(name="killer", status=Status("ok"), offset_nT=recording.mag_nT.mean(axis=0)), 0.0)
 
 
-def killer(victim_nT: float, once: str = "") -> Candidate:
+def killer(victim_nT: float, once: str = "") -> CalibratorEntry:
     """A calibrator whose worker dies in one trial."""
-    return Candidate("killer", Killer(victim_nT, once), attitude_free=True)
+    return CalibratorEntry("killer", Killer(victim_nT, once), attitude_free=True)

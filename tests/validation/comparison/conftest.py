@@ -6,11 +6,11 @@ import pytest
 
 from scenarios.sweep import parse_sweep
 from tests.short import short
-from validation.calibrating.candidates import Candidate, candidates
+from validation.calibrating.candidates import CalibratorEntry, candidates
 from validation.comparison.design import Design
 
 
-def small(*names: str, chosen: tuple[Candidate, ...] = ()) -> Design:
+def small(*names: str, chosen: tuple[CalibratorEntry, ...] = ()) -> Design:
     """Calibrators, by default sphere and ellipsoid, on a short turn on the turntable at noises of 5 and 50 nT."""
     scenario = short("turntable-twelve-stops")
     sweep = parse_sweep("noise_std_nT=5,50", scenario)

@@ -7,12 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pyarrow as pa
 
-from validation.comparison.table import Table
+from validation.comparison.table import TrialTable
 
 SCORE = "offset_error_nT"
 
 
-def table_of(*points: Mapping[str, Sequence[float]], sweep: Sequence[float] = (), failing: Sequence[str] = ()) -> Table:
+def table_of(
+    *points: Mapping[str, Sequence[float]], sweep: Sequence[float] = (), failing: Sequence[str] = ()
+) -> TrialTable:
     """A table of a score by calibrator at each point, n trials each; a score of inf: no estimate, not converged.
 
     sweep : the noise of each point; failing : calibrators whose status is never ok, though they give an estimate.
@@ -29,7 +31,7 @@ def table_of(*points: Mapping[str, Sequence[float]], sweep: Sequence[float] = ()
     columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
     if sweep:
         columns["effects.white_noise.std_nT"] = [sweep[point] for point in columns["point"]]
-    return Table(pa.table(columns), {})
+    return TrialTable(pa.table(columns), {})
 
 
 def _judged(value: float, failing: bool) -> tuple[str, str]:

@@ -17,7 +17,7 @@ from sim.generate import generate
 from tests.short import short
 from validation.calibrating.candidates import candidates
 from validation.comparison.design import Design, received
-from validation.comparison.trial import Task, compute, lost, run_trial
+from validation.comparison.trial import PendingTrial, compute, lost, run_trial
 from validation.scoring.definitions import MEANINGS
 from validation.scoring.evaluation import UNCORRECTED, has_estimate
 
@@ -48,11 +48,11 @@ def test_every_sensor_of_an_array_has_its_row() -> None:
 
 
 def test_a_task_gives_the_trial(design: Design) -> None:
-    def told(task: Task) -> list[tuple[object, ...]]:
+    def told(task: PendingTrial) -> list[tuple[object, ...]]:
         return [(row.calibrator, row.status, row.scores) for row in compute(task).rows]
 
     there = [(row.calibrator, row.status, row.scores) for row in run_trial(design, 1, 3).rows]
-    assert told(pickle.loads(pickle.dumps(Task(design.sent, 1, 3)))) == there
+    assert told(pickle.loads(pickle.dumps(PendingTrial(design.sent, 1, 3)))) == there
 
 
 def test_points_share_their_noise(design: Design) -> None:

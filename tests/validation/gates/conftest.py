@@ -11,17 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from validation.comparison.trial import Row, Task, Trial
+from validation.comparison.trial import PendingTrial, Trial, TrialRow
 from validation.gates.schedule import Group, arranged
 from validation.gates.spec import load_gates
 
-ROWS = dict[str, Row]
+ROWS = dict[str, TrialRow]
 
 
-def row(calibrator: str, score: float | None, status: str = "ok", reason: str = "") -> Row:
+def row(calibrator: str, score: float | None, status: str = "ok", reason: str = "") -> TrialRow:
     """A calibrator's row with one score; None: no estimate."""
     scores = {} if score is None else {"offset_error_nT": score, "heading_rms_deg": score}
-    return Row(calibrator, status, reason, scores, 0.0, 0.0)
+    return TrialRow(calibrator, status, reason, scores, 0.0, 0.0)
 
 
 @dataclass
@@ -31,15 +31,15 @@ class Scripted:
     killed_after : trials after which its process ends as one that is killed.
     """
 
-    told: Callable[[int, int], Iterable[Row]]
+    told: Callable[[int, int], Iterable[TrialRow]]
     window: int = 1
     seed: int = 0
     computed: int = 0
     killed_after: int | None = None
 
-    def trials(self, tasks: Iterable[Task], lost: object) -> Generator[Trial, None, None]:
+    def trials(self, tasks: Iterable[PendingTrial], lost: object) -> Generator[Trial, None, None]:
         rng, source = np.random.default_rng(self.seed), iter(tasks)
-        hand: list[Task] = []
+        hand: list[PendingTrial] = []
         while True:
             hand += islice(source, self.window - len(hand))
             if not hand:

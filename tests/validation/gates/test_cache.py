@@ -12,13 +12,13 @@ from reports.outputs.gates import FILES, run_gates
 from scenarios.errors import InputError
 from tests.validation.gates.conftest import Scripted, gate_text, groups_in, row
 from validation.comparison.journal import JOURNAL, Journal
-from validation.comparison.trial import Row
+from validation.comparison.trial import TrialRow
 from validation.gates import cache as kept
 
 SCORES = np.exp(0.5 * np.random.default_rng(7).standard_normal((2, 400)))
 
 
-def told(group: int, run: int) -> Iterable[Row]:
+def told(group: int, run: int) -> Iterable[TrialRow]:
     """Two calibrators; the second now and then without an estimate."""
     yield row("ellipsoid", SCORES[group % 2, run])
     yield row("sphere", *((None, "unobservable", "too level") if run % 5 == 0 else (SCORES[group % 2, run],)))

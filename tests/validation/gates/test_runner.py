@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.validation.gates.conftest import Scripted, gate_text, row
-from validation.comparison.trial import Row
+from validation.comparison.trial import TrialRow
 from validation.gates.runner import decide_gates, recorded
 from validation.gates.schedule import Group
 from validation.gates.sequential import decide
@@ -17,7 +17,7 @@ Groups = Callable[..., tuple[Group, ...]]
 SCORES = np.exp(0.5 * np.random.default_rng(11).standard_normal(5000))
 
 
-def alternating(group: int, run: int) -> Iterable[Row]:
+def alternating(group: int, run: int) -> Iterable[TrialRow]:
     """Ellipsoid around 1 nT, sphere four times that, twostep now and then without an estimate."""
     yield row("ellipsoid", SCORES[run])
     yield row("sphere", 4.0 * SCORES[run])
@@ -67,7 +67,7 @@ def test_gates_of_two_scenarios_read_their_own_trials(groups_of: Groups) -> None
     )
     assert [len(group.design.points) for group in groups] == [1, 2, 3]
 
-    def told(group: int, run: int) -> Iterable[Row]:
+    def told(group: int, run: int) -> Iterable[TrialRow]:
         yield row("ellipsoid", (1.0, 5.0, 1.0)[group])
 
     assert [one.verdict for one in decide_gates(groups, Scripted(told, window=3))] == ["pass", "fail", "pass"]
@@ -83,7 +83,7 @@ def test_near_its_limit_a_gate_says_how_many_more_trials_it_takes(groups_of: Gro
     again = np.arange(1, longer + 1) * share
     repeated = np.diff(np.floor(again), prepend=0.0)  # exceedances spread evenly at the same rate
 
-    def told(group: int, run: int) -> Iterable[Row]:
+    def told(group: int, run: int) -> Iterable[TrialRow]:
         yield row("ellipsoid", 2.0 if repeated[min(run, longer - 1)] else 1.0)
 
     (later,) = decide_gates(groups_of(gate_text("near", limit=1.15, max_trials=longer + 3)), Scripted(told))

@@ -13,7 +13,7 @@ from sim.simulate import plan
 from tests.validation.gates.conftest import Scripted, gate_text, row
 from validation.bound.sensor_noise import stated_noise_nT
 from validation.gates.baseline import write_baseline
-from validation.gates.progress import Outcome
+from validation.gates.progress import GateOutcome
 from validation.gates.runner import decide_gates, recorded
 from validation.gates.schedule import Group
 
@@ -128,7 +128,7 @@ def held_to(baseline: Path, **keys: object) -> str:
 def test_an_unchanged_calibrator_keeps_its_baseline_and_one_that_got_worse_does_not(
     baseline: Path, groups_of: Groups
 ) -> None:
-    def scaled(factor: float) -> Outcome:
+    def scaled(factor: float) -> GateOutcome:
         engine = Scripted(lambda group, run: [row("ellipsoid", factor * (1.0 + run))])
         return decide_gates(groups_of(held_to(baseline)), engine)[0]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding
-from validation.inspection.log import Log, Series, series_of
+from validation.inspection.log import RawLog, Series, series_of
 from validation.inspection.sensor_data import Look, look_at
 
 RATE_HZ = 50.0
@@ -82,14 +82,14 @@ def noise(samples: int, std: float, seed: int = 0) -> Array:
     return np.random.default_rng(seed).normal(0, std, (samples, 3))
 
 
-def log_of(time_s: Array, mag_nT: Array, **columns: Array) -> Log:
+def log_of(time_s: Array, mag_nT: Array, **columns: Array) -> RawLog:
     """A log of these columns (n,); vectors (n, 3) as gyro, accel, and q (n, 4)."""
     names = {"gyro": [f"gyro_{a}_rad_s" for a in "xyz"], "accel": [f"accel_{a}_m_s2" for a in "xyz"],
              "q": [f"att_q{a}" for a in "wxyz"]}  # fmt: skip
     found = {"time_s": time_s, **dict(zip([f"mag_{a}_nT" for a in "xyz"], mag_nT.T, strict=True))}
     for name, values in columns.items():
         found |= dict(zip(names[name], values.T, strict=True)) if name in names else {name: values}
-    return Log(Path("log.csv"), found, {}, "")
+    return RawLog(Path("log.csv"), found, {}, "")
 
 
 def series(time_s: Array, mag_nT: Array, **columns: Array) -> Series:

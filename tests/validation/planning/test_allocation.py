@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from validation.bound.limit import optimal
-from validation.planning.allocation import Legs, whole
+from validation.planning.allocation import LegInformation, whole
 
 
-def legs(*rows: list[float], least: float = 0.0, unit_s: float = 1.0) -> Legs:
+def legs(*rows: list[float], least: float = 0.0, unit_s: float = 1.0) -> LegInformation:
     each = np.array([np.outer(row, row) for row in rows])
-    return Legs(np.zeros(each.shape[1:]), each, np.eye(each.shape[1]), least, unit_s)
+    return LegInformation(np.zeros(each.shape[1:]), each, np.eye(each.shape[1]), least, unit_s)
 
 
 def test_two_legs_by_hand() -> None:
@@ -23,7 +23,7 @@ def test_two_legs_by_hand() -> None:
 
 def test_what_is_known_already_gets_no_time() -> None:
     each = np.array([np.diag([1.0, 0.0]), np.diag([0.0, 1.0])])
-    amounts, _ = Legs(np.diag([4.0, 100.0]), each, np.eye(2), 0.0, 1.0).best(10.0)
+    amounts, _ = LegInformation(np.diag([4.0, 100.0]), each, np.eye(2), 0.0, 1.0).best(10.0)
     np.testing.assert_allclose(amounts, [10.0, 0.0], atol=1e-3)
 
 

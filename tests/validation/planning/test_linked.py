@@ -22,13 +22,13 @@ from validation.planning.next_leg_summary import headline as after_words
 from validation.planning.plan import planned
 from validation.planning.refinement import fitted
 from validation.planning.summary import headline
-from validation.planning.task import Task
+from validation.planning.task import PlanningTask
 
 LEVEL = Tilts(5.0, 5.0)
 
 
-def task(tilts: Tilts = LEVEL) -> Task:
-    return Task.of("auv", load("standard-full"), "norm+gyro", tilts=tilts, noise_std_nT=10.0)
+def task(tilts: Tilts = LEVEL) -> PlanningTask:
+    return PlanningTask.of("auv", load("standard-full"), "norm+gyro", tilts=tilts, noise_std_nT=10.0)
 
 
 def test_the_bound_of_what_is_meant_is_that_of_the_flight() -> None:
@@ -56,7 +56,7 @@ def test_a_leg_after_a_recording_adds_to_what_it_tells() -> None:
 
 def test_what_a_gyro_does_not_link_is_not_planned_for() -> None:
     with pytest.raises(InputError, match="norm\\+gyro"):
-        Task.of("auv", load("standard-full"), "norm+gyro+accel")
+        PlanningTask.of("auv", load("standard-full"), "norm+gyro+accel")
 
 
 @pytest.mark.slow

@@ -16,9 +16,9 @@ from sim.scenario import load
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import recording_experiment, scenario_experiment
-from validation.planning.next_leg import Onward, onward
+from validation.planning.next_leg import LegSequence, onward
 from validation.planning.next_leg_summary import headline, rows
-from validation.planning.task import Task
+from validation.planning.task import PlanningTask
 
 
 @pytest.fixture(scope="module")
@@ -29,24 +29,24 @@ def spiral(tmp_path_factory: pytest.TempPathFactory) -> Experiment:
 
 
 @pytest.fixture(scope="module")
-def found(spiral: Experiment) -> Onward:
-    return onward(Task.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(spiral), 400.0)
+def found(spiral: Experiment) -> LegSequence:
+    return onward(PlanningTask.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(spiral), 400.0)
 
 
-def test_the_first_leg_halves_the_error(found: Onward, spiral: Experiment) -> None:
+def test_the_first_leg_halves_the_error(found: LegSequence, spiral: Experiment) -> None:
     first = found.legs[0]
     assert first.before == pytest.approx(Bound.of(spiral, "vector").offset_rms_nT, rel=1e-6)
     assert first.after < first.before / 2
 
 
-def test_each_leg_goes_on_from_the_one_before_and_pays(found: Onward) -> None:
+def test_each_leg_goes_on_from_the_one_before_and_pays(found: LegSequence) -> None:
     for one, other in zip(found.legs[:-1], found.legs[1:], strict=True):
         assert other.before == pytest.approx(one.after, rel=1e-3)
     assert all(leg.pays for leg in found.legs)
     assert found.idle is None or not found.idle.pays
 
 
-def test_recording_and_flight_together_are_as_good_as_is_said(found: Onward, spiral: Experiment) -> None:
+def test_recording_and_flight_together_are_as_good_as_is_said(found: LegSequence, spiral: Experiment) -> None:
     """Their information added, the flight's from the simulator; no motion within the tilts is better."""
     assert found.scenario is not None
     assert found.least is not None
@@ -57,7 +57,7 @@ def test_recording_and_flight_together_are_as_good_as_is_said(found: Onward, spi
     assert found.error == pytest.approx(np.sqrt(np.trace(np.linalg.inv(told)[:3, :3])), rel=0.05)
 
 
-def test_in_words_and_on_disk(found: Onward, tmp_path: Path) -> None:
+def test_in_words_and_on_disk(found: LegSequence, tmp_path: Path) -> None:
     told = write_plan(found, tmp_path / "out")
     assert json.loads((tmp_path / "out" / "plan.json").read_text()) == told
     assert load(told["scenario"]).phases[0].kind == "poses"
@@ -69,7 +69,7 @@ def test_in_words_and_on_disk(found: Onward, tmp_path: Path) -> None:
 
 def test_after_a_good_recording_nothing_pays(tmp_path: Path) -> None:
     known = scenario_experiment(load("standard-full", ["phases.0.duration_s=3800"]), 10.0)
-    found = onward(Task.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(known), 120.0)
+    found = onward(PlanningTask.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(known), 120.0)
     assert found.legs == ()
     assert found.idle is not None
     assert "no longer pays" in headline(found)
@@ -78,4 +78,4 @@ def test_after_a_good_recording_nothing_pays(tmp_path: Path) -> None:
 
 def test_a_recording_whose_field_has_no_direction_is_refused(spiral: Experiment) -> None:
     with pytest.raises(InputError, match="--field-enu-nT"):
-        Task.of("auv", load("standard-full")).after(replace(spiral, field_enu_nT=None))
+        PlanningTask.of("auv", load("standard-full")).after(replace(spiral, field_enu_nT=None))

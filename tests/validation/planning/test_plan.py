@@ -15,13 +15,13 @@ from sim.scenario import load
 from tests.reports.page import figures
 from validation.bound.goal import GOALS, parsed_target
 from validation.bound.limit import Tilts
-from validation.bound.query import Question
+from validation.bound.query import BoundQuery
 from validation.comparison.engine import Here
 from validation.planning.manoeuvre import Leg
 from validation.planning.plan import Plan, planned
 from validation.planning.refinement import refined
 from validation.planning.summary import attitude, headline, limits
-from validation.planning.task import HAND, Task
+from validation.planning.task import HAND, PlanningTask
 
 MOST_RATIO = 1.2
 """Of the flown manoeuvre's error to the limit of its tilts."""
@@ -30,7 +30,7 @@ MOST_TIME = 0.4
 
 
 def plan_of(vehicle: str, time_s: float, knowledge: str = "norm") -> Plan:
-    return planned(Task.of(vehicle, load("standard-full"), knowledge, noise_std_nT=10.0), time_s)
+    return planned(PlanningTask.of(vehicle, load("standard-full"), knowledge, noise_std_nT=10.0), time_s)
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_a_quadrotor_is_near_the_limit() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("knowledge", ["norm", "vector"])
 def test_a_quadrotor_that_tilts_far_is_near_the_limit_of_one_that_stays(knowledge: str) -> None:
-    task = Task.of("quadrotor", load("standard-full"), knowledge, tilts=Tilts(45.0, 45.0), noise_std_nT=10.0)
+    task = PlanningTask.of("quadrotor", load("standard-full"), knowledge, tilts=Tilts(45.0, 45.0), noise_std_nT=10.0)
     found = planned(task, 600.0)
     assert found.staying_ratio is not None
     assert found.staying_ratio < MOST_RATIO < found.ratio
@@ -74,7 +74,7 @@ def test_a_quadrotor_that_tilts_far_is_near_the_limit_of_one_that_stays(knowledg
 
 @pytest.mark.slow
 def test_a_quadrotor_does_not_overshoot_wide_tilts() -> None:
-    task = Task.of("quadrotor", load("standard-full"), "vector", tilts=Tilts(30.0, 30.0), noise_std_nT=10.0)
+    task = PlanningTask.of("quadrotor", load("standard-full"), "vector", tilts=Tilts(30.0, 30.0), noise_std_nT=10.0)
     found = planned(task, 600.0)
     assert max(found.flown_deg) < 30.0 + 1.5
     assert found.ratio < MOST_RATIO
@@ -85,7 +85,7 @@ def test_a_short_time_is_near_the_limit_too() -> None:
 
     By the attitudes that were meant, within the tilts, it is a little further from the limit.
     """
-    task = Task.of("auv", load("standard-full"), tilts=Tilts(15.0, 15.0), noise_std_nT=10.0)
+    task = PlanningTask.of("auv", load("standard-full"), tilts=Tilts(15.0, 15.0), noise_std_nT=10.0)
     found = planned(task, 100.0)
     assert found.error < MOST_RATIO * found.least.value
     assert found.choice.error < 1.25 * found.least.value
@@ -94,7 +94,7 @@ def test_a_short_time_is_near_the_limit_too() -> None:
 
 
 def test_attitudes_that_are_moved_are_no_worse_and_stay_within_time_and_tilts() -> None:
-    task = Task.of("quadrotor", load("standard-full"), tilts=Tilts(10.0, 20.0), noise_std_nT=10.0)
+    task = PlanningTask.of("quadrotor", load("standard-full"), tilts=Tilts(10.0, 20.0), noise_std_nT=10.0)
     legs = [Leg(yaw, pitch, roll, 1.0) for yaw, pitch, roll in ((0, 20, 10), (90, -20, 5), (180, 15, -10), (270, 5, 5))]
     legs += [Leg(45.0, -10.0, 10.0, 1.0), Leg(200.0, 20.0, -10.0, 1.0), Leg(300.0, -20.0, 10.0, 1.0)]
     flight = task.manoeuvre.phase(legs)
@@ -122,9 +122,9 @@ def test_trials_confirm_the_prediction(vehicle: str, knowledge: str) -> None:
 @pytest.mark.slow
 def test_less_time_than_circles_that_tilt_as_far() -> None:
     like = load("auv-spiral-excited")
-    circles = Question(noise_std_nT=10.0).of_scenario(like).bound.offset_rms_nT
+    circles = BoundQuery(noise_std_nT=10.0).of_scenario(like).bound.offset_rms_nT
     length_s = like.phases[0].duration_s
-    task = Task.of("auv", like, tilts=Tilts(20.0, 25.0), noise_std_nT=10.0)
+    task = PlanningTask.of("auv", like, tilts=Tilts(20.0, 25.0), noise_std_nT=10.0)
     found = planned(task, length_s, circles)
     assert found.met
     assert found.error <= circles
@@ -133,7 +133,7 @@ def test_less_time_than_circles_that_tilt_as_far() -> None:
 
 def test_what_is_written_flies_as_it_is_promised(auv: Plan, tmp_path: Path) -> None:
     file = write_plan(auv, tmp_path / "out")["scenario"]
-    again = Question(noise_std_nT=10.0).of_scenario(load(file))
+    again = BoundQuery(noise_std_nT=10.0).of_scenario(load(file))
     assert again.bound.offset_rms_nT == pytest.approx(auv.error, rel=1e-6)
     told = json.loads((tmp_path / "out" / "plan.json").read_text())
     assert {"scenario", "predicted", "limit", "legs"} <= set(told)
@@ -158,7 +158,7 @@ def test_a_time_that_is_too_short_says_so(auv: Plan) -> None:
 
 def test_tilts_that_a_push_cannot_reach_are_refused() -> None:
     with pytest.raises(InputError, match="at most 45 degrees"):
-        Task.of("quadrotor", load("standard-full"), tilts=Tilts(20.0, 60.0))
+        PlanningTask.of("quadrotor", load("standard-full"), tilts=Tilts(20.0, 60.0))
 
 
 def test_a_target_that_is_not_met_is_said_so(auv: Plan) -> None:
@@ -168,7 +168,7 @@ def test_a_target_that_is_not_met_is_said_so(auv: Plan) -> None:
 
 
 def test_by_hand_in_few_attitudes_that_a_person_can_show() -> None:
-    found = planned(Task.of(HAND, load("standard-full"), noise_std_nT=10.0), 120.0)
+    found = planned(PlanningTask.of(HAND, load("standard-full"), noise_std_nT=10.0), 120.0)
     assert found.error < MOST_RATIO * found.least.value
     assert all(angle % 45 == 0 for leg in found.choice.legs for angle in leg.angles_deg)
     assert all(leg.amount >= 3.0 - 1e-6 for leg in found.choice.legs)

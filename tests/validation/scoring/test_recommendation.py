@@ -7,7 +7,7 @@ import pytest
 from calib import Calibration, Status
 from validation.scoring.evaluation import UNCORRECTED
 from validation.scoring.outcome import RANKED_BY
-from validation.scoring.recommendation import Answer, answer
+from validation.scoring.recommendation import Recommendation, answer
 from validation.scoring.scores import Score
 
 OK = Status("ok")
@@ -20,7 +20,7 @@ def level(error_nT: float, heading_deg: float | None = None, turned: bool = Fals
     return [Score(RANKED_BY, error_nT, "nT", rotation_removed=turned), *heading]
 
 
-def told(statuses: dict[str, Status], scores: dict[str, list[Score]]) -> Answer:
+def told(statuses: dict[str, Status], scores: dict[str, list[Score]]) -> Recommendation:
     fits = {name: Calibration(name=name, status=status) for name, status in statuses.items()}
     return answer(fits, scores, RANKED_BY, list(fits))
 

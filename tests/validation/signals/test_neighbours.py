@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.baseline import Ground
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judged_at
 from diagnosis.library.candidates import proposed
 from recordings import Recording
@@ -75,6 +75,6 @@ def _with_rests(error_deg: float, seed: int) -> Recording:
 def test_a_narrow_loop_does_not_explain_the_attitude_s_own_noise(error_deg: float, seed: int) -> None:
     """By the samples as they are it does, with 11 to 69 nats: inside a loop it is the noise itself."""
     posed = problem(_with_rests(error_deg, seed))
-    found = judged_at(Ground.of(posed), [proposed(posed)[LOOP.name][0]])
+    found = judged_at(Baseline.of(posed), [proposed(posed)[LOOP.name][0]])
     assert found is not None
     assert found.nats < posed.policy.apart
