@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.measure import Row, cpu_s
 from sim.scenario import Scenario, load
-from sim.simulate import flown, plan
+from sim.simulation import plan, true_motion
 from validation.calibrating.candidates import candidates
 from validation.comparison.design import Design
 from validation.comparison.trial import run_trial
@@ -30,7 +30,7 @@ def rows() -> list[Row]:
 
 def _physics() -> Row:
     design = Design.of(spiral(), candidates(TWELVE), seed=1)
-    flown_s = cpu_s(lambda: list(flown(plan(design.points[0].scenario, 0, 1))))
+    flown_s = cpu_s(lambda: list(true_motion(plan(design.points[0].scenario, 0, 1))))
     run_trial(design, 0, 0)
     trial_s = cpu_s(lambda: run_trial(design, 0, 1))
     share = PROCESSES * flown_s / (TRIALS * trial_s)

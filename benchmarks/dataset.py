@@ -10,10 +10,10 @@ from pathlib import Path
 
 from benchmarks.closed_loop import bare_steps, commands
 from benchmarks.measure import Row, paired_ratio
+from sim.dataset_writer import generate
 from sim.effects import EFFECTS, Effects
-from sim.generate import generate
 from sim.scenario import Scenario, load
-from sim.simulate import channels_of
+from sim.simulation import channels_of
 from sim.state import MOTION
 
 MOST_COST = 3.0
@@ -52,7 +52,7 @@ def _growth(folder: Path) -> Row:
 def _peak_MiB(hours: int, folder: Path) -> float:
     code = (
         "import sys; from pathlib import Path\n"
-        "from benchmarks.dataset import every_effect; from sim.generate import generate\n"
+        "from benchmarks.dataset import every_effect; from sim.dataset_writer import generate\n"
         f"generate(every_effect({hours}), Path(sys.argv[1]))\n"
         "lines = dict(line.split(':', 1) for line in open('/proc/self/status'))\n"
         "print(int(lines['VmHWM'].split()[0]) / 1024)"  # getrusage would tell this process's own peak, inherited

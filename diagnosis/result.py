@@ -18,7 +18,7 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.verdict import Verdict
 from scenarios.arrays import Array
 from sim.effects.base import Effect
-from sim.effects.values import Parameter
+from sim.effects.parameters import Parameter
 from sim.scenario import Scenario
 from validation.signals.amplitude import rms
 
@@ -98,7 +98,7 @@ class Named:
     @property
     def askable(self) -> bool:
         """Whether it has coefficients that hold all through a run, which another recording can bear out."""
-        lasts = self.effect.active_s is None and not self.effect.clues.one_run
+        lasts = self.effect.active_s is None and not self.effect.traits.one_run
         return lasts and self.how in FITTED
 
 

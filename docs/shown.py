@@ -34,8 +34,8 @@ from reports.plots.field import draw_norm, draw_residuals, draw_sphere
 from reports.plots.inspection import draw_coverage
 from reports.plots.motion import draw_path, draw_vehicle
 from reports.plots.style import STYLE
+from sim.dataset_writer import generate
 from sim.effects import EFFECTS
-from sim.generate import generate
 from sim.scenario import Scenario, load
 from sim.vehicles import VEHICLES
 from validation.inspection.inspection import inspect_file

@@ -25,9 +25,9 @@ from scenarios.spec import FieldSpec, NavigationSpec, SamplingSpec, ThermalSpec
 from scenarios.varied import Vary
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
-from sim.effects.values import Parameter
+from sim.effects.parameters import Parameter
 from sim.scenario import SensorSpec, load
-from sim.vehicles import VEHICLES, able
+from sim.vehicles import VEHICLES, vehicles_for
 from validation.scoring.definitions import MEANINGS
 from validation.text import symbol
 
@@ -189,7 +189,7 @@ def phases() -> str:
     """Every kind of phase with its keys."""
     parts = []
     for kind, model in PHASES.items():
-        who = ", ".join(able(model))
+        who = ", ".join(vehicles_for(model))
         head = f'**`kind = "{kind}"`** ({who}). {_summary(model)}'
         parts.append(head + "\n\n" + _table(KEY_HEADS, schema_keys.rows(model)))
     return "\n".join(parts)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from recordings import Recording, Truth, read_recording, read_run
     from reports.outputs.run import run_scenario
     from scenarios.load import catalogue
-    from sim.generate import generate
+    from sim.dataset_writer import generate
     from sim.scenario import Scenario, load
     from validation.inspection.inspection import Inspection
     from validation.scoring.outcome import Outcome
@@ -79,7 +79,7 @@ if not TYPE_CHECKING:  # type checkers read the imports above
         "Status": "magbench.calib.result",
         "Truth": "magbench.recordings",
         "catalogue": "magbench.scenarios.load",
-        "generate": "magbench.sim.generate",
+        "generate": "magbench.sim.dataset_writer",
         "load": "magbench.sim.scenario",
         "read_recording": "magbench.recordings",
         "read_run": "magbench.recordings",

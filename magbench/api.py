@@ -233,7 +233,7 @@ def simulate(
     from tempfile import TemporaryDirectory
 
     from recordings import read_run
-    from sim.generate import generate
+    from sim.dataset_writer import generate
 
     with TemporaryDirectory(prefix="magbench-") as place:
         generate(scenario_from(scenario, overrides), Path(place), seed=seed)

@@ -23,7 +23,7 @@ _WRITE_AGAIN = "write it again, or say with --field-strength-nT or --field-enu-n
 
 
 class TrueParameters(BaseModel, extra="allow", frozen=True):
-    """The true parameters of a run: the field, and whatever else `sim.simulate` writes."""
+    """The true parameters of a run: the field, and whatever else `sim.simulation` writes."""
 
     field_enu_nT: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] | None = None
 

@@ -50,7 +50,7 @@ def sides(found: Diagnosis) -> Sides:
     if problem.mode == "strength":
         measured = _given_nT(problem) + problem.target * problem.sigma_nT
         return Sides(measured, measured - found.before_nT, measured - found.after_nT)
-    smooth = [effect for effect in found.model.chain() if not effect.clues.converter]
+    smooth = [effect for effect in found.model.chain() if not effect.traits.converter]
     return Sides(problem.recording.mag_nT, problem.predicted_nT, apply_deterministic(smooth, problem.state)[0])
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, types
 
 from scenarios.arrays import Array
-from sim.portable import inverse
+from sim.portable_arithmetic import inverse
 
 llvm.load_library_permanently(str(next(Path(mujoco.__file__).parent.glob("*mujoco.*[0-9]*"))))
 

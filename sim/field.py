@@ -10,7 +10,7 @@ import numpy as np
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
-from sim.portable import extended
+from sim.portable_arithmetic import extended
 
 FIRST_DATE, LAST_DATE = datetime.date(1900, 1, 1), datetime.date(2030, 1, 1)
 """What IGRF-14 covers; its last five years are a forecast."""

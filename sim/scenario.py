@@ -19,7 +19,7 @@ from sim.effects import EffectName, Effects, check_order, in_order
 from sim.effects.base import Effect
 from sim.scalar import OUTSIDE
 from sim.sensors import SENSORS, Sensor, SensorName
-from sim.vehicles import VEHICLES, VehicleSpec, able
+from sim.vehicles import VEHICLES, VehicleSpec, vehicles_for
 from sim.vehicles.base import Vehicle
 
 Metres = Annotated[float, Field(ge=-1000, le=1000)]
@@ -174,7 +174,7 @@ def _check_phase(vehicle: type[Vehicle], phase: Phase, index: int) -> None:
     """A phase that the vehicle can do; ValidationError at its place otherwise."""
     if not vehicle.can(phase):
         what = f'the {vehicle.name} cannot do a "{phase.kind}" phase'
-        raise misfit(("phases", index, "kind"), what, "vehicles that can: " + ", ".join(able(phase)))
+        raise misfit(("phases", index, "kind"), what, "vehicles that can: " + ", ".join(vehicles_for(phase)))
     if phase.tilted and Ability.TILT not in vehicle.abilities:
         what = f"the {vehicle.name} cannot {Ability.TILT}"
         raise misfit(("phases", index), what, 'leave the amplitudes out, or add a "rotate" phase')

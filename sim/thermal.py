@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from scenarios.arrays import Array
 from scenarios.spec import ThermalSpec
-from sim.portable import extended
+from sim.portable_arithmetic import extended
 
 
 @dataclass

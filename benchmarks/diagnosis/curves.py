@@ -140,7 +140,7 @@ def run_payload(payload: Payload) -> Row:
     return {
         **asdict(payload), "key": payload.key, "lag_s": lag_s, "course": course, "cpu_s": time.process_time() - begun,
         "verdict": found.verdict, "names": [one.name for one in found.named],
-        "channels": [cause for one in curves for cause in one.causes], "explained": found.gap.explained,
+        "channels": [cause for one in curves for cause in one.required_inputs], "explained": found.gap.explained,
         "elsewhere": explained(other, model, curves) if curves else None,
     }  # fmt: skip
 

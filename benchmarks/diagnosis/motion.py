@@ -15,7 +15,7 @@ from scenarios.arrays import Array
 from sim.processes import GaussMarkov
 from sim.rotation import matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import Scenario, load
-from sim.simulate import blocks, plan
+from sim.simulation import blocks, plan
 from sim.state import State
 
 SCENARIOS = ("auv-spiral-excited", "quad-calibration")

@@ -39,7 +39,7 @@ from sim import effects as effect_table  # noqa: E402
 from sim.chain import Chain  # noqa: E402
 from sim.effects import Effects  # noqa: E402
 from sim.scenario import Scenario, load  # noqa: E402
-from sim.simulate import plan  # noqa: E402
+from sim.simulation import plan  # noqa: E402
 
 SCORED, TUNED = 2000, 0
 """First seed of the scoring set, and of the tuning set."""

@@ -16,7 +16,7 @@ from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
 
 Row = dict[str, Any]
-SLOW_NOISES = {effect.name for effect in EFFECTS if effect.clues.spectrum is not None}
+SLOW_NOISES = {effect.name for effect in EFFECTS if effect.traits.spectrum is not None}
 NOISES = SLOW_NOISES | {"white_noise"}
 CONFIDENT = (Verdict.NAMED, Verdict.COMPOSITE)
 IN_TIME = {"offset_jump", "hard_iron_drift", "diurnal_drift"} | NOISES

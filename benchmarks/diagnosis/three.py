@@ -63,11 +63,11 @@ NULLS, COLOURS = 5, ("attitude", "flicker", "jitter", "all")
 """Nulls of each vehicle for one seed of the others, and the colours that come round in further ones."""
 WANDERS = ("attitude", "all")
 """Colours with an attitude that wanders."""
-TRANSFERS = tuple(name for name in HIDDEN if not BY_NAME[name].clues.one_run)
+TRANSFERS = tuple(name for name in HIDDEN if not BY_NAME[name].traits.one_run)
 """Effects that another recording can show."""
 SHORT_S, SHORT_HZ = (90.0, 200.0), 10.0
 """Least and greatest length of a recording of a short trial, and its rate."""
-SHORT_TRANSFERS = tuple(name for name in TRANSFERS if BY_NAME[name].clues.fastest_nT_s is None)
+SHORT_TRANSFERS = tuple(name for name in TRANSFERS if BY_NAME[name].traits.max_rate_nT_s is None)
 """Those that minutes show: nature's slow change is a constant error of the field there."""
 SHORT_KINDS = ("null", "coloured", "same", "alone", "outside")
 """Kinds that come round in the short trials."""

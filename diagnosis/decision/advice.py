@@ -67,16 +67,16 @@ def _untried(found: Diagnosis) -> set[str]:
 
 def seek_the_mechanism(found: Diagnosis) -> Iterator[str]:
     """A curve names a channel; what it drives is for people to find, or to say where it commands a current."""
-    untried = [channel for one in curves_of(found) if (channel := one.effect.causes[-1]) in _untried(found)]
+    untried = [channel for one in curves_of(found) if (channel := one.effect.required_inputs[-1]) in _untried(found)]
     if untried:
         options = " ".join(f"--actuator {channel}" for channel in untried)
         yield f"Where {' or '.join(untried)} commands a current or a coil, say so: {options}. It can then be named."
     for one in curves_of(found):
-        channel, clues = one.effect.causes[-1], one.effect.clues
+        channel, traits = one.effect.required_inputs[-1], one.effect.traits
         rivals = f" A curve of {' or '.join(one.rivals)} does nearly as well." if one.rivals else ""
         seen = found.problem.state.channel(channel)
         known = f" It is known for {channel} from {short(float(seen.min()))} to {short(float(seen.max()))} alone."
-        yield f"The curve of {channel} tells no mechanism: {clues.apart}; {clues.remedy}.{known}{rivals}"
+        yield f"The curve of {channel} tells no mechanism: {traits.experiment}; {traits.remedy}.{known}{rivals}"
 
 
 def fly_another_motion(found: Diagnosis) -> Iterator[str]:
@@ -97,7 +97,9 @@ def ways_to_tell(named: Sequence[Named]) -> Iterator[str]:
     """For each name with look-alikes what to do that tells them apart."""
     for one in named:
         if one.others:
-            ways = dict.fromkeys(filter(None, (BY_NAME[name].clues.apart for name in (one.name, *one.alternatives))))
+            ways = dict.fromkeys(
+                filter(None, (BY_NAME[name].traits.experiment for name in (one.name, *one.alternatives)))
+            )
             yield f"{one.name} may also be {', '.join(one.others)}. To tell: {'; '.join(ways)}."
 
 
@@ -112,8 +114,8 @@ def turn_where_it_stood(found: Diagnosis) -> Iterator[str]:
         if moment is not None:
             begin_s = getattr(one.effect, moment)
             acts, when = time_s >= begin_s, f"from {digits(begin_s, 4)} s on"
-        elif stretch is not None and one.effect.clues.absorbed:
-            acts, when = one.effect.acts(time_s), stretch.words
+        elif stretch is not None and one.effect.traits.absorbed:
+            acts, when = one.effect.is_active(time_s), stretch.words
         else:
             continue
         if found.problem.turns and (_stands(found.problem, acts) or _stands(found.problem, ~acts)):

@@ -99,7 +99,7 @@ def wander_moves_the_mean(belief: Belief) -> Belief:
 
 
 def _may_be_constant(one: Accepted) -> bool:
-    return any(BY_NAME[name].clues.constant for name in (one.name, *one.alternatives))
+    return any(BY_NAME[name].traits.constant for name in (one.name, *one.alternatives))
 
 
 DOUBTS: tuple[Doubt, ...] = (slow_noise_is_left, iron_differs, wander_moves_the_mean)

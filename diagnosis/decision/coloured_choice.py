@@ -166,7 +166,7 @@ class CandidateTest:
 
     def _refusal_by_wander(self, one: CandidateFit, with_it: Baseline, coloured: bool, needed: float) -> str:
         """Why it is a part of an error of the attitude; a field of its own is none that explains what is along it."""
-        source = one.evidence.candidate.effect.clues.source and with_it.problem.sees_across
+        source = one.evidence.candidate.effect.traits.field_source and with_it.problem.sees_across
         if not coloured or (source and self._is_along_the_field(with_it, needed)):
             return ""
         return WANDERS if a_wander_does_better(one, self.wander, needed) else ""
@@ -212,7 +212,7 @@ class CandidateTest:
     def _refusal_along_the_field(self, one: CandidateFit, with_it: Baseline, coloured: bool) -> str:
         """Why it is an error of the attitude; what leaves nothing need not show along the field, but not deny it."""
         problem, candidate = self.ground.problem, one.evidence.candidate
-        source = candidate.effect.clues.source
+        source = candidate.effect.traits.field_source
         if not problem.sees_across or not (coloured or source):
             return ""
         turned = source or problem.level is not None  # all that the dip has may be roll's and pitch's
@@ -297,7 +297,7 @@ def _as_good(
     """The best with those that gain as much by chance, or but for an error of form: of its kin, or within it."""
     policy, best = beside.rows.policy, trial.one
     kin = [one for one in others if are_kin(one.evidence, best.evidence)]
-    within = [one for one in others if one.evidence.name in best.evidence.candidate.effect.clues.contains]
+    within = [one for one in others if one.evidence.name in best.evidence.candidate.effect.traits.contains]
     of_form = policy.same_kin_coloured if trial.coloured else policy.same_kin
     of_simpler = policy.same_kin if trial.may_be_less else policy.same_constant
     as_good = look_alikes(best, others, beside, chance, 0.0)

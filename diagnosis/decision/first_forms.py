@@ -33,7 +33,7 @@ def _curve(ground: Baseline, one: Evidence, is_clean: IsClean) -> Evidence | Non
 
 
 def _first_form(several: list[Candidate]) -> str:
-    return several[0].effect.clues.first_form
+    return several[0].effect.traits.first_form
 
 
 def _settings(ground: Baseline, several: list[Candidate]) -> Iterator[Candidate]:
@@ -49,4 +49,4 @@ def _settings(ground: Baseline, several: list[Candidate]) -> Iterator[Candidate]
         for values in itertools.product(*(p.quantity.tried for p in listed)):
             if all(math.isclose(other, factor * size) for size in own for other in values):
                 numbers = dict(zip((p.name for p in listed), values, strict=True))
-                yield one.at({**effect.middle(ground.problem.state), **numbers}).with_form(form)
+                yield one.at({**effect.central_reference(ground.problem.state), **numbers}).with_form(form)

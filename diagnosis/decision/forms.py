@@ -137,7 +137,7 @@ def _settings(one: Candidate, form: str, problem: LinearProblem) -> Iterator[Can
     """The candidate with a fuller form, at every listed value of that and at every sweep."""
     of_form = one.effect.forms[form]
     grid: dict[str, tuple[Any, ...]] = {p.name: p.quantity.tried for p in of_form if p.role == "listed"}
-    fuller = replace(one, forms=(*one.forms, form)).at(one.effect.middle(problem.state))
+    fuller = replace(one, forms=(*one.forms, form)).at(one.effect.central_reference(problem.state))
     for values in itertools.product(*grid.values()):
         yield from _swept(fuller.at(dict(zip(grid, values, strict=True))), form, problem)
 

@@ -47,7 +47,7 @@ def _conventions(selection: Selection) -> Array:
     problem, columns = selection.end.problem, [np.zeros((*selection.end.problem.target.shape, 0))]
     for one in selection.found:
         effect = one.evidence.candidate.made(one.evidence.coefficients)
-        columns.append(problem.whitened(effect.conventions(problem.state, problem.clean_nT), type(effect)))
+        columns.append(problem.whitened(effect.convention_columns(problem.state, problem.clean_nT), type(effect)))
     return np.concatenate(columns, axis=2)
 
 
@@ -97,7 +97,7 @@ def _by_convention(rival: Evidence, problem: LinearProblem) -> bool:
     if not MOTION.issuperset(rival.candidate.effect.needs):
         return False
     effect, state = rival.candidate.made(rival.coefficients), problem.state
-    counted = problem.whitened(effect.conventions(state, problem.clean_nT), type(effect))
+    counted = problem.whitened(effect.convention_columns(state, problem.clean_nT), type(effect))
     added = (rival.candidate.columns(problem) @ rival.coefficients).ravel()
     A = counted.reshape(len(added), -1)
     left = added - A @ np.linalg.lstsq(A, added, rcond=None)[0]
@@ -143,7 +143,7 @@ def _unfitted(selection: Selection) -> Baseline:
 def _listed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:
     """Candidates that need no search; a linear field is taken at its given origin."""
     listed = (None, "origin")
-    return {name: many for name, many in proposed(problem, without).items() if many[0].effect.sought() in listed}
+    return {name: many for name, many in proposed(problem, without).items() if many[0].effect.search_role() in listed}
 
 
 def _is_of_no_account(chosen: Accepted, found: list[Accepted], selection: Selection) -> bool:
@@ -168,7 +168,7 @@ def _size(one: Accepted, problem: LinearProblem) -> float:
     A sensor at 10 degrees has a large part of ``k (T - 20)`` in its iron.
     """
     effect = one.evidence.candidate.made(one.evidence.coefficients)
-    counted = effect.conventions(problem.state, problem.clean_nT).shape[2]
+    counted = effect.convention_columns(problem.state, problem.clean_nT).shape[2]
     return one.evidence.gain if counted else one.evidence.raw_gain
 
 

@@ -18,8 +18,8 @@ from diagnosis.problem.formulation import posed_anew
 from diagnosis.problem.linear import Instead, LinearProblem
 from diagnosis.problem.rates import attitude_at, attitude_course
 from scenarios.arrays import Array
-from sim.effects.clues import LATE
 from sim.effects.earth import AttitudeMisalignment
+from sim.effects.traits import LATE
 from sim.rotation import matrix_from_q, to_body
 from validation.signals.amplitude import rms
 from validation.signals.quaternion_conventions import match_rates
@@ -61,7 +61,7 @@ def _size_nT(one: Accepted, selection: Selection) -> float:
 
 def _free_of_kin(selection: Selection) -> Accepted | None:
     """What was found of the kin of what is late, with coefficients of either sign."""
-    late = [one for one in selection.found if one.evidence.candidate.effect.clues.kin == LATE]
+    late = [one for one in selection.found if one.evidence.candidate.effect.traits.family == LATE]
     return next((one for one in late if one.evidence.candidate.effect.linear and not one.evidence.candidate.once), None)
 
 

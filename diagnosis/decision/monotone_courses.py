@@ -76,7 +76,7 @@ def _alike_beside(problem: LinearProblem, one: Named, signal_nT: Array) -> tuple
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
     same = [effect for effect in one.effects if effect.name == one.name]  # a second jump is a part of its course
     parts = [effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {}) for effect in same]
-    course, jumps = _main_course(cut.means(np.sum(parts, axis=0))), one.effect.sought() == "moment"
+    course, jumps = _main_course(cut.means(np.sum(parts, axis=0))), one.effect.search_role() == "moment"
     alike = correlation if jumps else _rank_correlation  # the ranks of levels are a matter of their noise
     names = [name for name, x in _courses(problem) if alike(course, cut.means(x)) > problem.policy.one_course]
     return tuple(names) if jumps or TIME in names else ()

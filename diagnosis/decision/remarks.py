@@ -17,7 +17,7 @@ from diagnosis.verdict import Verdict
 from recordings.channels import ALTITUDE
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
-from sim.effects.place import turn_of
+from sim.effects.chain_position import iron_matrix
 from validation.signals.amplitude import rms
 from validation.signals.time_units import finer_unit
 from validation.text import digits
@@ -164,7 +164,7 @@ def _as_shown(axes: Array, shown: int) -> str:
 def turned_mount(found: Diagnosis) -> Iterator[str]:
     """A change of the iron that is the attitude's: its axes are turned against those of the model's iron."""
     iron = [one.effect for one in found.named if one.how is How.IRON]
-    matrix = any(one.clues.absorbed and not one.clues.constant and not one.tangents for one in iron)
+    matrix = any(one.traits.absorbed and not one.traits.constant and not one.tangents for one in iron)
     if matrix and (turn_deg := turn_of_the_mount(found.problem)) is not None:
         angles = ", ".join(digits(one) for one in turn_deg)
         yield (
@@ -181,7 +181,7 @@ def turn_of_the_mount(problem: LinearProblem) -> Array | None:
     """
     if not (problem.turns and problem.iron_known):
         return None
-    T = np.linalg.solve(turn_of(problem.effects, problem.state), problem.turn)
+    T = np.linalg.solve(iron_matrix(problem.effects, problem.state), problem.turn)
     U, _, V = np.linalg.svd(T)
     R = U @ V
     differs, left = (((T - one) ** 2).sum() for one in (np.eye(3), R))

@@ -127,7 +127,7 @@ def residual_tests(ground: Baseline, found: Sequence[str]) -> ResidualTests:
     """
     problem, left = ground.problem, ground.residual()
     fitted = problem.fitted + ground.sums.width
-    filtered = any(BY_NAME[name].clues.memory for name in found)
+    filtered = any(BY_NAME[name].traits.correlates_noise for name in found)
     samples = problem.policy.filter_memory if filtered else 1
     tests = battery(left, problem.usable, problem.state.time_s, fitted, problem.policy, samples)
     return tests if tests.clean or not as_stated(problem, left) else replace(tests, why=())
@@ -143,7 +143,7 @@ def _without_what_has_no_name(tests: ResidualTests, ground: Baseline, found: Seq
 
     Beside an effect that depends on the place it stays a doubt.
     """
-    if not found or any(one.evidence.candidate.effect.clues.source for one in found):
+    if not found or any(one.evidence.candidate.effect.traits.field_source for one in found):
         return tests
     return residual_tests(ground, names_of(found))
 

@@ -13,7 +13,7 @@ from diagnosis.problem.actuators import as_currents
 from diagnosis.result import Diagnosis, How, Named, Transfer
 from recordings.channels import current_name
 from sim.effects.base import Effect
-from sim.effects.straight import straightened
+from sim.effects.linearisation import linearise
 from sim.state import State
 from validation.text import digits, short
 
@@ -84,7 +84,7 @@ def _curves(found: Diagnosis) -> str:
 
 
 def _channel(one: Named) -> str:
-    return one.effect.causes[-1]
+    return one.effect.required_inputs[-1]
 
 
 def _logged_as(found: Diagnosis) -> dict[str, str]:
@@ -114,7 +114,7 @@ def words_of(one: Named, when: str = "", logged: Mapping[str, str] | None = None
     either = f" (or {', '.join(one.others)})" if one.others else ""
     when = _at_moments(one) or when
     parameter = next(p for p in one.effect.parameters() if p.name == main_parameter(one.effect))
-    straight = one.effect if along is None else straightened(one.effect, along)
+    straight = one.effect if along is None else linearise(one.effect, along)
     value = short(np.asarray(getattr(straight, parameter.name), dtype=float).tolist())
     driver, whose = _driven_by(one, logged or {})
     unit = parameter.unit.replace("/A", " a unit") if driver else parameter.unit

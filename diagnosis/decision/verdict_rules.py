@@ -150,7 +150,7 @@ def _at_an_end(effect: Effect) -> bool:
 
 def unnamed_channels(case: VerdictInput) -> set[str]:
     """Recorded channels that no name, nor what it may be instead, has for its cause; all motors' currents are one."""
-    causes = {cause for one in case.named for cause in one.effect.causes}
+    causes = {cause for one in case.named for cause in one.effect.required_inputs}
     causes |= {need for one in case.named for name in one.alternatives for need in BY_NAME[name].needs}
     known = set(case.problem.state.channels) - causes
     motors = {current_name(motor) for motor in case.problem.state.motors}
@@ -183,7 +183,7 @@ def _explains_some(case: VerdictInput) -> bool:
 def _only_iron_with_rivals(case: VerdictInput) -> bool:
     """Changes of the iron alone, for one of which an effect could stand that is no iron."""
     rivals = (other for one in case.named for other in one.alternatives)
-    return all(one.how is How.IRON for one in case.named) and any(not BY_NAME[name].clues.absorbed for name in rivals)
+    return all(one.how is How.IRON for one in case.named) and any(not BY_NAME[name].traits.absorbed for name in rivals)
 
 
 def _may_be_one_course(case: VerdictInput) -> bool:
@@ -193,7 +193,7 @@ def _may_be_one_course(case: VerdictInput) -> bool:
     """
     alike = [one for one in case.named if one.rivals]
     others = [one for one in case.named if not one.rivals]
-    constant = [one for one in others if one.how is How.IRON and one.effect.clues.constant]
+    constant = [one for one in others if one.how is How.IRON and one.effect.traits.constant]
     noise = [one for one in others if one.how is How.SPECTRUM]
     return len(alike) == 1 and len(constant) + len(noise) == len(others)
 

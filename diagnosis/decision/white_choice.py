@@ -77,7 +77,7 @@ def instead_of(chosen: Evidence, close: Sequence[Evidence], policy: Policy) -> t
     """
 
     def is_other(one: Evidence) -> bool:
-        makes_it = chosen.name in one.candidate.effect.clues.contains
+        makes_it = chosen.name in one.candidate.effect.traits.contains
         return one.name != chosen.name and not (makes_it and not chosen.behind(one, policy))
 
     return tuple(dict.fromkeys(one.name for one in close if is_other(one)))
@@ -127,7 +127,7 @@ def simplest(close: Sequence[R], policy: Policy) -> R:
     best = max(rivals, key=lambda e: e.gain)
     if kin := [e for e in rivals if are_kin(e, best)]:
         return _of_kin(kin, policy)
-    like = best.candidate.effect.clues.same_as
+    like = best.candidate.effect.traits.equivalent_to
     same = [e for e in rivals if e.name == like or math.isclose(e.gain, best.gain, rel_tol=policy.same_gain)]
     return min(same, key=lambda e: CHAIN.index(e.name))
 
@@ -142,7 +142,7 @@ def _of_kin(kin: Sequence[R], policy: Policy) -> R:
 
 def by_form_alone(one: Evidence, best: Evidence, share: float) -> bool:
     """Whether the best is of its kin or makes it too, and gains no more beyond it than a share, an error of form."""
-    near = are_kin(one, best) or one.name in best.candidate.effect.clues.contains
+    near = are_kin(one, best) or one.name in best.candidate.effect.traits.contains
     return near and one.gain > (1 - share) * best.gain
 
 
@@ -158,5 +158,5 @@ def _is_it_too(one: Evidence, best: Evidence, policy: Policy) -> bool:
 
 def are_kin(one: Rival, other: Rival) -> bool:
     """Whether two effects are the same to first order."""
-    kin = one.candidate.effect.clues.kin
-    return bool(kin) and kin == other.candidate.effect.clues.kin
+    kin = one.candidate.effect.traits.family
+    return bool(kin) and kin == other.candidate.effect.traits.family

@@ -12,7 +12,9 @@ from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.channels import HIGHEST
 
-TURNS = {name for effect in EFFECTS if effect.clues.turns for name in (effect.name, effect.clues.same_as)}
+TURNS = {
+    name for effect in EFFECTS if effect.traits.attitude_error for name in (effect.name, effect.traits.equivalent_to)
+}
 """Effects that are an error of the attitude, and those that do the same on every motion."""
 
 
@@ -23,7 +25,7 @@ def an_attitude_does_as_well(ground: Baseline, with_it: Baseline, one: Candidate
     where the field shows along the earth's, or without attitude. with_it : the ground with the field in.
     """
     problem = ground.problem
-    if not one.effect.clues.source or problem.mode != "vector" or problem.relative:
+    if not one.effect.traits.field_source or problem.mode != "vector" or problem.relative:
         return False
     if gains_along_the_field(ground, with_it, one.tried):
         return False
@@ -35,5 +37,5 @@ def _turning(problem: LinearProblem) -> Array:
     """Columns (n, q, k) of constant turns, and of turns that grow with the powers of time."""
     time_s = problem.state.time_s
     x = (time_s - time_s[0]) / (time_s[-1] - time_s[0])
-    turns = [Candidate(effect).columns(problem) for effect in EFFECTS if effect.clues.turns]
+    turns = [Candidate(effect).columns(problem) for effect in EFFECTS if effect.traits.attitude_error]
     return np.concatenate([turn * (x**j)[:, None, None] for j in range(HIGHEST + 1) for turn in turns], axis=2)

@@ -42,7 +42,7 @@ def with_outcomes(
             return f"{NOT_TOLD} {named}"
         if one.outcome or one.nats <= one.needed:
             return one.outcome or TOO_LITTLE
-        return f"{named} {AND_NO_MORE}" if named in one.evidence.candidate.effect.clues.contains else BEHIND
+        return f"{named} {AND_NO_MORE}" if named in one.evidence.candidate.effect.traits.contains else BEHIND
 
     return tuple(sorted((replace(one, outcome=outcome(one)) for one in judged), key=lambda one: -one.nats))
 

@@ -33,14 +33,14 @@ def as_stated(problem: LinearProblem, residual: Array) -> bool:
 
 def states_wander(problem: LinearProblem) -> bool:
     """Whether the model has a slow noise of its own."""
-    return any(effect.clues.spectrum is not None for effect in problem.effects)
+    return any(effect.traits.spectrum is not None for effect in problem.effects)
 
 
 def _wander(problem: LinearProblem, f: Array) -> Array:
     """Power density (m,) of the model's own slow noises, mean over axes, in units of the noise."""
     total = np.zeros(len(f))
     for effect in problem.effects:
-        shape, level = effect.clues.spectrum, effect.with_role("level")
+        shape, level = effect.traits.spectrum, effect.with_role("level")
         if shape is not None and level is not None:
             std = np.array(getattr(effect, level))
             total += float(((std / _noise_nT(problem)) ** 2).mean()) * shape(f)

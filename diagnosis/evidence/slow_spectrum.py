@@ -29,7 +29,7 @@ class SlowSpectrum:
     def of(cls, residual: Array, interval_s: float, policy: Policy) -> SlowSpectrum:
         """The best of every effect that has a spectrum, for a residual (n, q) in units of the noise."""
         bands = Bands.of(residual, interval_s, policy.first_line, policy.bands)
-        shapes = {effect: shape for effect in EFFECTS if (shape := effect.clues.spectrum) is not None}
+        shapes = {effect: shape for effect in EFFECTS if (shape := effect.traits.spectrum) is not None}
         fits = {effect: bands.fit(2 * interval_s, shape(bands.f)) for effect, shape in shapes.items()}
         best = max(fits, key=lambda effect: fits[effect][0])
         others = tuple(e.name for e in fits if e is not best and fits[best][0] - fits[e][0] < policy.apart)

@@ -32,8 +32,8 @@ def a_course_of_the_field_does_better(one: CandidateFit, beside: ColouredBaselin
 
     A field that changes turns as the vehicle does, which no rest of the sensor's axes takes up.
     """
-    clues = one.evidence.candidate.effect.clues
-    if problem.mode != "vector" or not problem.sees_across or clues.source or clues.turns:
+    traits = one.evidence.candidate.effect.traits
+    if problem.mode != "vector" or not problem.sees_across or traits.field_source or traits.attitude_error:
         return False
     course = _free(one, beside, _courses_of_the_field(problem))
     return _does_better(course, one, beside)
@@ -45,7 +45,7 @@ def a_course_of_the_place_does_better(one: CandidateFit, beside: ColouredBaselin
     A vehicle that moves on meets the field of places one after the other.
     """
     effect = one.evidence.candidate.effect
-    in_time = effect.clues.source and "position" not in effect.needs
+    in_time = effect.traits.field_source and "position" not in effect.needs
     if problem.mode != "vector" or "position" not in problem.has or not in_time:
         return False
     return _does_better(_free(one, beside, _courses_of_the_place(problem)), one, beside)

@@ -13,7 +13,7 @@ from diagnosis.library.drivers import AT_ONCE, EARLY, Driver, drivers
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
-from sim.effects.values import SWITCH
+from sim.effects.parameters import ACTIVE_WINDOW
 
 
 def comes_and_goes(ground: Baseline, one: Candidate) -> str:
@@ -26,7 +26,7 @@ def comes_and_goes(ground: Baseline, one: Candidate) -> str:
         return ""
     problem = ground.problem
     apart, alike = problem.policy.apart, on_within(problem, one.window)
-    plain = one.at({SWITCH.name: None}).columns(problem)
+    plain = one.at({ACTIVE_WINDOW.name: None}).columns(problem)
     grown = (
         (ground.evidence_of(_times(plain, terms)) + (-apart if name in alike else apart), name)
         for name, terms in _courses(problem)

@@ -33,7 +33,7 @@ def more_noise(problem: LinearProblem, residual: Array, new: Sequence[Effect]) -
 
 def _brought(problem: LinearProblem, new: Sequence[Effect]) -> Array:
     """Variance (3,) in nT^2 of the white noise of what new effects add."""
-    known = [one for one in new if not (one.stochastic or one.clues.converter)]
+    known = [one for one in new if not (one.stochastic or one.traits.converter)]
     parts = [one.contribution(problem.state, problem.met_nT(type(one)), np.random.default_rng(0), {}) for one in known]
     return sample_noise(np.sum(parts, axis=0)) ** 2 if parts else np.zeros(3)
 

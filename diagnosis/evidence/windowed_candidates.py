@@ -12,7 +12,7 @@ from diagnosis.library.candidates import Candidate, changes_of_iron
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
-from sim.effects.values import SWITCH
+from sim.effects.parameters import ACTIVE_WINDOW
 
 
 def windowed(ground: Baseline, ranking: Sequence[Evidence], members: dict[str, list[Candidate]]) -> list[Evidence]:
@@ -48,7 +48,7 @@ def comes_again(ground: Baseline, with_it: Baseline, one: Candidate) -> bool:
     problem = ground.problem
     begin_s, end_s = one.window
     before, after = (_timeline(problem, each) for each in (ground, with_it))
-    columns = before.rows.taken(one.at({SWITCH.name: None}).columns(problem))
+    columns = before.rows.taken(one.at({ACTIVE_WINDOW.name: None}).columns(problem))
     again = after.best(columns)
     first = before.gain(columns, Span(begin_s, end_s, 0.0, 0.0))
     overlaps = again.from_s < end_s and begin_s < again.to_s
@@ -69,10 +69,10 @@ def _judged(
 ) -> Evidence | None:
     """The evidence of a candidate in its window: the best of its listed settings there, then the window once more."""
     problem, policy = ground.problem, ground.problem.policy
-    if one.effect.search and not one.effect.sought():
+    if one.effect.search and not one.effect.search_role():
         at_span = judged_at(ground, [_in(each, span, policy) for each in several])
         one = one if at_span is None else at_span.candidate
-        plain = one.at({SWITCH.name: None})
+        plain = one.at({ACTIVE_WINDOW.name: None})
         span = timeline.best(timeline.rows.taken(plain.columns(problem)))
     if _is_one_sided(span, problem.state.time_s, policy) and _is_a_jump(timeline, problem, one, span):
         return None
@@ -81,14 +81,14 @@ def _judged(
 
 def _is_a_jump(timeline: Timeline, problem: LinearProblem, one: Candidate, span: Span) -> bool:
     """Whether a constant from a moment on, or up to it, explains most of what a candidate does: that is a jump."""
-    iron = [several[0] for several in changes_of_iron().values() if several[0].effect.clues.constant]
+    iron = [several[0] for several in changes_of_iron().values() if several[0].effect.traits.constant]
     constant = max(timeline.gain(timeline.rows.taken(each.columns(problem)), span) for each in iron)
     return constant > problem.policy.window_share * span.gain
 
 
 def _in(one: Candidate, span: Span, policy: Policy) -> Candidate:
     windows = policy.window_cells * (policy.window_cells + 1) // 2
-    return one.at({SWITCH.name: (span.from_s, span.to_s)}, max(one.tried, 1) * windows)
+    return one.at({ACTIVE_WINDOW.name: (span.from_s, span.to_s)}, max(one.tried, 1) * windows)
 
 
 def _is_one_sided(span: Span, time_s: Array, policy: Policy) -> bool:

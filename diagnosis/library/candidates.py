@@ -16,7 +16,7 @@ from diagnosis.problem.model_effects import seen_by
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
-from sim.effects.values import SWITCH, Parameter, Window
+from sim.effects.parameters import ACTIVE_WINDOW, Parameter, Window
 from sim.state import State
 from validation.signals.neighbours import as_iron_sees
 
@@ -45,7 +45,7 @@ class Candidate:
         """The effect with its coefficients left to fit again, all else as it is."""
         free = {*effect.linear, *effect.tangents, effect.with_role("phase")}
         rest = tuple((p.name, getattr(effect, p.name)) for p in effect.parameters() if p.name not in free)
-        window = () if effect.active_s is None else ((SWITCH.name, effect.active_s),)
+        window = () if effect.active_s is None else ((ACTIVE_WINDOW.name, effect.active_s),)
         return cls(type(effect), (*rest, *window), forms=effect.forms_in_use[1:])
 
     @property
@@ -61,18 +61,18 @@ class Candidate:
     @property
     def once(self) -> bool:
         """Whether it is an event of its own run, at a moment or in a window, that no other recording can show."""
-        return self.effect.clues.one_run or self.window is not None
+        return self.effect.traits.one_run or self.window is not None
 
     @property
     def window(self) -> Window:
         """From when to when it acts, where that is a part of the run."""
-        window: Window = dict(self.nonlinear).get(SWITCH.name)
+        window: Window = dict(self.nonlinear).get(ACTIVE_WINDOW.name)
         return window
 
     @property
     def may_be_switched(self) -> bool:
         """Whether it can begin and end: none of nature's, no course of the whole run."""
-        return self.effect.stage != "field" and not self.effect.clues.lasting
+        return self.effect.stage != "field" and not self.effect.traits.whole_run
 
     @property
     def settings(self) -> tuple[dict[str, Any], ...]:
@@ -113,7 +113,7 @@ class Candidate:
         begins anew after a pause. What follows the course in other ways meets it by neighbouring samples.
         """
         state = problem.state
-        if self.effect.clues.memory:
+        if self.effect.traits.correlates_noise:
             parts = (self._contribution(part(state, one), problem.course_nT[one]) for one in problem.stretches)
             return np.concatenate(list(parts))
         if not (self.effect.continuous and problem.mode == "vector"):
@@ -187,7 +187,7 @@ class Candidate:
 
     def is_natural(self, problem: LinearProblem, c: Array) -> bool:
         """Whether with coefficients (k,) it changes in the earth's frame no faster than nature does, in the mean."""
-        fastest_nT_s = self.effect.clues.fastest_nT_s
+        fastest_nT_s = self.effect.traits.max_rate_nT_s
         if fastest_nT_s is None:
             return True
         state = problem.state
@@ -228,7 +228,7 @@ def proposed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> d
 
 def changes_of_iron() -> dict[str, list[Candidate]]:
     """The effects that the base takes up whole: a change of these is read from the base itself."""
-    return {effect.name: [Candidate(effect)] for effect in EFFECTS if effect.clues.absorbed}
+    return {effect.name: [Candidate(effect)] for effect in EFFECTS if effect.traits.absorbed}
 
 
 def missing_channels(effect: type[Effect], problem: LinearProblem) -> tuple[str, ...]:
@@ -238,7 +238,7 @@ def missing_channels(effect: type[Effect], problem: LinearProblem) -> tuple[str,
 
 def _is_linear(effect: type[Effect]) -> bool:
     """Whether an effect becomes columns beside the base, and says its own causes."""
-    if effect.clues.absorbed or effect.stochastic or effect.with_role("channel"):
+    if effect.traits.absorbed or effect.stochastic or effect.with_role("channel"):
         return False
     return bool(effect.linear or effect.search or effect.tangents)
 

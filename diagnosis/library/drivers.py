@@ -73,7 +73,7 @@ def drivers(problem: LinearProblem) -> list[Driver]:
 
 def may_drive(effect: type[Effect], other: type[Effect]) -> bool:
     """Whether a slow effect that a channel drives may have the course of a slow one in time."""
-    return effect.clues.slow and bool(effect.needs) and other.clues.slow and not other.needs
+    return effect.traits.slow and bool(effect.needs) and other.traits.slow and not other.needs
 
 
 def in_axes(unit: Array, terms: Array) -> Array:

@@ -27,7 +27,7 @@ def found_by_search(problem: LinearProblem, residual: Array, members: list[Candi
 
     The search is made with the first member; the others take over what it found.
     """
-    role = members[0].effect.sought()
+    role = members[0].effect.search_role()
     if role is None:
         return members
     found = SEARCHES[role](problem, residual, members[0])
@@ -43,7 +43,7 @@ def between_neighbours(member: Candidate, misfit: Callable[[Candidate], float]) 
 
     The number may lie between two listed ones: where a search has moved it before.
     """
-    if len(member.effect.search) != 1 or member.effect.sought():
+    if len(member.effect.search) != 1 or member.effect.search_role():
         return None
     ((name, listed),) = member.effect.search.items()
     value = dict(member.nonlinear)[name]

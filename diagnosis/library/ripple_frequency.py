@@ -7,7 +7,7 @@ import numpy as np
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
-from sim.effects.even import SPARSEST
+from sim.effects.resampling import SPARSEST
 
 
 def tones(problem: LinearProblem, residual: Array, member: Candidate) -> list[Candidate]:

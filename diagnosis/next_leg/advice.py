@@ -17,7 +17,7 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patched
 from diagnosis.result import Diagnosis, Flight, How
 from scenarios.arrays import Array
-from sim.effects.values import Window
+from sim.effects.parameters import Window
 from validation.text import digits, listed
 
 MINUTE_S = 60.0

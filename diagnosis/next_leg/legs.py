@@ -20,7 +20,7 @@ from sim.chain import apply_deterministic
 from sim.effects import Effects
 from sim.effects.base import Effect
 from sim.scenario import Scenario
-from sim.simulate import blocks, plan
+from sim.simulation import blocks, plan
 
 Phase = dict[str, Any]
 SWAYING: Phase = {"roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 20.0}

@@ -13,7 +13,7 @@ from diagnosis.next_leg.separation import Flown
 from diagnosis.result import How, Named
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
-from sim.effects.values import SWITCH, Window
+from sim.effects.parameters import ACTIVE_WINDOW, Window
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class HypothesisPair:
         others = _settings(hand, other, one.effect, window)
         second = hand.fitted(one.effect, others)
         mine = (Candidate.of(one.effect), *_settings(hand, one.name, second, window))
-        lasting, fitted = ([each.at({SWITCH.name: None}) for each in some] for some in (mine, others))
+        lasting, fitted = ([each.at({ACTIVE_WINDOW.name: None}) for each in some] for some in (mine, others))
         return cls(_lasting(one.effect), _lasting(second), tuple(lasting), tuple(fitted), listed)
 
     def apart(self, leg: Flown) -> float:
@@ -50,8 +50,8 @@ class HypothesisPair:
         if not self._is_shown(leg):
             return 0.0
         size = leg.size(self.one)
-        told = [leg.lacks(self.one, self.others)] if self.one.name not in self.second.clues.contains else []
-        if self.listed and self.second.name not in self.one.clues.contains:
+        told = [leg.lacks(self.one, self.others)] if self.one.name not in self.second.traits.contains else []
+        if self.listed and self.second.name not in self.one.traits.contains:
             told.append(leg.lacks(self.second, self.mine))
         least = min((size, *told)) if told else 0.0
         return least if least > self._form(leg) * size else 0.0
@@ -66,7 +66,7 @@ class HypothesisPair:
 
         So is what a drift has beyond a temperature of nearly its course, which may be felt late or in a curve.
         """
-        kin = bool(self.one.clues.kin) and self.one.clues.kin == self.second.clues.kin
+        kin = bool(self.one.traits.family) and self.one.traits.family == self.second.traits.family
         courses = may_drive(type(self.second), type(self.one)) or may_drive(type(self.one), type(self.second))
         policy = leg.problem.policy
         of_course = 1 - policy.one_course**2 if courses else 0.0
@@ -86,18 +86,18 @@ def pairs_of(hand: Flown, one: Named) -> Iterator[HypothesisPair]:
 
 def are_twins(one: str, other: str) -> bool:
     """Whether one effect says of itself that it is the other on every motion."""
-    return BY_NAME[one].clues.same_as == other or BY_NAME[other].clues.same_as == one
+    return BY_NAME[one].traits.equivalent_to == other or BY_NAME[other].traits.equivalent_to == one
 
 
 def _is_tried(hand: Flown, one: str, other: str) -> bool:
     """Whether two hypotheses have columns, and hold for another run."""
-    return all(name in hand.candidates and not BY_NAME[name].clues.one_run for name in (one, other))
+    return all(name in hand.candidates and not BY_NAME[name].traits.one_run for name in (one, other))
 
 
 def _settings(hand: Flown, name: str, true: Effect, window: Window) -> list[Candidate]:
     """The settings at which a candidate may look like a true effect, in the window of what was named."""
     listed = hand.candidates[name]
-    members = [one.at({SWITCH.name: window}) if window and one.may_be_switched else one for one in listed]
+    members = [one.at({ACTIVE_WINDOW.name: window}) if window and one.may_be_switched else one for one in listed]
     return found_by_search(hand.problem, hand.without_base(hand.target(true)), members)
 
 

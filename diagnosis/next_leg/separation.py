@@ -16,7 +16,7 @@ from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
-from sim.effects.place import joined
+from sim.effects.chain_position import insert_effects
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,8 @@ class Flown:
     def target(self, true: Effect) -> Array:
         """What an effect adds (n, q) in the simulator's chain, in units of the noise."""
         with_it, without = (
-            apply_deterministic(some, self.problem.state)[0] for some in (joined(self.always, [true]), self.always)
+            apply_deterministic(some, self.problem.state)[0]
+            for some in (insert_effects(self.always, [true]), self.always)
         )
         return np.asarray((with_it - without) / self.problem.sigma_nT * self.problem.usable[:, None])
 

@@ -22,7 +22,7 @@ from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
-from sim.effects.place import without_iron
+from sim.effects.chain_position import without_iron
 from sim.field import earth_field_enu_nT
 from sim.scenario import Model, Scenario
 from validation.text import duration

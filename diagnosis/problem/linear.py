@@ -18,8 +18,8 @@ from diagnosis.problem.track import FieldTrack
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects.base import Effect
+from sim.effects.chain_position import chain_position, iron_matrix
 from sim.effects.kernels import kernel
-from sim.effects.place import place_in, turn_of
 from sim.state import State
 from validation.signals.neighbours import by_neighbours
 
@@ -164,7 +164,7 @@ class LinearProblem:
         """
         if effect.stage == "field":
             return self.turn
-        return turn_of(self.effects[place_in(self.effects, effect.name) :], self.state)
+        return iron_matrix(self.effects[chain_position(self.effects, effect.name) :], self.state)
 
     def met_nT(self, effect: type[Effect]) -> Array:
         """The signal (n, 3) that an effect meets at its place in the chain: what the base predicts, for the sensor's.
@@ -173,7 +173,7 @@ class LinearProblem:
         """
         if effect.stage not in ("field", "vehicle"):
             return self.clean_nT
-        ahead = turn_of(self.effects[: place_in(self.effects, effect.name)], self.state)
+        ahead = iron_matrix(self.effects[: chain_position(self.effects, effect.name)], self.state)
         return np.asarray(self.state.field_nT @ ahead.T)
 
     def whitened(self, contribution_nT: Array, effect: type[Effect]) -> Array:

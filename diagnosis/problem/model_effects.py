@@ -33,7 +33,7 @@ def beside_known(pose: Pose, recording: Recording, effects: Sequence[Effect]) ->
     that are random, or done to each value.
     """
     problem = pose(recording)
-    known = [one for one in effects if set(one.needs) <= seen_by(problem) and not one.clues.converter]
+    known = [one for one in effects if set(one.needs) <= seen_by(problem) and not one.traits.converter]
     added_nT = np.zeros_like(recording.mag_nT)
     for _ in range(STEPS if any(map(_is_beyond_iron, known)) else 0):
         added_nT = beyond_iron_nT(known, problem.state)
@@ -44,9 +44,9 @@ def beside_known(pose: Pose, recording: Recording, effects: Sequence[Effect]) ->
 
 def beyond_iron_nT(effects: Sequence[Effect], state: State) -> Array:
     """What a chain of effects adds (n, 3) to what its iron alone makes of the field."""
-    iron = [one for one in effects if one.clues.absorbed]
+    iron = [one for one in effects if one.traits.absorbed]
     return apply_deterministic(effects, state)[0] - apply_deterministic(iron, state)[0]
 
 
 def _is_beyond_iron(effect: Effect) -> bool:
-    return not effect.clues.absorbed and not effect.stochastic
+    return not effect.traits.absorbed and not effect.stochastic

@@ -17,7 +17,7 @@ from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
-from sim.effects.place import without_iron
+from sim.effects.chain_position import without_iron
 from sim.rotation import cross
 from sim.scenario import Model
 from sim.state import State

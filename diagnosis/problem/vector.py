@@ -15,7 +15,7 @@ from recordings import Recording
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
-from sim.effects.place import turn_of
+from sim.effects.chain_position import iron_matrix
 from sim.rotation import cross, matrix_from_q, to_body
 from sim.state import State
 
@@ -114,7 +114,7 @@ def stating(problem: LinearProblem, attitude_std_rad: float) -> LinearProblem:
     turn = _turn(state, problem.base, problem.clean_nT, left_nT, problem.sigma_nT, least_rad)
     values, directions = np.linalg.eigh(np.cov(state.field_nT.T))
     hidden = directions[:, values < (least_rad * np.linalg.norm(state.field_enu_nT)) ** 2]
-    return replace(stated, turn=turn + (turn_of(problem.effects, state) - turn) @ hidden @ hidden.T)
+    return replace(stated, turn=turn + (iron_matrix(problem.effects, state) - turn) @ hidden @ hidden.T)
 
 
 def carried(field: Array, clean: Array) -> Array:

@@ -11,8 +11,8 @@ from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
+from sim.effects.chain_position import insert_effects
 from sim.effects.iron import HardIron, SoftIron
-from sim.effects.place import joined
 
 
 def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
@@ -21,8 +21,8 @@ def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
     Where the iron is not known they are beside that of the base. What the converter does to each value is left out:
     rounding and clipping have no slope.
     """
-    given = problem.effects if problem.iron_known else joined(problem.effects, fitted_iron(problem))
-    smooth = [effect for effect in joined(given, new) if not effect.clues.converter]
+    given = problem.effects if problem.iron_known else insert_effects(problem.effects, fitted_iron(problem))
+    smooth = [effect for effect in insert_effects(given, new) if not effect.traits.converter]
     return apply_deterministic(smooth, problem.state)[0]
 
 

@@ -15,7 +15,7 @@ from diagnosis.repair.chain import fitted_iron, predict
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
-from sim.effects.place import joined
+from sim.effects.chain_position import insert_effects
 
 STEPS = 3
 """Times that iron is fitted: each leaves what effects add to the earth's field times the error of the one before."""
@@ -26,7 +26,7 @@ def beside(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
 
     The same where the model's iron is known.
     """
-    acting = [one.acts(problem.state.time_s) for one in effects if one.active_s is not None]
+    acting = [one.is_active(problem.state.time_s) for one in effects if one.active_s is not None]
     use = ~np.logical_or.reduce([problem.usable == 0, *acting])
     vector = problem.mode == "vector"
     as_it_is = not vector and all(one.stochastic for one in effects)
@@ -34,7 +34,7 @@ def beside(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
         return problem
     anew = problem
     for _ in range(STEPS if vector else 1):  # no effect on the earth's field is known without attitude
-        known = replace(problem, effects=joined(problem.effects, fitted_iron(anew)), iron_known=True)
+        known = replace(problem, effects=insert_effects(problem.effects, fitted_iron(anew)), iron_known=True)
         added_nT = predict(known, effects) - predict(known, ())
         try:
             anew = _fitted(problem, problem.recording.mag_nT - added_nT, use)

@@ -83,7 +83,9 @@ def _as_causes(problem: LinearProblem, named: Sequence[tuple[Named, str]], count
     for one, cause in named:
         key = (cause, one.how)
         out[key] = _joined(out[key], one) if key in out else one
-    owners = [key for key, one in out.items() if one.effect.conventions(problem.state, problem.clean_nT).shape[2]]
+    owners = [
+        key for key, one in out.items() if one.effect.convention_columns(problem.state, problem.clean_nT).shape[2]
+    ]
     if owners and counted:
         out[owners[0]] = replace(out[owners[0]], also=(*out[owners[0]].also, *counted))
     return list(out.values())

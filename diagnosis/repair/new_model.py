@@ -15,10 +15,10 @@ from recordings.channels import HEIGHT
 from scenarios.spec import FieldSpec
 from sim.effects import Effects, as_tables
 from sim.effects.base import Effect
+from sim.effects.chain_position import insert_effects
 from sim.effects.noise import WhiteNoise
-from sim.effects.place import joined
 from sim.scenario import Model, ModelSpec, Scenario
-from sim.simulate import channels_of
+from sim.simulation import channels_of
 from sim.state import MOTION, State
 from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
@@ -40,12 +40,14 @@ def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Sce
     A scenario keeps its vehicle and motion; its `vary` goes, for this is now one instrument.
     """
     new = [effect for one in named for effect in one.effects]
-    given = problem.effects if problem.iron_known else joined(problem.effects, fitted_iron(beside(problem, new)))
+    given = (
+        problem.effects if problem.iron_known else insert_effects(problem.effects, fitted_iron(beside(problem, new)))
+    )
     if not any(isinstance(effect, WhiteNoise) for effect in given):
         own_nT = problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]  # the dip has that of the level
         x, y, z = (float(std) for std in np.resize(own_nT, 3))
         new.append(WhiteNoise((x, y, z)))
-    whole = _merged(joined(given, new), problem.state)
+    whole = _merged(insert_effects(given, new), problem.state)
     tables, order = as_tables(whole)
     changed = {"effects": Effects(tables), "effect_order": order}
     if isinstance(model, Scenario):
@@ -103,5 +105,5 @@ def _field(model: ModelSpec, problem: LinearProblem) -> Any:
 
 def _motion(effects: Sequence[Effect]) -> dict[str, Any]:
     given = (*channels_of(TABLE["vehicle"]["kind"]), HEIGHT)
-    needed = {name for effect in effects for name in effect.causes} - MOTION
+    needed = {name for effect in effects for name in effect.required_inputs} - MOTION
     return TABLE if needed <= set(given) else CIRCLES

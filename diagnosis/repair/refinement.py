@@ -15,7 +15,7 @@ from diagnosis.repair.chain import left_as_it_stands, left_with_iron_refitted
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
-from sim.effects.numbers import FreeNumbers
+from sim.effects.free_parameters import FreeParameters
 
 ROUNDS, CHAINS = 60, 1200
 """Steps at most: the start is close already, but a gradient and its origin are found along a bent valley; and runs of
@@ -47,7 +47,7 @@ def refined(
     The prediction is the simulator's chain along the measured motion; standard deviations from the Jacobian there,
     times the root of `inflation` for what is coloured.
     """
-    numbers = FreeNumbers(tuple(new))
+    numbers = FreeParameters(tuple(new))
     start, scale = numbers.values, numbers.scale
     if problem.mode != "vector" or not len(start):
         return Refined(tuple(new), tuple({} for _ in new))

@@ -36,7 +36,7 @@ def confirmed(
     with the effects out. An event of one run is none that another could show, nor is an effect that acts in a part.
     """
     whole = posed(second, model, field_enu_nT, strength_nT, policy=found.problem.policy)
-    effects = [effect for one in found.named if _lasts(one) for effect in one.effects if not effect.clues.absorbed]
+    effects = [effect for one in found.named if _lasts(one) for effect in one.effects if not effect.traits.absorbed]
     problems = (found.problem, _beside_known(settled(measured_rows(whole)[0]), effects))
 
     def upgraded(one: Named) -> Named:

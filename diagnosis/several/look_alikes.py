@@ -61,7 +61,7 @@ def explain_as_much(found: TransferFinding, settings: Settings, problems: Sequen
     best_gain = _fitted_gains(found, [best.columns])[0]
 
     def least(one: Candidate) -> float:
-        return best_gain + (best.chance if best.name in one.effect.clues.contains else -best.chance)
+        return best_gain + (best.chance if best.name in one.effect.traits.contains else -best.chance)
 
     close = [one for one, gain in zip(columns, gains, strict=True) if gain > least(one)]
     return list(dict.fromkeys(one.name for one in close if is_useless_beside(columns[one], best)))

@@ -261,7 +261,9 @@ def _along_the_field(
     asked = [
         gains_along_the_field(before.ground, after.ground)
         for before, after, there in zip(members, with_it, found.there, strict=True)
-        if there is There.PRESENT and before.problem.mode == "vector" and found.joint.candidate.effect.clues.source
+        if there is There.PRESENT
+        and before.problem.mode == "vector"
+        and found.joint.candidate.effect.traits.field_source
     ]
     return not asked or 2 * sum(asked) >= len(asked)
 

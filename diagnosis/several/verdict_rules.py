@@ -182,7 +182,7 @@ def _nothing_is_left(common: Sequence[Common], beliefs: Sequence[Belief]) -> boo
 
 def _is_the_sensors(one: Common) -> bool:
     """Slow noise of the sensor is of one size in all recordings; what is of another in each comes from elsewhere."""
-    slow = one.named.how is How.SPECTRUM and one.named.effect.clues.spectrum is not None
+    slow = one.named.how is How.SPECTRUM and one.named.effect.traits.spectrum is not None
     return not slow or one.reach is Transfer.TRANSFERRED
 
 

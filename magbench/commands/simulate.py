@@ -33,7 +33,7 @@ def simulate(
     Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
     """
     from magbench.console import emit, progress, say, warn
-    from sim.generate import generate
+    from sim.dataset_writer import generate
     from sim.scenario import load
     from sim.tracking import warning
 

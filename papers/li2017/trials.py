@@ -23,7 +23,7 @@ from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient
 from sim.effects.papers import li2017
 from sim.effects.sources import LocalDipole
 from sim.scenario import Scenario, load
-from sim.simulate import blocks, plan
+from sim.simulation import blocks, plan
 from sim.state import State
 from validation.signals.amplitude import column_rms
 

@@ -16,7 +16,7 @@ from scenarios.arrays import Array
 from sim.chain import Chain
 from sim.effects.base import Effect
 from sim.effects.papers import long2013
-from sim.effects.values import Mat3, Vec3
+from sim.effects.parameters import Mat3, Vec3
 from sim.state import State
 
 SEED = 2013

@@ -19,12 +19,12 @@ from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.chain import Chain
 from sim.effects.base import Effect
-from sim.effects.drift import SensorOffset
 from sim.effects.iron import HardIron, HardIronDrift
 from sim.effects.noise import WhiteNoise
+from sim.effects.offsets import SensorOffset
 from sim.rotation import matrix_from_q
 from sim.scenario import load
-from sim.simulate import blocks, channels_of, plan
+from sim.simulation import blocks, channels_of, plan
 from sim.state import State
 from validation.signals.amplitude import rms
 

@@ -15,8 +15,8 @@ from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.chain import Chain
 from sim.effects.base import Effect
-from sim.effects.drift import SensorOffset
 from sim.effects.noise import WhiteNoise
+from sim.effects.offsets import SensorOffset
 from sim.effects.papers import zhou2012
 from sim.field import earth_field_enu_nT
 from sim.scenario import load

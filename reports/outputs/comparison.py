@@ -19,8 +19,8 @@ from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.plain import json_ready
 from scenarios.seeds import stream
-from sim.run import run_in_memory
-from sim.simulate import plan
+from sim.memory_run import run_in_memory
+from sim.simulation import plan
 from validation.bound.ratio import bound_ratio, knowledge_of
 from validation.bound.runs import RunBounds
 from validation.comparison.design import Design

@@ -20,8 +20,8 @@ from reports.words.outcome import compare_command
 from scenarios.errors import InputError
 from scenarios.plain import json_ready
 from sim import effects as effect_table
+from sim.dataset_writer import write_runs
 from sim.effects.base import Effect
-from sim.generate import write_runs
 from sim.scenario import Scenario
 from validation.bound.files import true_experiment
 from validation.bound.ratio import Leasts, bound_ratio, knowledge_of, least_of

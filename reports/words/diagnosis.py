@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.result import Diagnosis, Named, parameters
 from reports.series import rms_nT, sides
-from sim.effects.values import SWITCH
+from sim.effects.parameters import ACTIVE_WINDOW
 from validation.text import digits, short
 
 
@@ -28,7 +28,7 @@ def parameter_rows(one: Named) -> Iterator[tuple[str, str, str | None, str | Non
         elif isinstance(p["value"], str) or np.any(p["value"]):
             yield name, short(p["value"]), None, None, p["unit"]
     if one.effect.active_s is not None:
-        yield SWITCH.name, short(list(one.effect.active_s)), None, None, SWITCH.unit
+        yield ACTIVE_WINDOW.name, short(list(one.effect.active_s)), None, None, ACTIVE_WINDOW.unit
 
 
 PART_HEADS = ("from, s", "to, s", "phase", "heading", "gap, nT rms", "over the noise")

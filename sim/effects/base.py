@@ -16,8 +16,8 @@ from pydantic.fields import FieldInfo
 
 from scenarios.arrays import Array
 from scenarios.errors import InputError
-from sim.effects.clues import Clues
-from sim.effects.values import SOUGHT, SWITCH, Mat3, Parameter, Role, Vec3, Window, input_error
+from sim.effects.parameters import ACTIVE_WINDOW, SEARCHED_ROLES, Mat3, Parameter, Role, Vec3, Window, input_error
+from sim.effects.traits import Traits
 from sim.state import State
 
 ZERO3: Vec3 = (0.0, 0.0, 0.0)
@@ -51,7 +51,7 @@ def frozen(cls: type[E]) -> type[E]:
         try:
             fill(self, *args, **values)
         except ValidationError as error:
-            known = (*self.parameters(), SWITCH)
+            known = (*self.parameters(), ACTIVE_WINDOW)
             given = {p.name: value for p, value in zip(known, args, strict=False)} | values
             problem = input_error(error, known, given)
             place = ".".join(filter(None, (self.name, problem.where)))
@@ -74,7 +74,7 @@ class Effect(ABC):
 
     A subclass also says: `name`; `stage`, where in the chain it acts; `needs`, what must be known of the motion
     ("attitude", "rate", "position") and the channels that it depends on, by column; `example`, values with which it
-    acts; `clues`, how it shows and is told from others; `stochastic`, whether it draws from rng; `static`, whether
+    acts; `traits`, how it shows and is told from others; `stochastic`, whether it draws from rng; `static`, whether
     field, channels and time at one instant decide it, so that a calibration of the instrument can take it out;
     `continuous`, whether the field's course between samples decides it, so that the simulator gives it every step.
     """
@@ -82,7 +82,7 @@ class Effect(ABC):
     name: ClassVar[str]
     stage: ClassVar[Stage]
     example: ClassVar[Mapping[str, Any]]
-    clues: ClassVar[Clues] = Clues()
+    traits: ClassVar[Traits] = Traits()
     needs: ClassVar[tuple[str, ...]] = ()
     stochastic: ClassVar[bool] = False
     static: ClassVar[bool] = False
@@ -105,10 +105,10 @@ class Effect(ABC):
     active_s: Window = None
 
     def __post_init__(self) -> None:
-        if self.active_s is not None and self.clues.lasting:
-            raise ValueError(f"{SWITCH.name} is not for {self.name}: it is a course of the whole run")
+        if self.active_s is not None and self.traits.whole_run:
+            raise ValueError(f"{ACTIVE_WINDOW.name} is not for {self.name}: it is a course of the whole run")
         if self.active_s is not None and self.active_s[0] >= self.active_s[1]:
-            raise ValueError(f"{SWITCH.name} must end after it begins, found {list(self.active_s)}")
+            raise ValueError(f"{ACTIVE_WINDOW.name} must end after it begins, found {list(self.active_s)}")
         if problem := self.problem():
             raise ValueError(problem)
 
@@ -120,7 +120,7 @@ class Effect(ABC):
         sub-streams of rng. Cutting a run into other blocks gives the same contribution.
         """
 
-    def acts(self, time_s: Array) -> NDArray[np.bool_]:
+    def is_active(self, time_s: Array) -> NDArray[np.bool_]:
         """Whether it acts at times (n,) of the run."""
         low, high = self.active_s or (-np.inf, np.inf)
         return np.asarray((time_s >= low) & (time_s < high))
@@ -128,9 +128,9 @@ class Effect(ABC):
     def contribution(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         """What `apply` gives while the effect acts, else zero; its memory and its random numbers know no switch."""
         label = self.apply(state, signal_nT, rng, memory)
-        return label if self.active_s is None else np.where(self.acts(state.time_s)[:, None], label, 0.0)
+        return label if self.active_s is None else np.where(self.is_active(state.time_s)[:, None], label, 0.0)
 
-    def conventions(self, state: State, signal_nT: Array) -> Array:
+    def convention_columns(self, state: State, signal_nT: Array) -> Array:
         """Columns (n, 3, k) by which it would differ if it were counted from elsewhere: another temperature, slope.
 
         A change of the iron along these is no finding of its own beside the effect.
@@ -138,7 +138,7 @@ class Effect(ABC):
         return np.zeros((len(state), 3, 0))
 
     @classmethod
-    def middle(cls, state: State) -> dict[str, float]:
+    def central_reference(cls, state: State) -> dict[str, float]:
         """Fixed parameters from which a curve is best counted along a course: a temperature of its middle."""
         return {}
 
@@ -147,7 +147,7 @@ class Effect(ABC):
         return None
 
     @property
-    def causes(self) -> tuple[str, ...]:
+    def required_inputs(self) -> tuple[str, ...]:
         """What must be known for it: what its class needs, and the channel that it names."""
         name = self.with_role("channel")
         named = getattr(self, name) if name else ""
@@ -156,7 +156,7 @@ class Effect(ABC):
     @classmethod
     def describe_parameters(cls) -> None:
         """Keep what the annotations say of the parameters; once, when the class is made."""
-        own = {name: info for name, info in cls.__pydantic_fields__.items() if name != SWITCH.name}
+        own = {name: info for name, info in cls.__pydantic_fields__.items() if name != ACTIVE_WINDOW.name}
         known = tuple(Parameter.of(name, info) for name, info in own.items())
         cls._parameters = known
         cls._spans = {p.name: _span(p) for p in known if p.role == "linear"}
@@ -173,7 +173,7 @@ class Effect(ABC):
     @classmethod
     def names(cls) -> tuple[str, ...]:
         """Names of the parameters, and of the window."""
-        return (*(p.name for p in cls._parameters), SWITCH.name)
+        return (*(p.name for p in cls._parameters), ACTIVE_WINDOW.name)
 
     @classmethod
     def with_role(cls, *roles: Role) -> str | None:
@@ -181,9 +181,9 @@ class Effect(ABC):
         return next((p.name for p in cls._parameters if p.role in roles), None)
 
     @classmethod
-    def sought(cls) -> Role | None:
+    def search_role(cls) -> Role | None:
         """What of it no list of values can hold, so that a search must find it: a moment, a place, a frequency."""
-        return next((p.role for p in cls._parameters if p.role in SOUGHT), None)
+        return next((p.role for p in cls._parameters if p.role in SEARCHED_ROLES), None)
 
     @classmethod
     def linear_units(cls, forms: Collection[str] | None = None) -> list[tuple[str, Array]]:
@@ -259,7 +259,7 @@ class Replacement(Effect):
     def replaced(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         """The signal (n, 3) that leaves: what `replace` gives while the effect acts, else what came."""
         out = self.replace(state, signal_nT, rng, memory)
-        return out if self.active_s is None else np.where(self.acts(state.time_s)[:, None], out, signal_nT)
+        return out if self.active_s is None else np.where(self.is_active(state.time_s)[:, None], out, signal_nT)
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         """Contribution (n, 3): the signal that leaves minus the signal that came."""

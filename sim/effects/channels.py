@@ -9,9 +9,9 @@ import numpy as np
 from recordings.channels import TEMPERATURE
 from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
-from sim.effects.clues import Clues
 from sim.effects.kernels import first_order_lag
-from sim.effects.values import ChannelName, OneOf, Quantity, Vec3
+from sim.effects.parameters import ChannelName, OneOf, Quantity, Vec3
+from sim.effects.traits import Traits
 from sim.state import State
 
 Late = Literal["channel", "curve"]
@@ -40,8 +40,8 @@ class ChannelEffect(Effect):
         "cube_nT": (-6.0, 2.0, 1.0),
         "lag_s": 3.0,
     }
-    clues = Clues(
-        apart="change the channel while all else is held",
+    traits = Traits(
+        experiment="change the channel while all else is held",
         remedy="log the channel and take its curve off, or look for what it drives",
     )
 
@@ -68,7 +68,7 @@ class ChannelEffect(Effect):
         terms = felt(u, self.order, self.late, self.lag_s, state.interval_s, memory)
         return np.asarray(terms @ array((self.linear_nT, self.square_nT, self.cube_nT))[: self.order])
 
-    def conventions(self, state: State, signal_nT: Array) -> Array:
+    def convention_columns(self, state: State, signal_nT: Array) -> Array:
         """Another value of x at which it contributes nothing."""
         return np.tile(np.eye(3), (len(state), 1, 1))
 

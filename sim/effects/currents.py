@@ -12,9 +12,9 @@ from recordings.channels import current_name
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
-from sim.effects.clues import AT_SEVERAL_RATES, LATE, OTHER_THRUST, Clues
 from sim.effects.kernels import first_order_lag, kernel, times
-from sim.effects.values import Mat3, Quantity, Vec3
+from sim.effects.parameters import Mat3, Quantity, Vec3
+from sim.effects.traits import AT_SEVERAL_RATES, LATE, OTHER_THRUST, Traits
 from sim.state import State, missing_channel
 
 Motor = Annotated[int, Quantity("", 0, 64, "which motor, from 1; 0: the sum of all", role="motor")]
@@ -40,7 +40,9 @@ class EddyCurrent(Effect):
         "matrix_s": ((0.1, 0.01, 0.02), (-0.03, 0.05, 0.03), (0.04, 0.01, 0.02)),
         "time_constant_s": 0.1,
     }
-    clues = Clues(apart=AT_SEVERAL_RATES, remedy="use a calibration with an eddy term, or turn more slowly", kin=LATE)
+    traits = Traits(
+        experiment=AT_SEVERAL_RATES, remedy="use a calibration with an eddy term, or turn more slowly", family=LATE
+    )
 
     matrix_s: Annotated[
         Mat3, Quantity("s", -1.0, 1.0, "B, on the field's rate in the body frame (nT/s)", role="linear")
@@ -75,8 +77,8 @@ class MotorCurrent(Effect):
         "cube_nT_A3": (0.03, -0.02, 0.01),
         "lag_s": 0.4,
     }
-    clues = Clues(
-        apart=OTHER_THRUST,
+    traits = Traits(
+        experiment=OTHER_THRUST,
         remedy="log the current and take off its field, or twist the supply leads and move them away",
     )
 
@@ -136,7 +138,7 @@ class CurrentRipple(Effect):
         "third_sine_nT_A": (0.05, 0.1, 0.0),
         "third_cosine_nT_A": (0.0, 0.02, -0.1),
     }
-    clues = Clues(apart=OTHER_THRUST, remedy="filter the supply, or sample faster and take the tone out")
+    traits = Traits(experiment=OTHER_THRUST, remedy="filter the supply, or sample faster and take the tone out")
 
     amplitude_nT_A: Annotated[Vec3, Quantity("nT/A", -1e9, 1e9, "a forward, left, up", role="linear")] = ZERO3
     frequency_hz: Annotated[float, Quantity("Hz", 0.0, 1e5, "f", role="frequency")] = 1.0

@@ -9,11 +9,11 @@ import numpy as np
 
 from scenarios.arrays import Array
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
-from sim.effects.clues import ANOTHER_INSTRUMENT, THE_TRACK_AGAIN, Clues
 from sim.effects.kernels import times
+from sim.effects.parameters import Mat3, Quantity, Vec3
 from sim.effects.rotation import rotation
-from sim.effects.values import Mat3, Quantity, Vec3
-from sim.portable import product
+from sim.effects.traits import ANOTHER_INSTRUMENT, THE_TRACK_AGAIN, Traits
+from sim.portable_arithmetic import product
 from sim.rotation import to_body
 from sim.state import State
 
@@ -40,8 +40,8 @@ class RegionalField(Effect):
     stage = "field"
     needs = ("attitude",)
     example = {"error_enu_nT": (150.0, -80.0, 60.0)}
-    clues = Clues(
-        apart=ANOTHER_INSTRUMENT,
+    traits = Traits(
+        experiment=ANOTHER_INSTRUMENT,
         remedy="give the field as it was measured at the place, or calibrate against its strength alone",
     )
 
@@ -68,12 +68,12 @@ class DiurnalDrift(Effect):
         "period_s": 300.0,
         "phase_deg": 40.0,
     }
-    clues = Clues(
-        apart="log a base station beside the run",
+    traits = Traits(
+        experiment="log a base station beside the run",
         remedy="take off the record of a base station or an observatory",
-        lasting=True,
-        source=True,
-        fastest_nT_s=5.0,  # geomagnetic storms reach it for minutes
+        whole_run=True,
+        field_source=True,
+        max_rate_nT_s=5.0,  # geomagnetic storms reach it for minutes
     )
 
     amplitude_enu_nT: Annotated[Vec3, Quantity("nT", -5e3, 5e3, "amplitude a east, north, up", role="linear")] = ZERO3
@@ -85,7 +85,7 @@ class DiurnalDrift(Effect):
         course = np.sin((2 * math.pi / self.period_s) * state.time_s + phase) - math.sin(phase)
         return np.asarray(to_body(state.R_wb, course[:, None] * array(self.amplitude_enu_nT)))
 
-    def conventions(self, state: State, signal_nT: Array) -> Array:
+    def convention_columns(self, state: State, signal_nT: Array) -> Array:
         """Another time of the day at which the field is the given one."""
         return np.asarray(state.R_wb.transpose(0, 2, 1))
 
@@ -102,10 +102,10 @@ class FieldGradient(Effect):
     stage = "field"
     needs = ("attitude", "position")
     example = {"gradient_nT_m": ((1.0, 2.0, 3.0), (2.0, 1.0, 4.0), (3.0, 4.0, -2.0)), "origin_enu_m": (5.0, 6.0, 7.0)}
-    clues = Clues(
-        apart=THE_TRACK_AGAIN,
+    traits = Traits(
+        experiment=THE_TRACK_AGAIN,
         remedy="calibrate at a place with an even field",
-        source=True,
+        field_source=True,
         contains=(RegionalField.name, "attitude_misalignment"),
     )
 
@@ -151,12 +151,12 @@ class AttitudeMisalignment(Effect):
     stage = "field"
     needs = ("attitude",)
     example = {"angles_deg": (0.5, -1.0, 2.0)}
-    clues = Clues(
-        apart=ANOTHER_INSTRUMENT,
+    traits = Traits(
+        experiment=ANOTHER_INSTRUMENT,
         remedy="align the navigation anew, or calibrate against the field's strength alone",
-        same_as=RegionalField.name,
-        lasting=True,
-        turns=True,
+        equivalent_to=RegionalField.name,
+        whole_run=True,
+        attitude_error=True,
     )
 
     angles_deg: Annotated[Vec3, Quantity("deg", -180.0, 180.0, "turn about east, north, up", role="tangent")] = ZERO3

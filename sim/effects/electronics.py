@@ -8,8 +8,8 @@ import numpy as np
 
 from scenarios.arrays import Array
 from sim.effects.base import Memory, Replacement, frozen
-from sim.effects.clues import Clues
-from sim.effects.values import Quantity
+from sim.effects.parameters import Quantity
+from sim.effects.traits import Traits
 from sim.state import State
 
 
@@ -20,7 +20,7 @@ class Saturation(Replacement):
     name = "saturation"
     stage = "electronics"
     example = {"full_scale_nT": 25_000.0}
-    clues = Clues(remedy="choose a larger full scale", converter=True)
+    traits = Traits(remedy="choose a larger full scale", converter=True)
 
     full_scale_nT: Annotated[float, Quantity("nT", 0.0, 1e9, "S; 0: no limit")] = 0.0
 
@@ -37,7 +37,7 @@ class Quantisation(Replacement):
     name = "quantisation"
     stage = "electronics"
     example = {"step_nT": 0.7}
-    clues = Clues(remedy="choose a smaller range or a finer converter", converter=True)
+    traits = Traits(remedy="choose a smaller range or a finer converter", converter=True)
 
     step_nT: Annotated[float, Quantity("nT", 0.0, 1e5, "q; 0: no rounding")] = 0.0
 

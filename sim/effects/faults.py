@@ -8,9 +8,9 @@ import numpy as np
 
 from scenarios.arrays import Array
 from sim.effects.base import Effect, Memory, Replacement, frozen
-from sim.effects.clues import Clues
 from sim.effects.kernels import kernel
-from sim.effects.values import Quantity
+from sim.effects.parameters import Quantity
+from sim.effects.traits import Traits
 from sim.state import State
 
 
@@ -26,7 +26,7 @@ class Spikes(Effect):
     stage = "electronics"
     stochastic = True
     example = {"rate_hz": 2.0, "amplitude_nT": 300.0}
-    clues = Clues(remedy="leave the wrong samples out")
+    traits = Traits(remedy="leave the wrong samples out")
 
     rate_hz: Annotated[float, Quantity("Hz", 0.0, 1e3, "mean number a second")] = 0.0
     amplitude_nT: Annotated[float, Quantity("nT", 0.0, 1e7, "mean magnitude A", role="level")] = 0.0
@@ -51,7 +51,7 @@ class Dropouts(Replacement):
     stage = "electronics"
     stochastic = True
     example = {"rate_hz": 1.0, "mean_duration_s": 0.2}
-    clues = Clues(remedy="leave the repeated samples out")
+    traits = Traits(remedy="leave the repeated samples out")
 
     rate_hz: Annotated[float, Quantity("Hz", 0.0, 1e3, "mean number in a second of work")] = 0.0
     mean_duration_s: Annotated[float, Quantity("s", 0.0, 1e5, "mean length d")] = 0.1

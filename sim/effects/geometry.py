@@ -8,10 +8,10 @@ import numpy as np
 
 from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
-from sim.effects.clues import IN_ITS_MOUNT, Clues
 from sim.effects.kernels import times
+from sim.effects.parameters import OneOf, Quantity, Vec3
 from sim.effects.rotation import rotation, triangular, zhang_installation
-from sim.effects.values import OneOf, Quantity, Vec3
+from sim.effects.traits import IN_ITS_MOUNT, Traits
 from sim.state import State
 
 
@@ -26,7 +26,9 @@ class Misalignment(Effect):
     stage = "sensor"
     static = True
     example = {"angles_deg": (1.0, -2.0, 3.0)}
-    clues = Clues(apart=IN_ITS_MOUNT, remedy="calibrate with attitude, against the field's vector", absorbed=True)
+    traits = Traits(
+        experiment=IN_ITS_MOUNT, remedy="calibrate with attitude, against the field's vector", absorbed=True
+    )
 
     angles_deg: Annotated[Vec3, Quantity("deg", -180.0, 180.0, "about forward, left, up", role="tangent")] = ZERO3
     form: Annotated[Literal["rotation", "zhang2018"], OneOf("rotation, or the matrix of Zhang2018 eq. 2")] = "rotation"
@@ -51,8 +53,8 @@ class NonOrthogonality(Effect):
     stage = "sensor"
     static = True
     example = {"angles_deg": (1.0, -0.5, 0.7)}
-    clues = Clues(
-        apart=IN_ITS_MOUNT,
+    traits = Traits(
+        experiment=IN_ITS_MOUNT,
         remedy="calibrate the sensor's axes, on a turntable or in motion over the whole sphere",
         absorbed=True,
     )
@@ -77,8 +79,8 @@ class Scale(Effect):
     stage = "sensor"
     static = True
     example = {"error": (0.1, -0.05, 0.02)}
-    clues = Clues(
-        apart=IN_ITS_MOUNT,
+    traits = Traits(
+        experiment=IN_ITS_MOUNT,
         remedy="calibrate the sensor's axes, on a turntable or in motion over the whole sphere",
         absorbed=True,
     )

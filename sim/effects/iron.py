@@ -8,10 +8,10 @@ import numpy as np
 
 from scenarios.arrays import Array
 from sim.effects.base import ZERO3, ZERO33, Effect, Memory, array, frozen
-from sim.effects.clues import IN_ITS_MOUNT, WARM_AND_COOL, Clues
 from sim.effects.kernels import times
-from sim.effects.values import Mat3, Quantity, Vec3
-from sim.portable import extended
+from sim.effects.parameters import Mat3, Quantity, Vec3
+from sim.effects.traits import IN_ITS_MOUNT, WARM_AND_COOL, Traits
+from sim.portable_arithmetic import extended
 from sim.state import State
 
 
@@ -23,7 +23,9 @@ class SoftIron(Effect):
     stage = "vehicle"
     static = True
     example = {"matrix": ((0.1, 0.01, 0.02), (-0.03, 0.05, 0.03), (0.04, 0.01, 0.02))}
-    clues = Clues(apart=IN_ITS_MOUNT, remedy="calibrate the matrix on the vehicle as it will be used", absorbed=True)
+    traits = Traits(
+        experiment=IN_ITS_MOUNT, remedy="calibrate the matrix on the vehicle as it will be used", absorbed=True
+    )
 
     matrix: Annotated[Mat3, Quantity("", -5.0, 5.0, "A, added to the identity", role="linear")] = ZERO33
 
@@ -39,8 +41,8 @@ class HardIron(Effect):
     stage = "vehicle"
     static = True
     example = {"offset_nT": (100.0, -200.0, 300.0)}
-    clues = Clues(
-        apart=IN_ITS_MOUNT,
+    traits = Traits(
+        experiment=IN_ITS_MOUNT,
         remedy="calibrate the offset on the vehicle as it will be used",
         absorbed=True,
         constant=True,
@@ -63,7 +65,9 @@ class HardIronDrift(Effect):
     stage = "vehicle"
     static = True
     example = {"rate_nT_h": (100.0, -300.0, 500.0), "time_constant_s": 100.0}
-    clues = Clues(apart=WARM_AND_COOL, remedy="calibrate again, close to the time of use", slow=True, lasting=True)
+    traits = Traits(
+        experiment=WARM_AND_COOL, remedy="calibrate again, close to the time of use", slow=True, whole_run=True
+    )
 
     rate_nT_h: Annotated[Vec3, Quantity("nT/h", -1e6, 1e6, "r at the start, forward, left, up", role="linear")] = ZERO3
     time_constant_s: Annotated[
@@ -83,7 +87,7 @@ class HardIronDrift(Effect):
         course_s = _settled_s(state.time_s, tau) if tau > 0 else state.time_s
         return course_s[:, None] * (array(self.rate_nT_h) / 3600.0)
 
-    def conventions(self, state: State, signal_nT: Array) -> Array:
+    def convention_columns(self, state: State, signal_nT: Array) -> Array:
         """Another time at which it contributes nothing, as that at which the iron was calibrated."""
         return np.tile(array(self.rate_nT_h)[:, None], (len(state), 1, 1))
 

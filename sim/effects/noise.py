@@ -11,10 +11,10 @@ from scipy.optimize import nnls
 
 from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
-from sim.effects.clues import LONG_AT_REST, Clues
 from sim.effects.kernels import kernel
-from sim.effects.values import Quantity, Vec3
-from sim.portable import extended, inverse, product
+from sim.effects.parameters import Quantity, Vec3
+from sim.effects.traits import LONG_AT_REST, Traits
+from sim.portable_arithmetic import extended, inverse, product
 from sim.state import State
 
 FLICKER_LOW_HZ = 1e-5
@@ -30,7 +30,7 @@ class WhiteNoise(Effect):
     stage = "sensor"
     stochastic = True
     example = {"std_nT": (5.0, 6.0, 7.0)}
-    clues = Clues(remedy="average more samples")
+    traits = Traits(remedy="average more samples")
 
     std_nT: Annotated[
         Vec3, Quantity("nT", 0.0, 1e5, "sigma of a sample, axes x, y, z", role="level", per_axis=True)
@@ -57,8 +57,8 @@ class FlickerNoise(Effect):
     stage = "sensor"
     stochastic = True
     example = {"density_nT_sqrt_hz": (1.0, 2.0, 3.0)}
-    clues = Clues(
-        apart=LONG_AT_REST, remedy="calibrate more often, or choose a quieter sensor", spectrum=_flicker_density
+    traits = Traits(
+        experiment=LONG_AT_REST, remedy="calibrate more often, or choose a quieter sensor", spectrum=_flicker_density
     )
 
     density_nT_sqrt_hz: Annotated[

@@ -9,13 +9,13 @@ import numpy as np
 from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect
 from sim.effects.currents import EddyCurrent
-from sim.effects.drift import SensorOffset
 from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
 from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
+from sim.effects.offsets import SensorOffset
+from sim.effects.parameters import Mat3, Vec3
 from sim.effects.rotation import axes_and_turn, rotation_about, rotation_angles_deg, triangular_angles_deg
-from sim.effects.values import Mat3, Vec3
-from sim.portable import product
+from sim.portable_arithmetic import product
 
 Chained = tuple[Effect, ...]
 

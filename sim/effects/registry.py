@@ -12,15 +12,15 @@ from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.effects.channels import ChannelEffect
 from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
-from sim.effects.drift import OffsetJump, OffsetRandomWalk, SensorOffset
-from sim.effects.dynamic import Bandwidth, Latency
+from sim.effects.dynamics import Bandwidth, Latency
 from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient, RegionalField
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
 from sim.effects.iron import HardIron, HardIronDrift, SoftIron
 from sim.effects.noise import FlickerNoise, WhiteNoise
-from sim.effects.nonlinear import Hysteresis, Nonlinearity
+from sim.effects.nonlinearity import Hysteresis, Nonlinearity
+from sim.effects.offsets import OffsetJump, OffsetRandomWalk, SensorOffset
 from sim.effects.sources import LocalDipole
 from sim.effects.temperature import TemperatureOffset, TemperatureScale
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.linalg import rq
 
 from scenarios.arrays import Array
-from sim.effects.values import Vec3
-from sim.portable import product
+from sim.effects.parameters import Vec3
+from sim.portable_arithmetic import product
 
 
 def rotation_about(axis: int, angle_deg: float) -> Array:

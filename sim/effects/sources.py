@@ -10,9 +10,9 @@ import numpy as np
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
-from sim.effects.clues import THE_TRACK_AGAIN, Clues
 from sim.effects.kernels import kernel
-from sim.effects.values import Quantity, Vec3
+from sim.effects.parameters import Quantity, Vec3
+from sim.effects.traits import THE_TRACK_AGAIN, Traits
 from sim.rotation import to_body
 from sim.state import State
 
@@ -39,7 +39,9 @@ class LocalDipole(Effect):
         "moment_A_m2": (9e3, 2e3, -4e3),
         "extent_enu_m": (9.0, 80.0, 1.0),
     }
-    clues = Clues(apart=THE_TRACK_AGAIN, remedy="calibrate away from wrecks, pipelines and steel", source=True)
+    traits = Traits(
+        experiment=THE_TRACK_AGAIN, remedy="calibrate away from wrecks, pipelines and steel", field_source=True
+    )
 
     position_enu_m: Annotated[
         Vec3, Quantity("m", -1e7, 1e7, "where it lies, or where the cylinder begins", role="place")

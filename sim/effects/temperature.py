@@ -10,16 +10,16 @@ import numpy as np
 from recordings.channels import TEMPERATURE
 from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
-from sim.effects.clues import WARM_AND_COOL, Clues
 from sim.effects.kernels import first_order_lag
-from sim.effects.values import Quantity, Vec3
+from sim.effects.parameters import Quantity, Vec3
+from sim.effects.traits import WARM_AND_COOL, Traits
 from sim.state import State
 
 REFERENCE_DEGC = 20.0
 LAGS_S = (0.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 CURVE, SECOND_LAG = "curve", "second lag"
-CLUES = Clues(
-    apart=WARM_AND_COOL,
+CLUES = Traits(
+    experiment=WARM_AND_COOL,
     remedy="log the temperature and take its part off, or let the sensor settle first",
     first_form=CURVE,
 )
@@ -49,7 +49,7 @@ class TemperatureScale(Effect):
     static = True
     needs = (TEMPERATURE,)
     example = {"slope_1_K": (1e-4, 2e-4, -3e-4), "reference_degC": 15.0, "square_1_K2": (2e-6, 1e-6, 3e-6)}
-    clues = CLUES
+    traits = CLUES
 
     slope_1_K: Annotated[Vec3, Quantity("1/K", -0.05, 0.05, "k of the axes x, y, z", role="linear", per_axis=True)] = (
         ZERO3
@@ -66,10 +66,10 @@ class TemperatureScale(Effect):
         return signal_nT * warmer_K * (array(self.slope_1_K) + warmer_K * array(self.square_1_K2))
 
     @classmethod
-    def middle(cls, state: State) -> dict[str, float]:
+    def central_reference(cls, state: State) -> dict[str, float]:
         return _middle(state)
 
-    def conventions(self, state: State, signal_nT: Array) -> Array:
+    def convention_columns(self, state: State, signal_nT: Array) -> Array:
         """Another temperature at which it contributes nothing."""
         return signal_nT[:, :, None] * np.stack([array(self.slope_1_K), array(self.square_1_K2)], axis=1)
 
@@ -83,7 +83,7 @@ class TemperatureOffset(Effect):
     static = True
     needs = (TEMPERATURE,)
     example = {"slope_nT_K": (1.0, -2.0, 3.0), "square_nT_K2": (0.1, 0.2, -0.1), "lag_s": 20.0, "second_lag_s": 5.0}
-    clues = replace(CLUES, slow=True)
+    traits = replace(CLUES, slow=True)
 
     slope_nT_K: Annotated[Vec3, Quantity("nT/K", -1e4, 1e4, "k of the axes x, y, z", role="linear")] = ZERO3
     reference_degC: ReferenceTemperature = REFERENCE_DEGC
@@ -98,10 +98,10 @@ class TemperatureOffset(Effect):
         return warmer_K * (array(self.slope_nT_K) + warmer_K * array(self.square_nT_K2))
 
     @classmethod
-    def middle(cls, state: State) -> dict[str, float]:
+    def central_reference(cls, state: State) -> dict[str, float]:
         return _middle(state)
 
-    def conventions(self, state: State, signal_nT: Array) -> Array:
+    def convention_columns(self, state: State, signal_nT: Array) -> Array:
         """Another temperature at which it contributes nothing."""
         return np.tile(np.stack([array(self.slope_nT_K), array(self.square_nT_K2)], axis=1), (len(state), 1, 1))
 

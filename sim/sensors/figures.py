@@ -11,12 +11,12 @@ from typing import Any
 
 from scenarios.varied import Vary
 from sim.effects.base import ZERO3
-from sim.effects.drift import SensorOffset
-from sim.effects.dynamic import Bandwidth
+from sim.effects.dynamics import Bandwidth
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.geometry import NonOrthogonality, Scale
 from sim.effects.noise import WhiteNoise
-from sim.effects.nonlinear import Hysteresis, Nonlinearity
+from sim.effects.nonlinearity import Hysteresis, Nonlinearity
+from sim.effects.offsets import SensorOffset
 from sim.effects.temperature import TemperatureOffset, TemperatureScale
 from sim.sensors.base import DatasheetFigure
 

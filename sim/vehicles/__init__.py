@@ -30,7 +30,7 @@ else:
 """The `vehicle` table of a scenario: that of any vehicle here, told by its kind."""
 
 
-def able(phase: PhaseBase | type[PhaseBase]) -> list[str]:
+def vehicles_for(phase: PhaseBase | type[PhaseBase]) -> list[str]:
     """Names of the vehicles that can do a phase."""
     return [name for name, cls in VEHICLES.items() if cls.can(phase)]
 

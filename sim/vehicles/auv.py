@@ -13,7 +13,7 @@ from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase
 from scenarios.paths.dive import Ascent, Descent
 from sim.engine import StateLog, mass_matrix
-from sim.portable import pseudo_inverse
+from sim.portable_arithmetic import pseudo_inverse
 from sim.vehicles.auv_control import GAINS_SIZE, MEMORY_SIZE, THRUSTERS, follow
 from sim.vehicles.base import Kinematics, Vehicle, VehicleTable, free_body_kinematics
 from sim.vehicles.fluid import added_mass, drag, righting_arm, wrenches

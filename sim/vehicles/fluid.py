@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from scenarios.arrays import Array
-from sim.portable import product
+from sim.portable_arithmetic import product
 
 COEFFICIENT, FIRST_MASS, FIRST_INERTIA = 0, 6, 9
 """Columns of geom_fluid: whether the ellipsoid model acts, virtual mass (3) and inertia (3) at unit density."""

@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.dataset import every_effect
 from recordings import read_run
+from sim.dataset_writer import generate
 from sim.effects.earth import AttitudeMisalignment
-from sim.generate import generate
 
 
 @pytest.mark.slow

@@ -71,7 +71,7 @@ def _problem(recording: Any, model: ModelSpec) -> LinearProblem:
 def _fixed(problem: LinearProblem) -> list[compare.Evidence]:
     """Evidence of the candidates that have no search, at one setting each."""
     basis = Baseline.of(problem)
-    members = [several[0] for several in proposed(problem).values() if not several[0].effect.sought()]
+    members = [several[0] for several in proposed(problem).values() if not several[0].effect.search_role()]
     judged = [judged_at(basis, [one]) for one in members]
     return [e for e in judged if e is not None]
 
@@ -83,7 +83,7 @@ def _cost_of_a_column(problem: LinearProblem) -> float:
 
 def _most_evidence(problem: LinearProblem) -> float:
     basis = Baseline.of(problem)
-    judged = [judge(basis, several) for several in proposed(problem).values() if not several[0].effect.sought()]
+    judged = [judge(basis, several) for several in proposed(problem).values() if not several[0].effect.search_role()]
     return max(e.nats for e in judged if e is not None)
 
 

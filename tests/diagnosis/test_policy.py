@@ -18,7 +18,7 @@ from tests.conftest import ROOT
 from tests.diagnosis.synthetic import problem
 
 FILES = sorted((ROOT / "diagnosis").rglob("*.py"))
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 GUARDS = {
     "formulation.py": {"NOMINAL_NT"},
     "reference_checks.py": {"MISREAD", "LEAST_SHOWN_NT"},

@@ -18,7 +18,7 @@ from diagnosis.problem.formulation import pose
 from diagnosis.problem.repeated_rows import noise_of_neighbours
 from recordings import Recording
 from scenarios.arrays import Array
-from sim.effects.dynamic import Latency
+from sim.effects.dynamics import Latency
 from sim.effects.earth import DiurnalDrift
 from sim.effects.faults import Spikes
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording

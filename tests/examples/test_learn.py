@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sim.generate import generate
+from sim.dataset_writer import generate
 from sim.scenario import load
 from tests.conftest import ROOT
 

@@ -8,7 +8,7 @@ import pytest
 
 from magbench.console import PlainLines
 from reports.outputs.run import run_scenario
-from sim.generate import generate
+from sim.dataset_writer import generate
 from tests.short import short
 
 

@@ -9,7 +9,7 @@ from recordings.recording import Recording, Truth
 from scenarios.arrays import Array
 from scenarios.paths import PHASES, Ability
 from sim.scenario import Scenario
-from sim.vehicles import VEHICLES, able
+from sim.vehicles import VEHICLES, vehicles_for
 from validation.scoring.outcome import Outcome
 from validation.scoring.scores import Score
 
@@ -37,7 +37,7 @@ def example_scenario(vehicle: str = "auv") -> Scenario:
         "seed": 7,
         "field": {"enu_nT": FIELD_ENU_NT.tolist()},
         "vehicle": {"kind": vehicle},
-        "phases": [table for table in tables if vehicle in able(PHASES[str(table["kind"])])],
+        "phases": [table for table in tables if vehicle in vehicles_for(PHASES[str(table["kind"])])],
     })  # fmt: skip
 
 

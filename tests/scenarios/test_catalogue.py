@@ -15,11 +15,11 @@ from scenarios.toml import as_dict, to_toml
 from scenarios.vary import apply_vary
 from sim.effects import BY_NAME
 from sim.effects.base import Effect
-from sim.effects.drift import SensorOffset
 from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import FlickerNoise
+from sim.effects.offsets import SensorOffset
 from sim.scenario import Scenario, SensorSpec, json_schema, load
-from sim.vehicles import able
+from sim.vehicles import vehicles_for
 
 E = TypeVar("E", bound=Effect)
 NAMES = scenario_names()
@@ -40,7 +40,7 @@ def test_catalogue_is_complete() -> None:
 def test_scenario_loads_and_is_described(name: str) -> None:
     scenario = load(name)
     assert scenario.name == name
-    assert all(scenario.vehicle.kind in able(phase) for phase in scenario.phases)
+    assert all(scenario.vehicle.kind in vehicles_for(phase) for phase in scenario.phases)
     assert (CATALOGUE / f"{name}.toml").read_text().startswith("# ")
     assert scenario.effect_order is None or set(scenario.effect_order) == set(scenario.effects)
 

@@ -10,7 +10,7 @@ from scenarios.toml import as_dict
 from scenarios.vary import apply_vary, values_at
 from sim.effects import BY_NAME
 from sim.scenario import Scenario, equipped, load
-from sim.simulate import blocks, plan
+from sim.simulation import blocks, plan
 from tests.short import short
 
 FLEETS = [name for name in scenario_names() if name.endswith("-fleet")]

@@ -10,10 +10,10 @@ import pytest
 
 from sim.chain import Chain, continuous_part
 from sim.effects import BY_NAME, Effects, build
-from sim.reuse import Flights
-from sim.run import run_in_memory
+from sim.memory_run import run_in_memory
+from sim.motion_cache import MotionCache
 from sim.scenario import Scenario, load
-from sim.simulate import blocks, plan
+from sim.simulation import blocks, plan
 
 LATE = ["effects.latency.delay_s=0.013", "effects.bandwidth.cutoff_hz=6"]
 CORE = ["effects.hysteresis.gain=[0.02,0.01,0.03]", "effects.hysteresis.threshold_nT=[200,3000]"]
@@ -71,7 +71,7 @@ def test_a_dive_ends_on_the_same_sample() -> None:
 
 def test_a_flight_that_is_used_again_gives_the_same_bits() -> None:
     scenario = load("quad-calibration", ["sampling.rate_hz=5", *LATE])
-    ready, flights = plan(scenario), Flights()
+    ready, flights = plan(scenario), MotionCache()
     runs = [run_in_memory(ready, motions)[0] for motions in (None, flights.motions(ready), flights.motions(ready))]
     assert all(run.mag_nT.tobytes() == runs[0].mag_nT.tobytes() for run in runs)
     other = plan(load("quad-calibration", ["sampling.rate_hz=5"]))

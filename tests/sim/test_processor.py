@@ -11,7 +11,7 @@ import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__ as VECTOR_UNITS
 
 from sim.scenario import load
-from sim.simulate import blocks, plan
+from sim.simulation import blocks, plan
 
 SCENARIOS = {
     "auv-spiral": ("phases.0.duration_s=60", "effects.hard_iron_drift.rate_nT_h=[300,200,100]"),

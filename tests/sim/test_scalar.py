@@ -10,9 +10,9 @@ import pytest
 from calib import CALIBRATORS
 from calib.base import Reference
 from recordings import read_run
-from sim.generate import generate
+from sim.dataset_writer import generate
 from sim.scenario import Scenario
-from sim.simulate import blocks, plan
+from sim.simulation import blocks, plan
 from tests.short import short
 
 PLACE = "position_m=[0.5, 0, 0.2]"

@@ -14,7 +14,7 @@ from recordings import read_manifest, read_run, run_file, run_path
 from recordings.manifest import MANIFEST
 from recordings.metadata import Tracking
 from scenarios.load import catalogue
-from sim.generate import generate
+from sim.dataset_writer import generate
 from sim.tracking import LIMIT_M, together, warning
 from tests.short import cuts, short
 

@@ -14,7 +14,7 @@ from sim.engine import CONTROL, StateLog, mass_matrix
 from sim.motion import drive
 from sim.scenario import Scenario, json_schema
 from sim.tracking import LIMIT_M, Tracker
-from sim.vehicles import VEHICLES, VehicleSpec, able, vehicle_for
+from sim.vehicles import VEHICLES, VehicleSpec, vehicle_for, vehicles_for
 from sim.vehicles.base import STEP_S, Vehicle
 
 SHORT: dict[str, dict[str, Any]] = {
@@ -74,7 +74,7 @@ def test_a_vehicle_that_leaves_something_unsaid_is_refused_when_it_is_made() -> 
 
 @pytest.mark.parametrize("kind", SHORT)
 def test_drives_what_it_is_able_to_and_refuses_the_rest(vehicle: Vehicle, kind: str) -> None:
-    if vehicle.name not in able(PHASES[kind]):
+    if vehicle.name not in vehicles_for(PHASES[kind]):
         with pytest.raises(ValidationError, match=f"the {vehicle.name} cannot do a"):
             scenario(vehicle.name, kind)
         return

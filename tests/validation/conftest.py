@@ -16,7 +16,7 @@ from recordings.assemble import recording_of
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.scenario import ModelSpec, load
-from sim.simulate import PreparedRun, blocks, plan
+from sim.simulation import PreparedRun, blocks, plan
 from sim.state import State
 
 BASE: dict[str, Any] = {

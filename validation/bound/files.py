@@ -20,10 +20,10 @@ from recordings.manifest import file_of
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
+from sim.memory_run import run_in_memory
 from sim.motion import Motion
-from sim.run import run_in_memory
 from sim.scenario import Scenario
-from sim.simulate import PreparedRun, plan
+from sim.simulation import PreparedRun, plan
 from validation.bound.experiment import Experiment
 from validation.bound.sensor_noise import stated_colour, stated_noise_nT
 from validation.calibrating.fitting import reference_of

@@ -9,8 +9,8 @@ import numpy as np
 
 from scenarios.arrays import Array
 from scenarios.errors import InputError
-from sim.reuse import Flights
-from sim.simulate import PreparedRun
+from sim.motion_cache import MotionCache
+from sim.simulation import PreparedRun
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import run_experiment
@@ -38,7 +38,7 @@ def knowledge_of(name: str, needs: Collection[str], *, attitude_free: bool, eddy
     return "+".join(["norm", *(one for one in ("gyro", "accel") if one in needs and "gyro" in needs)])
 
 
-def least_in(run: PreparedRun, knowledges: set[str], flights: Flights | None = None) -> Leasts:
+def least_in(run: PreparedRun, knowledges: set[str], flights: MotionCache | None = None) -> Leasts:
     """The least rms of scores over trials of one run, its noise as stated; flights: motions that may be used again.
 
     Empty where there is no bound: without noise, or where the vehicle cannot do the motion.

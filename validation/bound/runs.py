@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from sim.reuse import Flights, alike
+from sim.motion_cache import MotionCache, run_key
 from sim.scenario import Scenario
-from sim.simulate import plan
+from sim.simulation import plan
 from validation.bound.ratio import Leasts, least_in
 
 
@@ -21,7 +21,7 @@ class RunBounds:
     scenario: Scenario
     seed: int
     knowledges: frozenset[str]
-    _flights: Flights = field(default_factory=Flights, repr=False, compare=False)
+    _flights: MotionCache = field(default_factory=MotionCache, repr=False, compare=False)
     _found: dict[str, Leasts] = field(default_factory=dict, repr=False, compare=False)
 
     def of(self, run: int) -> Leasts:
@@ -29,7 +29,7 @@ class RunBounds:
         if not self.knowledges:
             return {}
         ready = plan(self.scenario, run, self.seed)
-        key = alike(ready)
+        key = run_key(ready)
         if key not in self._found:
             self._found[key] = least_in(ready, set(self.knowledges), self._flights)
         return self._found[key]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from sim.effects.base import Effect
-from sim.effects.drift import OffsetRandomWalk
 from sim.effects.noise import FlickerNoise, WhiteNoise
-from sim.effects.values import Vec3
+from sim.effects.offsets import OffsetRandomWalk
+from sim.effects.parameters import Vec3
 from validation.bound.colour import Colour
 
 

@@ -14,7 +14,7 @@ from scenarios.errors import InputError
 from scenarios.sweep import Sweep, Value, points, swept
 from scenarios.toml import as_dict
 from sim.scenario import Scenario
-from sim.simulate import plan
+from sim.simulation import plan
 from validation.calibrating.candidates import CalibratorEntry
 from validation.calibrating.invocation import Invocation
 from validation.scoring.evaluation import UNCORRECTED
@@ -55,7 +55,7 @@ class Design:
         """The comparison of candidates on a scenario, at every combination of the swept values.
 
         seed : default the scenario's. Raises InputError for candidates of one name, a value that does not fit, and
-        what `sim.simulate.plan` refuses.
+        what `sim.simulation.plan` refuses.
         """
         _check_names([one.name for one in candidates])
         seed = scenario.seed if seed is None else seed

@@ -9,9 +9,9 @@ import numpy as np
 from calib import Calibration, Reference
 from calib.numerics.threads import one_thread
 from scenarios.seeds import stream
-from sim.reuse import Flights
-from sim.run import run_in_memory
-from sim.simulate import plan
+from sim.memory_run import run_in_memory
+from sim.motion_cache import MotionCache
+from sim.simulation import plan
 from validation.comparison.design import Design, received
 from validation.scoring.definitions import MEANINGS
 from validation.scoring.evaluation import ScoredCalibration, has_estimate, judged
@@ -20,7 +20,7 @@ NOT_KEPT = ("failure", "wall_time")
 """Scores that a row has no column for: its status says the one, and the other is never the same twice."""
 CALIBRATORS_STREAM = "calibrator"
 """Name of the random stream that every fit of a trial begins with."""
-FLIGHTS = Flights()
+FLIGHTS = MotionCache()
 """The motions of this process."""
 
 

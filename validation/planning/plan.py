@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from scenarios.errors import InputError
 from sim.scenario import Scenario
-from sim.simulate import flown, plan
+from sim.simulation import plan, true_motion
 from validation.bound.limit import Limit, limit, tilts_deg
 from validation.bound.query import BoundAnswer, BoundQuery
 from validation.bound.station_keeping import staying_limit
@@ -140,6 +140,6 @@ def _flown(choice: LegSelection, target: float | None) -> Plan:
 
 
 def _tilts(scenario: Scenario) -> tuple[float, float]:
-    q = np.concatenate([motion.kinematics.q for motion in flown(plan(scenario))])
+    q = np.concatenate([motion.kinematics.q for motion in true_motion(plan(scenario))])
     pitch, roll = np.percentile(tilts_deg(Rotation.from_quat(q, scalar_first=True)), USUAL, axis=0)
     return float(roll), float(pitch)

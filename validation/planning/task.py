@@ -16,7 +16,7 @@ from scenarios.paths import Ability, PhaseBase
 from scenarios.toml import as_dict
 from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
-from sim.simulate import flown, plan
+from sim.simulation import plan, true_motion
 from sim.vehicles import VEHICLES
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
@@ -183,7 +183,7 @@ class PlanningTask:
 
 def _heading_deg(base: Scenario) -> float:
     """Yaw of the vehicle at the start."""
-    first = next(iter(flown(plan(base)))).kinematics.q[:1]
+    first = next(iter(true_motion(plan(base)))).kinematics.q[:1]
     return round(float(np.degrees(np.arctan2(*matrix_from_q(first)[0, [1, 0], 0]))), 3)
 
 

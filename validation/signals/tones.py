@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 from scipy.stats import gamma
 
 from scenarios.arrays import Array
-from sim.effects.even import SPARSEST
+from sim.effects.resampling import SPARSEST
 from validation.signals.intervals import GAP, usual_interval
 
 MAINS_HZ = (50.0, 60.0)

@@ -15,7 +15,7 @@ from recordings.assemble import recording_of
 from scenarios.arrays import Array
 from sim.rotation import matrix_from_q, to_body
 from sim.scenario import Scenario
-from sim.simulate import blocks, plan
+from sim.simulation import blocks, plan
 
 STEP_S = 0.02
 """Interval of the truth, of which a recording takes every n-th sample."""

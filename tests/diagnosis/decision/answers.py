@@ -16,7 +16,7 @@ from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, SoftIron
 from tests.diagnosis.synthetic import problem
 
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 POSED = problem()
 GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.97)
 EFFECT = DRIVEN(**{DRIVEN.linear[0]: (1.0, 0.0, 0.0)})

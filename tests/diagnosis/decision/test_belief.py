@@ -38,14 +38,14 @@ from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.blocks import BlockFit
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
-from sim.effects.drift import SensorOffset
 from sim.effects.iron import HardIron
 from sim.effects.noise import WhiteNoise
+from sim.effects.offsets import SensorOffset
 from tests.diagnosis.synthetic import problem, recording
 
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
-KIN = tuple(effect for effect in EFFECTS if effect.clues.kin)
+KIN = tuple(effect for effect in EFFECTS if effect.traits.family)
 CLEAN, LEFT = ResidualTests({}, (), 0.0, ()), ResidualTests({}, (), 0.0, ("means",))
 NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, -100.0, fits=True, identified=True)
 
@@ -140,7 +140,7 @@ def test_a_constant_vector_of_the_earth_that_is_left_is_told() -> None:
 
 def test_what_has_no_name_of_its_own_speaks_against_no_other_but_one_of_the_place() -> None:
     ground = Baseline.of(problem())
-    placed = next(effect for effect in EFFECTS if effect.clues.source)
+    placed = next(effect for effect in EFFECTS if effect.traits.field_source)
     for effect, clean in ((DRIVEN, True), (placed, False)):
         found = [Accepted(_evidence(effect, 100.0, 3), ())]
         assert _without_what_has_no_name(LEFT, ground, found).clean is clean
@@ -222,7 +222,7 @@ def test_a_wander_takes_constants_with_it(monkeypatch: pytest.MonkeyPatch) -> No
     assert wander_moves_the_mean(belief).iron == belief.iron
     assert wander_moves_the_mean(replace(belief, noise=NOISE)).iron == ()
     (one,) = belief.iron
-    turn = Candidate(next(effect for effect in EFFECTS if effect.clues.absorbed and not effect.clues.constant))
+    turn = Candidate(next(effect for effect in EFFECTS if effect.traits.absorbed and not effect.traits.constant))
     alike = Accepted(replace(one.evidence, candidate=turn), (one.name,))
     assert wander_moves_the_mean(replace(belief, iron=(alike,), noise=NOISE)).iron == ()
     apart = replace(alike, alternatives=())

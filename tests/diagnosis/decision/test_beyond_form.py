@@ -13,14 +13,16 @@ from diagnosis.evidence.held_out import judge, judged_at
 from diagnosis.library.candidates import Candidate, proposed
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
-from sim.effects.nonlinear import ROUNDED
+from sim.effects.nonlinearity import ROUNDED
 from tests.diagnosis.synthetic import problem, recording
 
 DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
 LOOP = next(
-    effect for effect in EFFECTS if len(effect.forms) and effect.clues.memory is False and "gain" in effect.linear
+    effect
+    for effect in EFFECTS
+    if len(effect.forms) and effect.traits.correlates_noise is False and "gain" in effect.linear
 )
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 TABLES = {DRIVEN.name: {DRIVEN.linear[0]: [3.0, -2.0, 4.0]}, LOOP.name: {"gain": [0.01] * 3, "threshold_nT": 1000.0}}
 SLOW = {DRIFT.name: {DRIFT.linear[0]: [200.0, -300.0, 150.0]}}
 

@@ -141,14 +141,14 @@ def test_tones_beside_a_current_give_way_to_the_channel_that_makes_them() -> Non
     t = np.arange(4000) / HZ
     x = sum(np.sin(2 * np.pi * t / period) for period in (4.7, 6.1, 8.9)) / 3
     told = diagnose(disturbed(3 * np.tanh(2 * x), load_A=x), MODEL)
-    assert [one.effect.causes for one in told.named] == [("load_A",)]
+    assert [one.effect.required_inputs for one in told.named] == [("load_A",)]
     assert told.verdict == "unknown"
 
 
 def test_slow_noise_is_named_only_where_no_recorded_channel_makes_it() -> None:
     """A load that wanders makes a gap that wanders too, with the spectrum of a random walk."""
     told, other = (diagnose(disturbed(4 * slow(2), 2, tank_kg=slow(seed)), MODEL) for seed in (2, 12))
-    assert [(one.how, one.effect.causes) for one in told.named] == [(How.CURVE, ("tank_kg",))]
+    assert [(one.how, one.effect.required_inputs) for one in told.named] == [(How.CURVE, ("tank_kg",))]
     assert {one.how for one in other.named} == {How.SPECTRUM}
 
 

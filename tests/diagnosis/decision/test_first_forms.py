@@ -16,7 +16,7 @@ from diagnosis.evidence.held_out import Evidence
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects import BY_NAME
-from sim.effects.nonlinear import ROUNDED, Hysteresis
+from sim.effects.nonlinearity import ROUNDED, Hysteresis
 from sim.effects.temperature import TemperatureOffset
 from tests.diagnosis.synthetic import NOISE_NT, problem, recording, without_attitude
 

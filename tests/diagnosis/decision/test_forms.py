@@ -17,7 +17,7 @@ from diagnosis.evidence.held_out import judged_at
 from diagnosis.library.candidates import Candidate, proposed
 from sim.effects import BY_NAME
 from sim.effects.currents import MotorCurrent
-from sim.effects.nonlinear import Hysteresis
+from sim.effects.nonlinearity import Hysteresis
 from tests.diagnosis.synthetic import problem, recording
 
 LIBRARY = {

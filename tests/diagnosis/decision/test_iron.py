@@ -130,7 +130,7 @@ def test_an_iron_that_changed_whole_is_told_as_it_is() -> None:
 def test_an_iron_that_changed_is_no_drift_that_settles_at_once_and_no_loop_wider_than_the_field() -> None:
     found = iron_changes(select(problem(hidden=IRON_NOW))).found
     listed = {name for one in found for name in one.alternatives}
-    assert all(BY_NAME[name].clues.absorbed for name in listed)
+    assert all(BY_NAME[name].traits.absorbed for name in listed)
 
 
 @pytest.mark.parametrize(

@@ -32,8 +32,8 @@ from diagnosis.workflow import diagnose
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects.currents import EddyCurrent, MotorCurrent
-from sim.effects.dynamic import Latency
-from sim.effects.values import SWITCH
+from sim.effects.dynamics import Latency
+from sim.effects.parameters import ACTIVE_WINDOW
 from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import ModelSpec
 
@@ -190,7 +190,7 @@ def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
     [
         (Candidate(EddyCurrent), True),
         (Candidate(Latency, (("delay_s", 0.1),)), False),
-        (Candidate(EddyCurrent).at({SWITCH.name: (20.0, 50.0)}), False),
+        (Candidate(EddyCurrent).at({ACTIVE_WINDOW.name: (20.0, 50.0)}), False),
         (Candidate(MotorCurrent), False),
     ],
     ids=["free", "of one size", "in a part", "of no kin"],

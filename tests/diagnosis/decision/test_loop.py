@@ -27,18 +27,18 @@ from diagnosis.policy import STANDARD
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.currents import MotorCurrent
-from sim.effects.drift import OffsetJump
-from sim.effects.dynamic import Latency
+from sim.effects.dynamics import Latency
 from sim.effects.earth import RegionalField
 from sim.effects.iron import SoftIron
-from sim.effects.nonlinear import Hysteresis
-from sim.effects.values import SWITCH
+from sim.effects.nonlinearity import Hysteresis
+from sim.effects.offsets import OffsetJump
+from sim.effects.parameters import ACTIVE_WINDOW
 from tests.diagnosis.synthetic import problem
 
 CLEAN = ResidualTests({}, (), 0.0, ())
 LEFT = replace(CLEAN, why=("something",))
 POSED = problem(n=1500)
-KIN = [effect for effect in EFFECTS if effect.clues.kin][:2]
+KIN = [effect for effect in EFFECTS if effect.traits.family][:2]
 Play = Callable[..., tuple[Selection, list[int]]]
 
 
@@ -103,7 +103,7 @@ def test_what_has_no_name_speaks_against_none_where_the_loop_ends(play: Play, mo
     ("effect", "first", "second", "form"),
     [
         (Hysteresis, {"threshold_nT": 1000.0}, {"threshold_nT": 900.0}, True),
-        (Hysteresis, {SWITCH.name: (20.0, 50.0)}, {SWITCH.name: (80.0, 90.0)}, False),
+        (Hysteresis, {ACTIVE_WINDOW.name: (20.0, 50.0)}, {ACTIVE_WINDOW.name: (80.0, 90.0)}, False),
         (OffsetJump, {"time_s": 20.0}, {"time_s": 50.0}, False),
     ],
 )
@@ -143,7 +143,7 @@ def test_what_has_a_window_is_not_settled_anew(monkeypatch: pytest.MonkeyPatch) 
     """Its window was found with it."""
     monkeypatch.setattr(Accepted, "columns", lambda *_: np.zeros((1500, 3, 1)))
     monkeypatch.setattr(selection, "judge", lambda *_: _one(SoftIron, 1.0).evidence)
-    windowed, whole = _one(SoftIron, **{SWITCH.name: (20.0, 50.0)}), _one(SoftIron)
+    windowed, whole = _one(SoftIron, **{ACTIVE_WINDOW.name: (20.0, 50.0)}), _one(SoftIron)
     start, members = Baseline.of(POSED), {SoftIron.name: [Candidate(SoftIron)]}
     settled = _settled_beside(_one(MotorCurrent), [windowed, whole], members, start)
     assert [one.evidence.strength for one in settled] == [10.0, 1.0]

@@ -22,8 +22,8 @@ from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
 WARM_SCALE = next(effect for effect in EFFECTS if any(p.unit == "1/K" for p in effect.parameters()))
 DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
-JUMP = next(effect for effect in EFFECTS if effect.sought() == "moment")
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+JUMP = next(effect for effect in EFFECTS if effect.search_role() == "moment")
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 SOFT_IRON, PART_S = BY_NAME["soft_iron"], (150.0, 250.0)
 MATRIX = [[5e-4, 0.0, 0.0], [0.0, -3e-4, 1e-4], [0.0, 1e-4, 2e-4]]
 N = 4000

@@ -40,7 +40,7 @@ MOVED = "no more than its columns moved in time"
 TRIED = 7
 GAP = 1e5
 """Squares that a start leaves beyond the noise's own."""
-LATE = [one for one in EFFECTS if one.clues.kin][:2]
+LATE = [one for one in EFFECTS if one.traits.family][:2]
 BESIDE: Any = SimpleNamespace(rows=SimpleNamespace(policy=STANDARD))
 
 

@@ -103,10 +103,10 @@ def test_two_are_the_same_within_a_millionth(apart: float, same: bool) -> None:
     assert (chosen.name == first) is same
 
 
-@pytest.mark.parametrize("effect", [e for e in EFFECTS if e.clues.same_as], ids=lambda e: e.name)
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if e.traits.equivalent_to], ids=lambda e: e.name)
 def test_what_says_that_it_is_another_is_named_after_it(effect: type[Effect]) -> None:
     """Beside an iron with currents in it they differ by a fraction of a nat, either way."""
-    other = BY_NAME[effect.clues.same_as]
+    other = BY_NAME[effect.traits.equivalent_to]
     assert list(BY_NAME).index(other.name) < list(BY_NAME).index(effect.name)
     for more in (-0.3, 0.3):
         both = sorted((_evidence(effect, 2000.0 + more), _evidence(other, 2000.0)), key=lambda e: -e.gain)
@@ -136,7 +136,7 @@ def test_a_constant_vector_of_the_earth_s_frame_is_no_clean_rest() -> None:
 
 
 def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
-    effect = next(one for one in EFFECTS if one.clues.spectrum is not None)
+    effect = next(one for one in EFFECTS if one.traits.spectrum is not None)
     level = effect.with_role("level")
     assert level is not None
     posed = problem(hidden={effect.name: {level: [2.0] * 3}})
@@ -145,7 +145,7 @@ def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
 
 
 def test_what_one_of_its_kin_takes_is_the_form_of_the_first() -> None:
-    one, other = [effect for effect in EFFECTS if effect.clues.kin][:2]
+    one, other = [effect for effect in EFFECTS if effect.traits.family][:2]
     first, second = _accepted(one, 10.0), _accepted(other, 9.0)
     assert _is_form(second, [first], [], STANDARD)
     assert [found.alternatives for found in _with_kin([first, _accepted(FIRST, 3.0)], second)] == [(other.name,), ()]

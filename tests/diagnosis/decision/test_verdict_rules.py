@@ -22,7 +22,7 @@ from diagnosis.result import GapSize, How, Named
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, SoftIron
-from sim.effects.nonlinear import Hysteresis
+from sim.effects.nonlinearity import Hysteresis
 from tests.diagnosis.decision.answers import (
     FAST,
     FOUND,

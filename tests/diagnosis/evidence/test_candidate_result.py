@@ -22,7 +22,7 @@ from diagnosis.library.candidates import Candidate
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 
-FIVE = [effect for effect in EFFECTS if not effect.clues.contains][:5]
+FIVE = [effect for effect in EFFECTS if not effect.traits.contains][:5]
 BEST, ALIKE, WEAKER, REFUSED, LEAST = FIVE
 
 
@@ -49,8 +49,8 @@ def test_every_candidate_learns_what_came_of_it() -> None:
     ("nats", "outcome", "told"), [(40.0, "", AND_NO_MORE), (40.0, "odd", "odd"), (3.0, "", TOO_LITTLE)]
 )
 def test_what_makes_the_name_too_is_that_and_no_more(nats: float, outcome: str, told: str) -> None:
-    richer = next(effect for effect in EFFECTS if effect.clues.contains)
-    one, _ = with_outcomes([_judged(0, nats, outcome, richer), _judged(0, 1.0)], richer.clues.contains[0], ())
+    richer = next(effect for effect in EFFECTS if effect.traits.contains)
+    one, _ = with_outcomes([_judged(0, nats, outcome, richer), _judged(0, 1.0)], richer.traits.contains[0], ())
     assert one.outcome.endswith(told)
 
 

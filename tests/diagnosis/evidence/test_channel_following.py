@@ -75,7 +75,7 @@ def test_what_a_name_has_for_its_cause_is_not_asked(warm: LinearProblem, channel
     """To an effect of the currents all motors are one."""
     motors = {current_name(motor) for motor in warm.state.motors}
     assert len(motors) > 1
-    caused = next(cls(**cls.example) for cls in EFFECTS if channel in cls(**cls.example).causes)
+    caused = next(cls(**cls.example) for cls in EFFECTS if channel in cls(**cls.example).required_inputs)
     case = case_of(replace(FOUND, effect=caused), problem=warm)
     listed = case_of(replace(FOUND, alternatives=(caused.name,)), problem=warm)
     known = motors if channel in motors else {channel}

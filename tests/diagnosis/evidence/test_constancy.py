@@ -16,7 +16,7 @@ from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import problem, recording
 
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 N = 1500
 GAIN_NT_A = np.array([3.0, -2.0, 1.0])
 TIME = np.linspace(0, 1, N)

@@ -21,7 +21,7 @@ from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import HZ, problem, recording
 
 SWINGING = next(effect for effect in EFFECTS if effect.with_role("period"))
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 PERIOD = str(SWINGING.with_role("period"))
 WALK_NT = 0.15
 """A step's standard deviation: in 600 s it goes 12 nT away, six times the noise of a sample."""

@@ -17,7 +17,7 @@ from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from tests.diagnosis.synthetic import problem, recording
 
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 HIDDEN = {DRIVEN.name: {DRIVEN.linear[0]: [1.0, -0.5, 2.0]}}
 MOTOR = DRIVEN.with_role("motor")
 CANDIDATE = Candidate(DRIVEN, ((MOTOR or "", 0),))

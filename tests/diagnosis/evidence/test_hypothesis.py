@@ -28,7 +28,7 @@ from sim.effects.channels import ChannelEffect
 from tests.diagnosis.evidence.test_noise_model import covariance
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
 HIDDEN = {DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}}
 

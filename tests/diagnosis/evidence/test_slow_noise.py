@@ -23,8 +23,8 @@ from sim.effects import BY_NAME, EFFECTS
 from tests.diagnosis.synthetic import NOISE_NT, problem, recording
 from validation.signals.bands import Bands
 
-SLOW = [effect.name for effect in EFFECTS if effect.clues.spectrum is not None]
-SIZES = {name: 0.5 if BY_NAME[name].clues.spectrum(np.array([0.1]))[0] > 3 else 2.0 for name in SLOW}  # type: ignore[misc]
+SLOW = [effect.name for effect in EFFECTS if effect.traits.spectrum is not None]
+SIZES = {name: 0.5 if BY_NAME[name].traits.spectrum(np.array([0.1]))[0] > 3 else 2.0 for name in SLOW}  # type: ignore[misc]
 
 BANDS = (STANDARD.first_line, STANDARD.bands)
 

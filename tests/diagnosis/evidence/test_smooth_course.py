@@ -21,7 +21,7 @@ from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import problem, recording
 
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
 SIZES_NT = np.array([5.0, -4.0, 3.0])
 

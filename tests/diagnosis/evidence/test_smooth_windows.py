@@ -20,11 +20,11 @@ from diagnosis.problem.linear import LinearProblem
 from recordings.channels import TEMPERATURE
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from sim.effects.values import SWITCH
+from sim.effects.parameters import ACTIVE_WINDOW
 from tests.diagnosis.synthetic import problem, recording
 
 WARM = next(effect for effect in EFFECTS if any(p.unit == "1/K" for p in effect.parameters()))
-IN_PART = {SWITCH.name: (90.0, 210.0)}
+IN_PART = {ACTIVE_WINDOW.name: (90.0, 210.0)}
 
 
 def _growing(course: Array, size: float = 2e-3, policy: Policy = STANDARD) -> LinearProblem:
@@ -42,7 +42,7 @@ def _pulses(*pieces: tuple[float, float]) -> Array:
 
 def _window() -> Candidate:
     iron = (several[0] for several in changes_of_iron().values())
-    return next(one for one in iron if not one.effect.clues.constant).at(IN_PART)
+    return next(one for one in iron if not one.effect.traits.constant).at(IN_PART)
 
 
 @pytest.mark.parametrize(("name", "told"), [("switch", ""), ("bend", TIME), ("warm", TEMPERATURE)])
@@ -62,7 +62,7 @@ def test_a_channel_that_is_on_in_the_window_does_better_or_is_the_window(power: 
     course = np.clip(1 - ((t - 150) / 60) ** 2, 0, None) ** power * ((t >= 90) & (t < 210))
     posed = _growing(course)
     driven = replace(posed, state=replace(posed.state, channels={"payload": course}))
-    assert on_within(driven, IN_PART[SWITCH.name]) == ("payload",)
+    assert on_within(driven, IN_PART[ACTIVE_WINDOW.name]) == ("payload",)
     assert comes_and_goes(Baseline.of(driven), _window()) == told
 
 
@@ -70,7 +70,7 @@ def test_a_channel_that_is_on_in_the_window_does_better_or_is_the_window(power: 
 def test_what_comes_in_pieces_has_no_window(pieces: list[tuple[int, int]], again: bool) -> None:
     """Between two pulses an offset of the other sign fits best, and about both as much is left."""
     ground = Baseline.of(_growing(_pulses(*pieces)))
-    between = _window().at({SWITCH.name: (min(b for _, b in pieces), 210.0) if again else (90.0, 210.0)})
+    between = _window().at({ACTIVE_WINDOW.name: (min(b for _, b in pieces), 210.0) if again else (90.0, 210.0)})
     with_it = ground.beside(between.columns(ground.problem))
     assert comes_again(ground, with_it, between) == again
     assert not comes_again(ground, with_it, Candidate(WARM))
@@ -78,7 +78,7 @@ def test_what_comes_in_pieces_has_no_window(pieces: list[tuple[int, int]], again
 
 def test_what_is_left_elsewhere_is_another_window() -> None:
     ground = Baseline.of(_growing(_pulses((40, 90), (210, 260))))
-    first = _window().at({SWITCH.name: (40.0, 90.0)})
+    first = _window().at({ACTIVE_WINDOW.name: (40.0, 90.0)})
     assert not comes_again(ground, ground.beside(first.columns(ground.problem)), first)
 
 
@@ -96,7 +96,7 @@ def test_a_hearing_says_why_it_is_no_window(
 ) -> None:
     posed = _growing(_pulses(*pieces))
     ground = Baseline.of(replace(posed, state=replace(posed.state, channels={})))
-    one = judged_at(ground, [_window().at({SWITCH.name: span})])
+    one = judged_at(ground, [_window().at({ACTIVE_WINDOW.name: span})])
     assert one is not None
     with_it = ground.beside(one.candidate.columns(ground.problem))
     hearing = CandidateTest(ground, None, ground, lambda *_: True)  # type: ignore[arg-type]

@@ -17,8 +17,8 @@ from diagnosis.policy import STANDARD, Policy
 from scenarios.arrays import Array
 from sim.effects.currents import EddyCurrent, MotorCurrent
 from sim.effects.iron import HardIron
-from sim.effects.nonlinear import Hysteresis
-from sim.effects.values import SWITCH
+from sim.effects.nonlinearity import Hysteresis
+from sim.effects.parameters import ACTIVE_WINDOW
 from tests.diagnosis.synthetic import problem
 
 N = 2000
@@ -109,5 +109,5 @@ def test_what_is_no_constant_may_act_from_a_moment_on() -> None:
 def test_what_comes_and_goes_in_its_window_comes_again(course: Any, again: bool) -> None:
     """By three quarters of what it explains there, and not where it acts once more elsewhere."""
     ground = _ground(sum(size * MOVED * _during(a, b) for a, b, size in course))
-    one = MOTOR.at({SWITCH.name: (50.0, 140.0)})
+    one = MOTOR.at({ACTIVE_WINDOW.name: (50.0, 140.0)})
     assert comes_again(ground, ground.beside(one.columns(ground.problem)), one) is again

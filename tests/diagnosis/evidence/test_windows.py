@@ -26,7 +26,7 @@ from tests.diagnosis.synthetic import (
 )
 
 WINDOW = (152.0, 228.0)
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 GAIN = {DRIVEN.linear[0]: [2.0, -1.0, 1.5]}
 SWITCHED = {DRIVEN.name: {**GAIN, "active_s": list(WINDOW)}}
 MODEL = ModelSpec.model_validate(

@@ -20,7 +20,7 @@ FAST_HZ = 2.317
 
 
 def _tone() -> Candidate:
-    effect = next(effect for effect in EFFECTS if effect.sought() == "frequency")
+    effect = next(effect for effect in EFFECTS if effect.search_role() == "frequency")
     name = effect.with_role("frequency")
     assert name is not None
     return Candidate(effect, ((name, FAST_HZ),))
@@ -46,7 +46,7 @@ def test_means_and_what_is_about_them_have_the_nats_of_all_samples() -> None:
 
 
 def test_nothing_is_counted_twice_where_the_means_show_it() -> None:
-    driven = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+    driven = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
     for posed, one in ((_waving(), Candidate(driven)), (_waving(STANDARD), _tone())):
         assert gain_within(posed, _rows(posed), (), one.columns(posed)) == 0.0
 

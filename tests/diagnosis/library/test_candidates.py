@@ -23,7 +23,7 @@ from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 
-PHASED = [effect for effect in EFFECTS if effect.with_role("phase") and not effect.sought()]
+PHASED = [effect for effect in EFFECTS if effect.with_role("phase") and not effect.search_role()]
 WAVES = [effect for effect in PHASED if effect.with_role("period")]
 TANGENT = [effect for effect in EFFECTS if effect.tangents]
 
@@ -45,7 +45,7 @@ def test_columns_times_coefficients_are_what_the_effect_does(effect) -> None:  #
     signal = posed.state.field_nT if early else posed.clean_nT
     columns = candidate.contribution_nT(posed)
     done = acting.apply(posed.state, signal, np.random.default_rng(0), {})
-    by_neighbours = effect.continuous and not effect.clues.memory
+    by_neighbours = effect.continuous and not effect.traits.correlates_noise
     off = (1e-3 if by_neighbours else 1e-9) * np.abs(done).max()
     assert columns @ acting.coefficients() == pytest.approx(done, rel=1e-6, abs=off)
     assert candidate.made(acting.coefficients()).coefficients() == pytest.approx(acting.coefficients())
@@ -107,7 +107,7 @@ def test_an_error_of_the_field_and_one_of_the_attitude_span_the_same_plane_besid
 
 
 def test_coefficients_are_brought_into_bounds_and_known_to_be_beyond_them() -> None:
-    (effect,) = [e for e in EFFECTS if e.linear and "position" in e.needs and e.sought() == "place"]
+    (effect,) = [e for e in EFFECTS if e.linear and "position" in e.needs and e.search_role() == "place"]
     candidate = Candidate(effect, ((effect.with_role("place"), (0.0, 0.0, -9.0)),))
     low, high = candidate.bounds[0]
     assert candidate.possible(np.array([high, low, 0.0]))

@@ -25,13 +25,13 @@ from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.earth import RegionalField
-from sim.effects.values import Role
+from sim.effects.parameters import Role
 from sim.rotation import matrix_from_q
 from tests.diagnosis.synthetic import FIELD_ENU_NT, HZ, STRENGTH_NT, problem, recording, without_attitude
 
 
 def _sought(role: Role) -> type[Effect]:
-    return next(effect for effect in EFFECTS if effect.sought() == role)
+    return next(effect for effect in EFFECTS if effect.search_role() == role)
 
 
 def _value(candidate: Candidate, role: Role) -> Array:
@@ -261,15 +261,17 @@ def test_unit_dipoles_are_the_effects_own() -> None:
 
 
 def test_every_role_that_must_be_sought_has_a_search() -> None:
-    assert {effect.sought() for effect in EFFECTS} - {None} == set(SEARCHES)
+    assert {effect.search_role() for effect in EFFECTS} - {None} == set(SEARCHES)
 
 
 def test_what_has_no_search_stays_as_it_is() -> None:
-    members = [Candidate(effect) for effect in EFFECTS if effect.search and not effect.sought()][:1]
+    members = [Candidate(effect) for effect in EFFECTS if effect.search and not effect.search_role()][:1]
     assert found_by_search(problem(), np.zeros((4000, 3)), members) == members
 
 
-@pytest.mark.parametrize("effect", [e for e in EFFECTS if len(e.search) == 1 and not e.sought()], ids=lambda e: e.name)
+@pytest.mark.parametrize(
+    "effect", [e for e in EFFECTS if len(e.search) == 1 and not e.search_role()], ids=lambda e: e.name
+)
 def test_a_listed_number_moves_between_its_neighbours(effect: type[Effect]) -> None:
     """A misfit with its minimum between two listed values: it is found, to a percent, from there and from between."""
     ((name, listed),) = effect.search.items()

@@ -32,15 +32,15 @@ from scenarios.toml import to_toml
 from sim import effects as effect_table
 from sim.chain import Chain
 from sim.effects import EFFECTS, Effects
-from sim.effects.values import Window
+from sim.effects.parameters import Window
 from sim.scenario import Scenario, load
-from sim.simulate import plan
+from sim.simulation import plan
 from tests.diagnosis.synthetic import FIELD_ENU_NT, problem
 
 BASE: dict[str, Any] = {"hard_iron": {"offset_nT": [500.0, -300.0, 800.0]}, "white_noise": {"std_nT": [2.0] * 3}}
 EDDY: dict[str, Any] = {"eddy_current": {"matrix_s": [[0.002, 0, 0], [0, 0.0025, 0.0003], [0, 0, 0.002]]}}
 
-TWIN = next(effect.name for effect in EFFECTS if effect.clues.same_as == "regional_field")
+TWIN = next(effect.name for effect in EFFECTS if effect.traits.equivalent_to == "regional_field")
 
 
 def _level() -> Scenario:

@@ -17,10 +17,10 @@ from diagnosis.policy import STANDARD
 from diagnosis.result import How, Named
 from sim.effects.base import Effect
 from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
-from sim.effects.drift import OffsetJump
-from sim.effects.dynamic import Latency
+from sim.effects.dynamics import Latency
 from sim.effects.earth import AttitudeMisalignment, FieldGradient, RegionalField
 from sim.effects.iron import HardIron, HardIronDrift, SoftIron
+from sim.effects.offsets import OffsetJump
 from sim.effects.sources import LocalDipole
 from sim.effects.temperature import TemperatureOffset
 from tests.diagnosis.synthetic import problem

@@ -8,10 +8,10 @@ import pytest
 from sim.chain import apply_deterministic
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
-from sim.effects.drift import SensorOffset
+from sim.effects.chain_position import insert_effects
 from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
 from sim.effects.iron import HardIron, SoftIron
-from sim.effects.place import joined
+from sim.effects.offsets import SensorOffset
 from tests.diagnosis.synthetic import problem, recording
 
 GIVEN = tuple(one(**one.example) for one in (SoftIron, HardIron, Misalignment, NonOrthogonality, Scale, SensorOffset))
@@ -25,7 +25,7 @@ def test_an_effect_meets_what_stands_ahead_and_passes_what_stands_behind(
 ) -> None:
     """But for a constant, which is hard iron."""
     posed, made = problem(recording(600), given), effect(**effect.example)
-    with_it, without = (apply_deterministic(some, posed.state)[0] for some in (joined(given, [made]), given))
+    with_it, without = (apply_deterministic(some, posed.state)[0] for some in (insert_effects(given, [made]), given))
     own = made.apply(posed.state, posed.met_nT(effect), np.random.default_rng(0), {})
     off = own @ posed.turn_behind(effect).T - (with_it - without)
     assert off == pytest.approx(np.tile(off[0], (600, 1)), abs=1e-6)

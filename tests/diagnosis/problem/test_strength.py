@@ -19,7 +19,7 @@ from diagnosis.workflow import diagnose
 from recordings import Recording
 from recordings.channels import SCALAR
 from scenarios.errors import InputError
-from sim.effects.nonlinear import Hysteresis
+from sim.effects.nonlinearity import Hysteresis
 from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording, without_attitude
 

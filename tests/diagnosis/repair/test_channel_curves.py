@@ -29,7 +29,7 @@ def test_curves_stand_for_names_where_they_explain_much_more(channel: str, expla
     case = case_of(FOUND, clean=False, explained=explained, problem=posed, where=(Share(channel, "body", 0.5),))
     found = followed_instead(Baseline.of(posed), case)
     assert (found is not None) == instead
-    assert not instead or "load" in {cause for one in found.named for cause in one.effect.causes}
+    assert not instead or "load" in {cause for one in found.named for cause in one.effect.required_inputs}
     assert followed_instead(Baseline.of(posed), case_of(FOUND, clean=False, problem=posed)) is None
 
 

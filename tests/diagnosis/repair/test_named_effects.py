@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.repair.named_effects import noise_of
-from sim.effects.drift import OffsetRandomWalk
+from sim.effects.offsets import OffsetRandomWalk
 
 
 @pytest.mark.parametrize(("identified", "listed"), [(True, ()), (False, ("a", "b", "c"))])

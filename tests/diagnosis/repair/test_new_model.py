@@ -17,14 +17,14 @@ from diagnosis.result import How, Named
 from scenarios.toml import as_dict
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
-from sim.effects.drift import OffsetRandomWalk
-from sim.effects.dynamic import Latency
+from sim.effects.dynamics import Latency
 from sim.effects.earth import RegionalField
 from sim.effects.electronics import Saturation
 from sim.effects.geometry import Scale
 from sim.effects.iron import HardIron, HardIronDrift
 from sim.effects.noise import WhiteNoise
-from sim.effects.values import SWITCH
+from sim.effects.offsets import OffsetRandomWalk
+from sim.effects.parameters import ACTIVE_WINDOW
 from sim.scenario import Model, ModelSpec, Scenario, load
 from tests.diagnosis.repair.test_repair import DRIVEN
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
@@ -39,7 +39,7 @@ GAIN = (200.0, -100.0, 400.0)
 FIRST, SECOND = (0.0, 100.0), (0.0, 300.0)
 MADE = [
     DRIVEN(**{DRIVEN.linear[0]: GAIN}),
-    DRIVEN(**{DRIVEN.linear[0]: GAIN, SWITCH.name: FIRST}),
+    DRIVEN(**{DRIVEN.linear[0]: GAIN, ACTIVE_WINDOW.name: FIRST}),
     HardIronDrift(rate_nT_h=(3000.0, -6000.0, 4000.0)),
     RegionalField(error_enu_nT=(300.0, -200.0, 100.0)),
     Latency(delay_s=0.1),
@@ -48,7 +48,7 @@ MADE = [
 
 def _hidden(effect: Effect) -> dict[str, dict[str, object]]:
     values = {p.name: getattr(effect, p.name) for p in effect.parameters()}
-    window = {} if effect.active_s is None else {SWITCH.name: effect.active_s}
+    window = {} if effect.active_s is None else {ACTIVE_WINDOW.name: effect.active_s}
     return {effect.name: {name: value for name, value in values.items() if value is not None} | window}
 
 

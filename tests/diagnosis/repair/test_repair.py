@@ -19,18 +19,18 @@ from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
-from sim.effects.drift import OffsetJump, SensorOffset
-from sim.effects.dynamic import Latency
+from sim.effects.chain_position import insert_effects
+from sim.effects.dynamics import Latency
 from sim.effects.earth import RegionalField
 from sim.effects.electronics import Quantisation
+from sim.effects.free_parameters import FreeParameters
 from sim.effects.iron import HardIron, SoftIron
 from sim.effects.noise import WhiteNoise
-from sim.effects.nonlinear import Hysteresis
-from sim.effects.numbers import FreeNumbers
-from sim.effects.place import joined
+from sim.effects.nonlinearity import Hysteresis
+from sim.effects.offsets import OffsetJump, SensorOffset
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 
-DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.sought())
+DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 GAIN = (2.0, -1.0, 4.0)
 TRUTH = DRIVEN(**{DRIVEN.linear[0]: GAIN})
 STRONG = DRIVEN(**{DRIVEN.linear[0]: (200.0, -100.0, 400.0)})
@@ -121,8 +121,8 @@ def test_a_step_goes_nowhere_where_the_data_are_silent() -> None:
 @pytest.mark.parametrize("effect", [e for e in EFFECTS if not e.stochastic], ids=lambda e: e.name)
 def test_numbers_go_out_and_come_back(effect: type[Effect]) -> None:
     made = effect(**effect.example)
-    numbers = FreeNumbers((made, TRUTH))
-    again = FreeNumbers(numbers.at(numbers.values))
+    numbers = FreeParameters((made, TRUTH))
+    again = FreeParameters(numbers.at(numbers.values))
     assert again.values == pytest.approx(numbers.values, rel=1e-9, abs=1e-12)
     assert (numbers.scale > 0).all()
     spread = numbers.spread(numbers.scale)
@@ -133,10 +133,10 @@ def test_numbers_go_out_and_come_back(effect: type[Effect]) -> None:
 
 def test_new_effects_stand_at_their_physical_place() -> None:
     given = (WhiteNoise((1.0,) * 3), Quantisation(1.0))
-    order = [effect.name for effect in joined(given, [TRUTH, OffsetJump()])]
+    order = [effect.name for effect in insert_effects(given, [TRUTH, OffsetJump()])]
     rank = {name: i for i, name in enumerate(BY_NAME)}
     assert order == sorted(order, key=rank.__getitem__)
-    assert joined((TRUTH,), [START]) == (TRUTH, START)
+    assert insert_effects((TRUTH,), [START]) == (TRUTH, START)
 
 
 def test_a_prediction_is_smooth_where_the_converter_rounds() -> None:
@@ -175,7 +175,7 @@ def test_the_right_effect_takes_the_gap_away() -> None:
 
 
 def test_numbers_that_do_not_go_together_are_refused() -> None:
-    numbers = FreeNumbers((TRUTH,))
+    numbers = FreeParameters((TRUTH,))
     assert numbers.at(np.array([1e12, 0.0, 0.0]))[0].coefficients()[0] < 1e12
     with pytest.raises((InputError, ValueError)):
         numbers.at(np.array([np.nan, 0.0, 0.0]))

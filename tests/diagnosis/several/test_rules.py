@@ -26,7 +26,7 @@ from sim.effects.currents import MotorCurrent
 from sim.effects.earth import FieldGradient, RegionalField
 from tests.diagnosis.synthetic import problem
 
-KIN = [effect for effect in EFFECTS if effect.clues.kin][:2]
+KIN = [effect for effect in EFFECTS if effect.traits.family][:2]
 GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.9)
 OPEN = GapSize(2.0, 1.0, 2.0, 1.0, None)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sim.generate import generate
+from sim.dataset_writer import generate
 from tests.short import short
 
 RUNS = 11

@@ -11,7 +11,7 @@ import pytest
 from magbench.cli import main
 from recordings import read_manifest, read_recording, read_run
 from scenarios.errors import InputError
-from sim.generate import generate
+from sim.dataset_writer import generate
 from tests.recordings.description.conftest import RUNS, VARY
 from tests.short import short
 

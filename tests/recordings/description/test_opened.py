@@ -14,7 +14,7 @@ import pytest
 
 import magbench
 from recordings import read_manifest
-from sim.generate import generate
+from sim.dataset_writer import generate
 from tests.short import short
 
 Rows = dict[int, int]

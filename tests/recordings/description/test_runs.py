@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 from recordings import read_manifest, read_run
 from recordings.description.runs import flattened
 from recordings.metadata import TrueParameters
-from sim.generate import generate
+from sim.dataset_writer import generate
 from tests.short import short
 
 

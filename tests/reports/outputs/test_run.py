@@ -11,10 +11,10 @@ import pytest
 from calib import from_json
 from recordings import read_run
 from reports.outputs.run import judge, summary
-from sim.generate import generate
-from sim.run import run_in_memory
+from sim.dataset_writer import generate
+from sim.memory_run import run_in_memory
 from sim.scenario import load
-from sim.simulate import plan
+from sim.simulation import plan
 from tests.reports import outcome_example as example
 from validation.bound.bound import Bound
 from validation.bound.files import run_experiment

@@ -9,10 +9,10 @@ import pytest
 
 from scenarios.errors import InputError
 from sim.effects import BY_NAME, Effects, as_tables, build, describe, in_order, summary
-from sim.effects.drift import OffsetJump, SensorOffset
 from sim.effects.geometry import Scale
 from sim.effects.iron import HardIron
 from sim.effects.noise import WhiteNoise
+from sim.effects.offsets import OffsetJump, SensorOffset
 
 
 @pytest.mark.parametrize(

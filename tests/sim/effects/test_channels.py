@@ -11,7 +11,7 @@ from scenarios.errors import InputError
 from sim.effects import build
 from sim.effects.channels import ChannelEffect, powers
 from sim.scenario import load
-from sim.simulate import plan
+from sim.simulation import plan
 
 X = "payload_A"
 
@@ -62,7 +62,7 @@ def test_a_curve_may_come_late_instead_of_its_channel(states):
 def test_curves_of_several_channels_add_up(states):
     tables = [{"channel": "a", "linear_nT": [1.0, 0, 0]}, {"channel": "b", "square_nT": [0, 2.0, 0]}]
     one, other = build({"channel_effect": tables}, None, "")
-    assert (one.causes, other.causes) == (("a",), ("b",))
+    assert (one.required_inputs, other.required_inputs) == (("a",), ("b",))
     state = replace(states(3), channels={"a": np.array([0.0, 0.5, 1.0]), "b": np.array([1.0, 0.5, 0.0])})
     np.testing.assert_allclose((label_of(one, state) + label_of(other, state))[:, :2], [[0, 2], [0.5, 0.5], [1, 0]])
 

@@ -159,7 +159,7 @@ def test_only_an_effect_with_memory_lets_neighbouring_samples_share_their_noise(
     )
     left = loud - quiet
     together = np.median(left[1:] * left[:-1]) / np.median(left**2)  # medians: some rows may be held or clipped
-    assert (together > 0.1) == cls.clues.memory
+    assert (together > 0.1) == cls.traits.correlates_noise
 
 
 @every

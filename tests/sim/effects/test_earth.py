@@ -38,7 +38,7 @@ def test_the_day_may_be_counted_from_another_time(states):
     state, effect = states(3000, 1.0), DiurnalDrift((10, 0, -5), period_s=3000, phase_deg=30)
     wave = np.sin(2 * np.pi * state.time_s / 3000 + np.pi / 6)[:, None] * [10, 0, -5]
     differs = np.einsum("nji,nj->ni", state.R_wb, wave - in_world(effect, state)).ravel()
-    columns = effect.conventions(state, state.field_nT).reshape(-1, 3)
+    columns = effect.convention_columns(state, state.field_nT).reshape(-1, 3)
     assert np.abs(differs).max() > 4
     assert np.abs(differs - columns @ np.linalg.lstsq(columns, differs, rcond=None)[0]).max() < 1e-9
 

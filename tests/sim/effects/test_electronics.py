@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.effects.dynamic import Latency
+from sim.effects.dynamics import Latency
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 

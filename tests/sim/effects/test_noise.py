@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from sim.effects.drift import OffsetRandomWalk
 from sim.effects.noise import FlickerNoise, WhiteNoise, flicker_bank
+from sim.effects.offsets import OffsetRandomWalk
 
 
 def sample(effect, states, n, interval_s=0.02, seed=1):

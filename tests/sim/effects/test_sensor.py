@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from recordings.channels import TEMPERATURE
-from sim.effects.drift import OffsetJump
-from sim.effects.dynamic import Bandwidth
+from sim.effects.dynamics import Bandwidth
 from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
-from sim.effects.nonlinear import Hysteresis, Nonlinearity
+from sim.effects.nonlinearity import Hysteresis, Nonlinearity
+from sim.effects.offsets import OffsetJump
 from sim.effects.rotation import axes_and_turn, rotation, rotation_angles_deg, triangular_angles_deg
 from sim.effects.temperature import TemperatureOffset, TemperatureScale
 
@@ -223,7 +223,7 @@ def test_another_reference_temperature_is_a_convention(effect, states):
     state = states(50)
     higher = replace(effect, reference_degC=effect.reference_degC + 7)
     change = label_of(higher, state) - label_of(effect, state)
-    np.testing.assert_allclose(change, -7 * effect.conventions(state, state.field_nT)[:, :, 0], atol=1e-9)
+    np.testing.assert_allclose(change, -7 * effect.convention_columns(state, state.field_nT)[:, :, 0], atol=1e-9)
 
 
 def test_a_bend_may_be_counted_from_another_slope_and_another_zero(states):
@@ -232,7 +232,7 @@ def test_a_bend_may_be_counted_from_another_slope_and_another_zero(states):
     x = state.field_nT[:, 0] / 5e4
     bent = (x - 0.3) ** 3 * 50
     own = Nonlinearity.basis(state, state.field_nT)[:, 0, :]
-    columns = np.column_stack([own, Nonlinearity((1e-3, 0, 0)).conventions(state, state.field_nT)[:, 0]])
+    columns = np.column_stack([own, Nonlinearity((1e-3, 0, 0)).convention_columns(state, state.field_nT)[:, 0]])
     left = bent - columns @ np.linalg.lstsq(columns, bent, rcond=None)[0]
     assert np.abs(left).max() < 1e-6
 
@@ -248,7 +248,7 @@ def test_a_loop_may_be_counted_from_another_slope_and_another_zero(states):
     core = 0.01 * play + 25
     loop = Hysteresis((0.01, 0, 0), half_width)
     own = Hysteresis.basis(state, state.field_nT, threshold_nT=half_width)[:, 0, :]
-    columns = np.column_stack([own, loop.conventions(state, state.field_nT)[:, 0]])
+    columns = np.column_stack([own, loop.convention_columns(state, state.field_nT)[:, 0]])
     assert np.abs(core - own @ np.linalg.lstsq(own, core, rcond=None)[0]).max() > 10
     assert np.abs(core - columns @ np.linalg.lstsq(columns, core, rcond=None)[0]).max() < 1e-6
 
@@ -256,4 +256,4 @@ def test_a_loop_may_be_counted_from_another_slope_and_another_zero(states):
 def test_a_temperature_curve_is_counted_from_the_middle_of_the_course(states):
     state = replace(states(300), channels={TEMPERATURE: np.linspace(4.0, 5.0, 300)})
     for effect in (TemperatureOffset, TemperatureScale):
-        assert effect.middle(state) == {"reference_degC": 4.5}
+        assert effect.central_reference(state) == {"reference_degC": 4.5}

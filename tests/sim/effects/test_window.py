@@ -11,7 +11,7 @@ from scenarios.errors import InputError
 from sim.chain import Chain
 from sim.effects import EFFECTS, as_tables, build
 
-SWITCHED = [cls for cls in EFFECTS if not cls.clues.lasting]
+SWITCHED = [cls for cls in EFFECTS if not cls.traits.whole_run]
 every = pytest.mark.parametrize("cls", SWITCHED, ids=lambda cls: cls.name)
 
 
@@ -67,6 +67,6 @@ def test_a_wrong_window_is_told_in_one_line(window, message):
 
 
 def test_what_lasts_has_no_window(active):
-    for cls in (one for one in EFFECTS if one.clues.lasting):
+    for cls in (one for one in EFFECTS if one.traits.whole_run):
         with pytest.raises(InputError, match="a course of the whole run"):
             cls(**active[cls.name], active_s=(1.0, 2.0))

@@ -12,13 +12,13 @@ from scipy.optimize import minimize_scalar
 
 from scenarios.errors import InputError
 from sim.effects import BY_NAME, build
-from sim.effects.drift import SensorOffset
 from sim.effects.noise import WhiteNoise
-from sim.effects.nonlinear import Nonlinearity
+from sim.effects.nonlinearity import Nonlinearity
+from sim.effects.offsets import SensorOffset
 from sim.scenario import Scenario, equipped, json_schema, load
 from sim.sensors import SENSORS
 from sim.sensors.figures import hysteresis, linearity
-from sim.simulate import PreparedRun, blocks, plan
+from sim.simulation import PreparedRun, blocks, plan
 from sim.state import State
 
 RATE_HZ = 5.0

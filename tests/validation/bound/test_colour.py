@@ -11,8 +11,8 @@ from scipy.integrate import quad
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.chain import Chain
-from sim.effects.drift import OffsetRandomWalk
 from sim.effects.noise import FLICKER_LOW_HZ, FlickerNoise, WhiteNoise
+from sim.effects.offsets import OffsetRandomWalk
 from sim.scenario import load
 from sim.state import State
 from tests.validation.bound.experiments import of_motion

@@ -12,7 +12,7 @@ from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from sim.effects.noise import FLICKER_LOW_HZ, FlickerNoise, WhiteNoise
 from sim.scenario import Scenario, load
-from sim.simulate import plan
+from sim.simulation import plan
 from validation.bound.files import run_experiment
 from validation.bound.ratio import bound_ratio, knowledge_of, least_of
 from validation.bound.runs import RunBounds

@@ -14,8 +14,8 @@ import pytest
 
 from reports.outputs.comparison import compare
 from scenarios.errors import InputError
-from sim.run import run_in_memory
-from sim.simulate import plan
+from sim.memory_run import run_in_memory
+from sim.simulation import plan
 from tests.conftest import ROOT
 from tests.short import cuts
 from tests.validation.comparison.breaking import killer

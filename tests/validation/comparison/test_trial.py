@@ -13,7 +13,7 @@ from calib import Calibration, Status
 from recordings import read_run
 from reports.outputs.run import judge
 from scenarios.errors import InputError
-from sim.generate import generate
+from sim.dataset_writer import generate
 from tests.short import short
 from validation.calibrating.candidates import candidates
 from validation.comparison.design import Design, received

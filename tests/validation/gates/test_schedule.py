@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scenarios.errors import InputError
-from sim.simulate import plan
+from sim.simulation import plan
 from tests.validation.gates.conftest import Scripted, gate_text, row
 from validation.bound.sensor_noise import stated_noise_nT
 from validation.gates.baseline import write_baseline

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from scenarios.arrays import Array
-from sim.generate import generate
+from sim.dataset_writer import generate
 from sim.scenario import load
 from tests.validation.inspection.recordings import FIELD_ENU_NT, moved, noise, one
 from validation.inspection.inspection import headline, inspect_file, summary

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scenarios.errors import InputError
-from sim.generate import generate
+from sim.dataset_writer import generate
 from sim.scenario import load
 from validation.inspection.log import read_log, series_of
 

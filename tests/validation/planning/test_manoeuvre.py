@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from scenarios.errors import InputError
 from sim.scenario import Scenario
-from sim.simulate import flown, plan
+from sim.simulation import plan, true_motion
 from sim.vehicles import VEHICLES
 from validation.planning.manoeuvre import Held, Leg, Pushed, manoeuvre_of
 
@@ -23,7 +23,7 @@ def test_the_engine_flies_what_is_planned(vehicle: str) -> None:
     phase = manoeuvre.phase(LEGS)
     table = {"name": "trial", "summary": "trial", "field": {"enu_nT": [0.0, 2e4, -4e4]}, "vehicle": {"kind": vehicle}}
     scenario = Scenario.model_validate(table | {"phases": [phase.model_dump(by_alias=True)]})
-    q = np.concatenate([motion.kinematics.q for motion in flown(plan(scenario))])
+    q = np.concatenate([motion.kinematics.q for motion in true_motion(plan(scenario))])
     meant = manoeuvre.attitudes(phase, 0.0, phase.duration_s, 0.1)
     assert abs(len(q) - len(meant)) <= 1
     n = min(len(q), len(meant))

@@ -11,7 +11,7 @@ import pytest
 
 from reports.outputs.plan import write_plan
 from scenarios.errors import InputError
-from sim.generate import generate
+from sim.dataset_writer import generate
 from sim.scenario import load
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment

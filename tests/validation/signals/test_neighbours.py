@@ -16,7 +16,7 @@ from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
 from validation.signals.neighbours import as_iron_sees, by_neighbours
 
-LOOP = next(one for one in EFFECTS if one.continuous and not one.clues.memory)
+LOOP = next(one for one in EFFECTS if one.continuous and not one.traits.correlates_noise)
 FAR = np.full(3, np.inf)
 
 

@@ -16,7 +16,7 @@ SPARSEST = 4
 """Even samples to one of the recording beyond which it is mostly gaps: taken sample by sample, without a spectrum."""
 
 
-def in_even_time(state: State, signal_nT: Array, respond: Callable[[Array], Array]) -> Array:
+def respond_on_even_grid(state: State, signal_nT: Array, respond: Callable[[Array], Array]) -> Array:
     """What `respond` makes of a signal (n, 3) that it needs evenly spaced: on such a grid, and back at the true times.
 
     Between samples the signal is a smooth curve (Akima's), and what the response adds to it another; a gap is bridged.

@@ -10,7 +10,7 @@ import numpy as np
 
 from scenarios.arrays import Array
 from sim.effects.base import Effect
-from sim.effects.values import Role
+from sim.effects.parameters import Role
 
 STAY: tuple[Role, ...] = ("moment", "motor", "channel", "fixed")
 """Roles of parameters that are not refined: a sample that a search found, a whole number, a name, a convention."""
@@ -19,7 +19,7 @@ FIRST_STEP, LEAST_STEP = 0.1, 1e-6
 
 
 @dataclass(frozen=True)
-class FreeNumbers:
+class FreeParameters:
     """Of each effect the coefficients of its linear parameters, then the components of the others that move.
 
     A parameter moves unless its role fixes it, of a fuller form only if that is in use; one that is not linear only if

@@ -60,7 +60,7 @@ fixed      a convention or a form (a reference, an extent): left as it is given
 free       refined from where it stands
 =========  ==========================================================================================================
 """
-SOUGHT = ("moment", "place", "origin", "frequency")
+SEARCHED_ROLES = ("moment", "place", "origin", "frequency")
 """Roles that no short list of values can serve: they need a search of the whole recording."""
 
 
@@ -199,7 +199,7 @@ class Parameter:
         return f"a number or {plain}" if self.quantity.per_axis else plain
 
 
-SWITCH = Parameter("active_s", None, (2,), Quantity("s", 0.0, 1e9, "from when to when it acts", role="fixed"))
+ACTIVE_WINDOW = Parameter("active_s", None, (2,), Quantity("s", 0.0, 1e9, "from when to when it acts", role="fixed"))
 """What every effect has beside its own parameters, see `Effect.acts`."""
 
 
@@ -216,7 +216,7 @@ def input_error(error: ValidationError, parameters: Sequence[Parameter], given: 
     name = list(known)[first] if isinstance(first, int) and first < len(known) else str(first)
     if name not in known:
         return InputError(
-            f"no parameter {name!r}", do="it has " + ", ".join(one for one in known if one != SWITCH.name)
+            f"no parameter {name!r}", do="it has " + ", ".join(one for one in known if one != ACTIVE_WINDOW.name)
         )
     return InputError(_what(known[name], problem, given[name]), where=name)
 

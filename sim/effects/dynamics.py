@@ -9,10 +9,10 @@ import numpy as np
 
 from scenarios.arrays import Array
 from sim.effects.base import Memory, Replacement, frozen
-from sim.effects.clues import AT_SEVERAL_RATES, LATE, Clues
-from sim.effects.even import in_even_time
 from sim.effects.kernels import curved_lag
-from sim.effects.values import Quantity
+from sim.effects.parameters import Quantity
+from sim.effects.resampling import respond_on_even_grid
+from sim.effects.traits import AT_SEVERAL_RATES, LATE, Traits
 from sim.state import State
 
 
@@ -27,8 +27,11 @@ class Bandwidth(Replacement):
     stage = "sensor"
     continuous = True
     example = {"cutoff_hz": 3.0}
-    clues = Clues(
-        apart=AT_SEVERAL_RATES, remedy="turn more slowly, or raise the sensor's bandwidth", memory=True, kin=LATE
+    traits = Traits(
+        experiment=AT_SEVERAL_RATES,
+        remedy="turn more slowly, or raise the sensor's bandwidth",
+        correlates_noise=True,
+        family=LATE,
     )
 
     cutoff_hz: Annotated[
@@ -47,7 +50,7 @@ class Bandwidth(Replacement):
         if self.cutoff_hz == 0:
             return signal_nT
         lag_s = 1 / (2 * math.pi * self.cutoff_hz)
-        return in_even_time(state, signal_nT, lambda even: curved_lag(even, lag_s, state.interval_s, memory))
+        return respond_on_even_grid(state, signal_nT, lambda even: curved_lag(even, lag_s, state.interval_s, memory))
 
 
 @frozen
@@ -63,14 +66,14 @@ class Latency(Replacement):
     stage = "sensor"
     continuous = True
     example = {"delay_s": 0.11}
-    clues = Clues(apart=AT_SEVERAL_RATES, remedy="correct the time stamps", memory=True, kin=LATE)
+    traits = Traits(experiment=AT_SEVERAL_RATES, remedy="correct the time stamps", correlates_noise=True, family=LATE)
 
     delay_s: Annotated[
         float, Quantity("s", 0.0, 60.0, "d", role="listed", tried=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0))
     ] = 0.0
 
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        return in_even_time(state, signal_nT, lambda even: self._late(even, state.interval_s, memory))
+        return respond_on_even_grid(state, signal_nT, lambda even: self._late(even, state.interval_s, memory))
 
     def _late(self, signal_nT: Array, interval_s: float, memory: Memory) -> Array:
         whole, x = divmod(self.delay_s / interval_s, 1.0)

@@ -15,7 +15,7 @@ RANK = {name: i for i, name in enumerate(BY_NAME)}
 """Name of an effect -> its physical place among all."""
 
 
-def place_in(given: Sequence[Effect], name: str) -> int:
+def chain_position(given: Sequence[Effect], name: str) -> int:
     """The place of a new effect: behind those of its name, else before the first that belongs behind it."""
     same = [i for i, other in enumerate(given) if other.name == name]
     if same:
@@ -23,23 +23,25 @@ def place_in(given: Sequence[Effect], name: str) -> int:
     return next((i for i, other in enumerate(given) if RANK[other.name] > RANK[name]), len(given))
 
 
-def joined(given: Sequence[Effect], new: Sequence[Effect]) -> tuple[Effect, ...]:
+def insert_effects(given: Sequence[Effect], new: Sequence[Effect]) -> tuple[Effect, ...]:
     """The given effects with new ones at their physical place, the given order kept."""
     out = list(given)
     for effect in new:
-        out.insert(place_in(out, effect.name), effect)
+        out.insert(chain_position(out, effect.name), effect)
     return tuple(out)
 
 
 def without_iron(effects: Sequence[Effect]) -> tuple[Effect, ...]:
     """The effects but for hard and soft iron and constants like it."""
-    return tuple(one for one in effects if not (one.clues.constant or (one.clues.absorbed and one.stage == "vehicle")))
+    return tuple(
+        one for one in effects if not (one.traits.constant or (one.traits.absorbed and one.stage == "vehicle"))
+    )
 
 
-def turn_of(effects: Sequence[Effect], state: State) -> Array:
+def iron_matrix(effects: Sequence[Effect], state: State) -> Array:
     """Matrix (3, 3) of the iron, axes and scale among the effects of a chain."""
     axes = np.eye(3)
     for other in effects:
-        if other.clues.absorbed and not other.clues.constant:
+        if other.traits.absorbed and not other.traits.constant:
             axes = axes + other.apply(state, axes, np.random.default_rng(0), {})
     return axes.T

@@ -14,14 +14,14 @@ from recordings.importer import RawColumns
 from recordings.metadata import TrueParameters
 from recordings.recording import Recording, Truth
 from sim.motion import Motion
-from sim.simulate import PreparedRun, blocks
+from sim.simulation import PreparedRun, blocks
 
 CALLED = Path("simulated run")
 """What messages call it, where they would name a file."""
 
 
 def run_in_memory(plan: PreparedRun, motions: Iterable[Motion] | None = None) -> tuple[Recording, Truth]:
-    """The run as `recordings.read_run` gives it from the file that `sim.generate` writes, equal to the bit.
+    """The run as `recordings.read_run` gives it from the file that `sim.dataset_writer` writes, equal to the bit.
 
     motions : the run's true motion where it is known already. Raises InputError where the vehicle cannot do the motion.
     """

@@ -8,7 +8,7 @@ from sim.effects.base import PLAIN, Effect
 from sim.state import State
 
 
-def straightened(effect: Effect, along: State) -> Effect:
+def linearise(effect: Effect, along: State) -> Effect:
     """An effect of motors in the plain form that follows its fuller one best but for a constant; any other as it is.
 
     The first coefficient of a bent line is its slope at zero, which may have another sign than all that was seen.

@@ -12,11 +12,11 @@ import pytest
 from recordings import Recording, Truth, read_run
 from scenarios.errors import InputError
 from scenarios.load import catalogue
+from sim.dataset_writer import generate
 from sim.effects import build
 from sim.effects.currents import EddyCurrent
-from sim.generate import generate
 from sim.rotation import matrix_from_q, multiply_q, to_body
-from sim.simulate import plan
+from sim.simulation import plan
 from sim.vehicles.quadrotor import Quadrotor
 from tests.short import short
 

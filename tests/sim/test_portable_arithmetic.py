@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.portable import inverse, product, pseudo_inverse
+from sim.portable_arithmetic import inverse, product, pseudo_inverse
 
 
 @pytest.mark.parametrize("seed", range(5))

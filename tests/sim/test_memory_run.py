@@ -11,10 +11,10 @@ import pytest
 
 from recordings import read_run
 from scenarios.load import catalogue
-from sim.generate import generate
-from sim.reuse import Flights, physics, size_of
-from sim.run import run_in_memory
-from sim.simulate import flown, plan
+from sim.dataset_writer import generate
+from sim.memory_run import run_in_memory
+from sim.motion_cache import MotionCache, motion_key, size_of
+from sim.simulation import plan, true_motion
 from sim.vehicles import VEHICLES, vehicle_for
 from tests.short import short
 
@@ -38,7 +38,7 @@ def assert_same(one: Any, other: Any) -> None:
 @pytest.mark.parametrize("name", sorted(catalogue()))
 def test_a_run_in_memory_is_the_run_on_disk_to_the_bit(name: str, tmp_path: Path) -> None:
     """The second run, on a motion that the first has left."""
-    scenario, flights = short(name), Flights()
+    scenario, flights = short(name), MotionCache()
     generate(scenario, tmp_path, runs=2, seed=3)
     run_in_memory(plan(scenario, 0, 3), flights.motions(plan(scenario, 0, 3)))
     ready = plan(scenario, 1, 3)
@@ -62,13 +62,13 @@ def test_a_flow_draws_random_numbers_only_where_the_vehicle_says_so(kind: str) -
 
 def test_with_gusts_every_run_is_its_own_flight() -> None:
     gusts, calm = short("quad-comb", "vehicle.gust_std_m_s=1"), short("quad-comb", "vehicle.gust_std_m_s=0")
-    assert physics(plan(gusts, 0, 1)) != physics(plan(gusts, 1, 1)) != physics(plan(gusts, 1, 2))
-    assert physics(plan(calm, 0, 1)) == physics(plan(calm, 1, 2))
+    assert motion_key(plan(gusts, 0, 1)) != motion_key(plan(gusts, 1, 1)) != motion_key(plan(gusts, 1, 2))
+    assert motion_key(plan(calm, 0, 1)) == motion_key(plan(calm, 1, 2))
 
 
 def test_the_motions_that_were_asked_for_last_are_kept() -> None:
     slow, fast = (plan(short("auv-spiral", f"phases.0.turn_rate_deg_s={rate}")) for rate in (2, 4))
-    flights = Flights(most_bytes=sum(size_of(motion) for motion in flown(slow)) * 3 // 2)
+    flights = MotionCache(most_bytes=sum(size_of(motion) for motion in true_motion(slow)) * 3 // 2)
     first = list(flights.motions(slow))
     assert all(one is other for one, other in zip(flights.motions(slow), first, strict=True))
     list(flights.motions(fast))  # takes the other's place
@@ -79,12 +79,12 @@ def test_the_motions_that_were_asked_for_last_are_kept() -> None:
 
 
 def test_a_motion_that_is_too_large_is_flown_each_time() -> None:
-    ready, flights = plan(short("auv-spiral")), Flights(most_bytes=1000)
+    ready, flights = plan(short("auv-spiral")), MotionCache(most_bytes=1000)
     first, again = list(flights.motions(ready)), list(flights.motions(ready))
     assert not any(one is other for one, other in zip(again, first, strict=True))
 
 
 def test_nobody_can_write_to_a_motion_that_others_use() -> None:
-    (motion,) = Flights().motions(plan(short("tumble")))
+    (motion,) = MotionCache().motions(plan(short("tumble")))
     with pytest.raises(ValueError, match="read-only"):
         motion.R_wb[0] = 0.0

@@ -21,7 +21,7 @@ from scenarios.toml import as_dict
 from sim.motion import Motion
 from sim.pool import in_process, map_unordered
 from sim.scenario import Scenario
-from sim.simulate import Block, blocks, flown, plan
+from sim.simulation import Block, blocks, plan, true_motion
 from sim.tracking import Tracker
 
 Progress = Callable[[float, int], object]
@@ -103,7 +103,7 @@ def _write(task: _Task, advance: Callable[[float], object] = lambda part: None) 
     tracker = Tracker(ready.drawn.phases)
 
     def watched() -> Iterator[Motion]:
-        for motion in flown(ready):
+        for motion in true_motion(ready):
             tracker.see(motion)
             advance(_part(ready.drawn, motion))
             yield motion

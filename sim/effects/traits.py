@@ -12,7 +12,7 @@ Density = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
-class Clues:
+class Traits:
     """How an effect shows in a recording, how it is told from others, and what helps.
 
     apart : what to do that tells it from the effects that look like it on one motion.
@@ -34,22 +34,22 @@ class Clues:
     spectrum : of a slow random disturbance, its density at a level of one.
     """
 
-    apart: str = ""
+    experiment: str = ""
     remedy: str = ""
     absorbed: bool = False
-    same_as: str = ""
-    kin: str = ""
+    equivalent_to: str = ""
+    family: str = ""
     contains: tuple[str, ...] = ()
     constant: bool = False
     one_run: bool = False
     slow: bool = False
-    lasting: bool = False
-    memory: bool = False
+    whole_run: bool = False
+    correlates_noise: bool = False
     first_form: str = ""
     converter: bool = False
-    source: bool = False
-    turns: bool = False
-    fastest_nT_s: float | None = None
+    field_source: bool = False
+    attitude_error: bool = False
+    max_rate_nT_s: float | None = None
     spectrum: Density | None = None
 
 

@@ -14,7 +14,7 @@ import pytest
 
 from recordings import read_manifest
 from recordings.files import locked_directory
-from sim.generate import generate
+from sim.dataset_writer import generate
 from tests.short import cuts, short
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from recordings.files import canonical_json
 from scenarios.toml import as_dict
 from sim.motion import Motion
-from sim.simulate import PreparedRun, flown
+from sim.simulation import PreparedRun, true_motion
 from sim.vehicles import vehicle_for
 
 MOST_BYTES = 200_000_000
@@ -19,7 +19,7 @@ MOST_BYTES = 200_000_000
 
 
 @dataclass
-class Flights:
+class MotionCache:
     """The motions that were asked for last, `most_bytes` of them in all.
 
     Runs share a motion where vehicle, phases and sampling are the same and the flow draws no random numbers.
@@ -30,14 +30,14 @@ class Flights:
 
     def motions(self, plan: PreparedRun) -> Iterator[Motion]:
         """The run's true motion, block by block, the same to the bit whether it is flown now or was before."""
-        key = physics(plan)
+        key = motion_key(plan)
         if key in self._kept:
             self._kept.move_to_end(key)
             yield from self._kept[key]
             return
         blocks: list[Motion] = []
         size = 0
-        for motion in flown(plan):
+        for motion in true_motion(plan):
             size += size_of(motion)
             if size <= self.most_bytes:
                 blocks.append(_read_only(motion))
@@ -51,12 +51,12 @@ class Flights:
             self._kept.popitem(last=False)
 
 
-def alike(plan: PreparedRun) -> str:
+def run_key(plan: PreparedRun) -> str:
     """What decides a run but for the noise of its sensors, as text: motion, field and errors as they were drawn."""
-    return canonical_json({"drawn": as_dict(plan.drawn), "motion": physics(plan)})
+    return canonical_json({"drawn": as_dict(plan.drawn), "motion": motion_key(plan)})
 
 
-def physics(plan: PreparedRun) -> str:
+def motion_key(plan: PreparedRun) -> str:
     """What decides the motion, as text: equal for two runs exactly when their motions are."""
     said = as_dict(plan.drawn)
     key = {name: said[name] for name in ("vehicle", "phases", "sampling")} | {"finer": plan.finer}

@@ -9,8 +9,8 @@ import numpy as np
 
 from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
-from sim.effects.clues import IN_ITS_MOUNT, LONG_AT_REST, Clues
-from sim.effects.values import Quantity, Vec3
+from sim.effects.parameters import Quantity, Vec3
+from sim.effects.traits import IN_ITS_MOUNT, LONG_AT_REST, Traits
 from sim.state import State
 
 
@@ -22,8 +22,8 @@ class SensorOffset(Effect):
     stage = "sensor"
     static = True
     example = {"offset_nT": (-10.0, 20.0, 30.0)}
-    clues = Clues(
-        apart=IN_ITS_MOUNT,
+    traits = Traits(
+        experiment=IN_ITS_MOUNT,
         remedy="calibrate the offset on the vehicle as it will be used",
         absorbed=True,
         constant=True,
@@ -43,7 +43,9 @@ class OffsetJump(Effect):
     stage = "sensor"
     static = True
     example = {"time_s": 10.01, "step_nT": (50.0, -20.0, 10.0)}
-    clues = Clues(apart=LONG_AT_REST, remedy="calibrate each side of the jump by itself", one_run=True, lasting=True)
+    traits = Traits(
+        experiment=LONG_AT_REST, remedy="calibrate each side of the jump by itself", one_run=True, whole_run=True
+    )
 
     time_s: Annotated[float, Quantity("s", 0.0, 1e7, "t_0 since the start of the run", role="moment")] = 0.0
     step_nT: Annotated[Vec3, Quantity("nT", -1e6, 1e6, "b of the axes x, y, z", role="linear")] = ZERO3
@@ -68,8 +70,10 @@ class OffsetRandomWalk(Effect):
     stage = "sensor"
     stochastic = True
     example = {"std_nT_sqrt_s": (2.0, 2.0, 2.0)}
-    clues = Clues(
-        apart=LONG_AT_REST, remedy="calibrate more often, or estimate the offset as it goes", spectrum=_walk_density
+    traits = Traits(
+        experiment=LONG_AT_REST,
+        remedy="calibrate more often, or estimate the offset as it goes",
+        spectrum=_walk_density,
     )
 
     std_nT_sqrt_s: Annotated[

@@ -10,9 +10,9 @@ import numpy as np
 
 from scenarios.arrays import Array
 from sim.effects.base import ZERO3, Effect, Memory, array, frozen
-from sim.effects.clues import AT_SEVERAL_RATES, Clues
 from sim.effects.kernels import kernel
-from sim.effects.values import Quantity, Vec3
+from sim.effects.parameters import Quantity, Vec3
+from sim.effects.traits import AT_SEVERAL_RATES, Traits
 from sim.state import State
 
 SHARPER, KINK = "higher orders", "kink"
@@ -31,8 +31,8 @@ class Nonlinearity(Effect):
     stage = "sensor"
     static = True
     example = {"second_order": (1e-3, 2e-3, -1e-3), "third_order": (2e-3, 2e-3, 2e-3), "kink": (1e-3, 0.0, 2e-3)}
-    clues = Clues(
-        apart="turn the sensor about all axes, so that each sees the whole field",
+    traits = Traits(
+        experiment="turn the sensor about all axes, so that each sees the whole field",
         remedy="measure the characteristic in a coil, or use a sensor with feedback",
     )
 
@@ -61,7 +61,7 @@ class Nonlinearity(Effect):
         higher = array(self.third_order) + ratio * (array(self.fourth_order) + ratio * array(self.fifth_order))
         return signal_nT * ratio * (array(self.second_order) + ratio * higher) + np.abs(signal_nT) * array(self.kink)
 
-    def conventions(self, state: State, signal_nT: Array) -> Array:
+    def convention_columns(self, state: State, signal_nT: Array) -> Array:
         """Another slope and another value at zero, from which a bend is counted."""
         return _slopes_and_zeros(signal_nT, self.reference_nT)
 
@@ -107,8 +107,10 @@ class Hysteresis(Effect):
         "rounded_threshold_nT": 4000.0,
         "rounded_start_nT": (4.0, -3.0, 6.0),
     }
-    clues = Clues(
-        apart=AT_SEVERAL_RATES, remedy="bias or degauss the core, or use a sensor with feedback", first_form=ROUNDED
+    traits = Traits(
+        experiment=AT_SEVERAL_RATES,
+        remedy="bias or degauss the core, or use a sensor with feedback",
+        first_form=ROUNDED,
     )
 
     gain: Annotated[Vec3, Quantity("", -1.0, 1.0, "g of the axes x, y, z", role="linear", per_axis=True)] = ZERO3
@@ -137,7 +139,7 @@ class Hysteresis(Effect):
         out = _stops(signal_nT, memory["before"], memory["stops"], thresholds, -gains)
         return self._with_rounded_loop(out, signal_nT, memory)
 
-    def conventions(self, state: State, signal_nT: Array) -> Array:
+    def convention_columns(self, state: State, signal_nT: Array) -> Array:
         """Another slope and another value at zero, from which a loop is counted: a play is the signal less a stop."""
         return _slopes_and_zeros(signal_nT, float(np.max(self.threshold_nT)))
 

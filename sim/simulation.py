@@ -125,12 +125,12 @@ def channels_of(vehicle: str) -> tuple[str, ...]:
 def _check_channels(vehicle: str, effects: Iterable[Effect]) -> None:
     there = dict.fromkeys((*channels_of(vehicle), HEIGHT))
     for effect in effects:
-        for name in sorted(set(effect.causes) - MOTION - set(there)):
+        for name in sorted(set(effect.required_inputs) - MOTION - set(there)):
             problem, place = missing_channel(name, there), f"effects.{effect.name}"
             raise InputError(f"{problem.what}, which the {vehicle} has not", where=place, do=problem.do)
 
 
-def flown(plan: PreparedRun) -> Iterator[Motion]:
+def true_motion(plan: PreparedRun) -> Iterator[Motion]:
     """The run's true motion, block by block, by the simulator's engine."""
     return drive(plan.drawn, stream(plan.seed, plan.run, "flow"), plan.finer)
 
@@ -144,7 +144,7 @@ def blocks(plan: PreparedRun, motions: Iterable[Motion] | None = None) -> Iterat
     thermometer = Thermometer(scenario.thermal, plan.interval_s)
     instruments = Instruments(scenario.navigation, plan.seed, plan.run, plan.interval_s, _alignment_q(plan.effects[0]))
     magnetometers = _Magnetometers(plan)
-    for motion in flown(plan) if motions is None else motions:
+    for motion in true_motion(plan) if motions is None else motions:
         temperature = thermometer.temperature_degC(-motion.kinematics.pos_enu_m[:, 2], motion.current_A)
         block = _recorded(scenario, motion, instruments.measure(motion, temperature))
         block |= magnetometers.measure(motion, temperature)

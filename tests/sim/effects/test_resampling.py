@@ -9,8 +9,8 @@ import pytest
 
 from scenarios.arrays import Array
 from sim.effects.base import Replacement
-from sim.effects.dynamic import Bandwidth, Latency
-from sim.effects.even import UNEVEN
+from sim.effects.dynamics import Bandwidth, Latency
+from sim.effects.resampling import UNEVEN
 from sim.state import State
 
 STEP_S, DELAY_S = 0.1, 0.013
