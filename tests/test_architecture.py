@@ -16,13 +16,12 @@ from tests.imports import FILES, ORDER, circle, graph, imported, name_of, parsed
 from tests.measure import functions
 
 FLOORS = (
-    {"signals", "scoring", "calibrating"},
-    {"inspection", "diagnosis", "bound", "comparison", "worth"},
-    {"gates", "planning", "together"},
-    {"views"},
-    {"outputs", "reproduce"},
+    {"signals"},
+    {"scoring", "calibrating", "inspection", "cross_validation"},
+    {"bound", "comparison"},
+    {"gates", "planning"},
 )
-"""The rooms of `validation`, numbers below, judgement above them, then pictures and pages, then what writes files."""
+"""The rooms of `validation`: numbers below, judgement above them."""
 SHARED = {"__init__.py", "text.py"}
 """What any room of `validation` may use."""
 MOST_TOKENS, MOST_COMPLEXITY = 300, 10
@@ -115,8 +114,8 @@ def test_a_calibrator_cannot_name_the_truth() -> None:
     ("library", "home"),
     [
         ("mujoco", lambda p: package_of(p) == "sim"),
-        ("rerun", lambda p: (ROOT / "validation" / "views" / "recording") in p.parents),
-        ("matplotlib", lambda p: (ROOT / "validation" / "views" / "plots") in p.parents),
+        ("rerun", lambda p: (ROOT / "reports" / "viewer") in p.parents),
+        ("matplotlib", lambda p: (ROOT / "reports" / "plots") in p.parents),
         ("filterpy", lambda p: package_of(p) == "calib"),
     ],
 )
