@@ -28,7 +28,7 @@ from matplotlib.patches import Rectangle
 
 from calib import CALIBRATORS
 from recordings import read_run
-from reports.outputs.run import judge
+from reports.outputs.run import calibrate_and_score
 from reports.plots.effects import draw_effect_sizes, draw_effects
 from reports.plots.field import draw_norm, draw_residuals, draw_sphere
 from reports.plots.inspection import draw_coverage
@@ -128,7 +128,7 @@ def reports() -> dict[str, Shown]:
 def judged(scenario: Scenario, place: Path) -> Outcome:
     """A scenario run into a directory, calibrated and scored, without report and recording."""
     generate(scenario, place)
-    return judge(scenario, *read_run(place))
+    return calibrate_and_score(scenario, *read_run(place))
 
 
 def shown(draw: Callable[[Given], MplFigure], given: Given) -> dict[str, Any]:

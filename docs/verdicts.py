@@ -24,7 +24,7 @@ from diagnosis.result import Diagnosis
 from diagnosis.single import diagnose_file
 from magbench.cli import main
 from reports.plots.diagnosis import draw_channel, draw_gap, draw_ranking, draw_spectrum
-from reports.words.diagnosis import headline
+from reports.text.diagnosis import headline
 
 PAGE = Path(__file__).parent / "verdicts.md"
 WIDTH, MOST_DIFF_LINES = 100, 20

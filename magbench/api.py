@@ -257,7 +257,7 @@ def run(
     from tempfile import TemporaryDirectory
 
     from magbench.results import RunResult
-    from reports.outputs.run import run_scenario, simulated_and_judged
+    from reports.outputs.run import run_scenario, simulate_and_score
     from validation.calibrating.candidates import candidates
 
     spec = scenario_from(scenario, overrides)
@@ -265,4 +265,4 @@ def run(
     if out is not None:
         return RunResult.of(run_scenario(spec, Path(out), seed=seed, chosen=chosen))
     with TemporaryDirectory(prefix="magbench-") as place:
-        return RunResult.of(simulated_and_judged(spec, Path(place), seed, chosen))
+        return RunResult.of(simulate_and_score(spec, Path(place), seed, chosen))

@@ -18,9 +18,9 @@ from recordings import Recording
 from reports.plots.diagnosis import draw_gap
 from reports.plots.field import draw_clouds, draw_sphere
 from reports.plots.inspection import draw_coverage
-from reports.plots.style import Figure, encoded
-from reports.words.diagnosis import parameter_rows
-from reports.words.inspection import rows
+from reports.plots.style import Figure, styled_data_url
+from reports.text.diagnosis import parameter_rows
+from reports.text.inspection import finding_rows
 from validation.inspection.inspection import Inspection
 from validation.scoring.outcome import Outcome
 
@@ -37,7 +37,7 @@ class Displayed(ABC):
         """The result as a picture."""
 
     def _repr_html_(self) -> str:
-        picture = f'<img src="{encoded(self.plot)}" style="max-width: 100%">'
+        picture = f'<img src="{styled_data_url(self.plot)}" style="max-width: 100%">'
         return f"<p>{escape(repr(self))}</p>\n{picture}\n{self.to_frame().to_html()}"
 
 
@@ -119,7 +119,7 @@ class InspectionResult(Inspection, Displayed):
 
     def to_frame(self) -> pd.DataFrame:
         """The findings, a row each."""
-        return pd.DataFrame(rows(self), columns=["what", "mark", "value", "unit", "in words"])
+        return pd.DataFrame(finding_rows(self), columns=["what", "mark", "value", "unit", "in words"])
 
     def plot(self) -> Figure:
         """Where the field pointed in the sensor's frame."""

@@ -9,12 +9,12 @@ from diagnosis.repair.model_diff import lines_of_diff, model_diff
 from diagnosis.result import Diagnosis
 from diagnosis.several.result import PooledDiagnosis
 from magbench.console import show_table, show_text
-from reports.pages.comparison import Comparison, title_of
-from reports.words.diagnosis import PART_HEADS, gap_rows, parameter_rows, part_rows
-from reports.words.diagnosis import headline as diagnosis_headline
-from reports.words.outcome import headline
-from reports.words.together import agreement_line, gap_rows_together, value_rows
-from reports.words.together import headline as together_headline
+from reports.pages.comparison import Comparison, point_title
+from reports.text.diagnosis import PART_HEADS, gap_rows, parameter_rows, part_rows
+from reports.text.diagnosis import headline as diagnosis_headline
+from reports.text.outcome import headline
+from reports.text.pooled import agreement_line, coefficient_rows, pooled_gap_rows
+from reports.text.pooled import headline as together_headline
 from validation.comparison.ranking import without_correction
 from validation.scoring.definitions import MEANINGS
 from validation.scoring.outcome import Outcome
@@ -69,7 +69,7 @@ def show_comparison(found: Comparison) -> None:
             rows.append([one.calibrator, *ends, str(one.failures), better])
         ends = (short(v) for v in (answer.uncorrected.value, answer.uncorrected.low, answer.uncorrected.high))
         rows.append([without_correction(answer.best.calibrator), *ends, "", ""])
-        show_table(f"{found.title}: {title_of(found.table.points[point])}", heads, rows)
+        show_table(f"{found.title}: {point_title(found.table.points[point])}", heads, rows)
 
 
 def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
@@ -86,10 +86,12 @@ def show_together(found: PooledDiagnosis) -> None:
     show_text(together_headline(found) + "\n")
     for one in found.common:
         heads = [found.among.one, "", "parameter", "value", "low", "high", "unit"]
-        show_table(f"{one.name}: {found.among.reach[one.reach]}", heads, list(value_rows(found, one)), numbers=False)
+        show_table(
+            f"{one.name}: {found.among.reach[one.reach]}", heads, list(coefficient_rows(found, one)), numbers=False
+        )
         show_text(agreement_line(one) + "\n")
     heads = ["gap, rms", "before, nT", "after, nT", "before / noise", "after / noise", "explained", "by itself"]
-    show_table("", heads, gap_rows_together(found))
+    show_table("", heads, pooled_gap_rows(found))
     diff = lines_of_diff(found.each[0].problem.effects, found.model)
     if 0 < len(diff) <= MOST_DIFF_LINES:
         show_text("\n" + "\n".join(diff))

@@ -112,9 +112,13 @@ def _raise(outcome: GateOutcome, skip: bool) -> None:
     __tracebackhide__ = True
     from unittest import SkipTest
 
-    from reports.words.gates import advice, seen, sentence
+    from reports.text.gates import advice, detectable_defect, sentence
 
-    told = (f"{outcome.plan.gate.name}: {outcome.verdict}: {sentence(outcome)}", seen(outcome), advice(outcome))
+    told = (
+        f"{outcome.plan.gate.name}: {outcome.verdict}: {sentence(outcome)}",
+        detectable_defect(outcome),
+        advice(outcome),
+    )
     message = "\n".join(told)
     if skip and outcome.verdict == "inconclusive":
         raise SkipTest(message)

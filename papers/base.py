@@ -40,12 +40,12 @@ class PaperRow:
         return self.verdict in ("holds", "better")
 
 
-def judged(claim: bool | np.bool) -> Verdict:
+def verdict_of(claim: bool | np.bool) -> Verdict:
     """The verdict on a claim that is true or not."""
     return "holds" if claim else "does not hold"
 
 
-def spread(
+def spread_text(
     values: Sequence[float] | NDArray[np.float64], unit: str = "", *, significant: int = 3, decimals: int | None = None
 ) -> str:
     """Median, unit, and 5 to 95 % of one figure over the seeds; with `decimals`, a fixed number of them."""
@@ -78,7 +78,7 @@ class Reproduction(ABC):
         """Repeat the paper's experiments over seeds 0 to seeds - 1; `jobs` processes never change a figure."""
 
 
-def gathered(work: Work, jobs: int, progress: Progress) -> tuple[list[Any], ...]:
+def run_tasks(work: Work, jobs: int, progress: Progress) -> tuple[list[Any], ...]:
     """Each function's results over its items, in their order, whatever the number of processes."""
     calls = [(k, i, function, item) for k, (function, items) in enumerate(work) for i, item in enumerate(items)]
     results: tuple[list[Any], ...] = tuple([None] * len(items) for _, items in work)

@@ -9,8 +9,8 @@ from typing import Any
 
 from papers.base import Findings, PaperRow, Reproduction
 from recordings.files import system_errors_about, write_text
-from reports.pages.figure import on_page
-from reports.pages.template import rendered
+from reports.pages.section import figure_html
+from reports.pages.template import render_page
 
 Results = Mapping[Reproduction, Findings]
 
@@ -33,11 +33,11 @@ def write(results: Results, out: Path) -> None:
         {
             "paper": paper,
             "rows": findings.rows,
-            "pictures": {k: on_page(draw, k) for k, draw in findings.figures.items()},
+            "pictures": {k: figure_html(draw, k) for k, draw in findings.figures.items()},
         }
         for paper, findings in results.items()
     ]
-    write_text(out / "report.html", rendered("reproduction.html", {"papers": papers}))
+    write_text(out / "report.html", render_page("reproduction.html", {"papers": papers}))
 
 
 def _row(row: PaperRow) -> dict[str, Any]:

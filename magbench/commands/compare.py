@@ -62,11 +62,11 @@ def compare(
     from magbench.console import emit, progress, say
     from magbench.tables import show_comparison
     from reports.outputs.comparison import compare as run
-    from reports.outputs.comparison import question, summary
+    from reports.outputs.comparison import comparison_question, summary
     from sim.scenario import load
     from validation.comparison.design import Design
 
-    asked = question(rank_by, reference, until)
+    asked = comparison_question(rank_by, reference, until)
     spec = load(scenario, set_ or ())
     place = out or Path("out") / f"{spec.name}-comparison"
     design = Design.of(spec, chosen(with_, exec_, time_limit_s, spec.calibrators), _sweeps(sweep, spec), seed)

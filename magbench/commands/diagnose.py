@@ -131,11 +131,11 @@ def _several(
     from diagnosis.several.files import diagnose_files
     from magbench.console import emit
     from magbench.tables import show_together
-    from reports.outputs.diagnosis import write_together
+    from reports.outputs.diagnosis import write_pooled_diagnosis
 
     found = diagnose_files(recordings, model, **given)
     given["say"]("reports and recordings")
-    folders = write_together(found, place, f"Diagnosis of {len(recordings)} {found.among.key}")
+    folders = write_pooled_diagnosis(found, place, f"Diagnosis of {len(recordings)} {found.among.key}")
     if json:
         emit(found.as_dict() | {"model_out": str(place / "model.toml")})
     else:

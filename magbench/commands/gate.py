@@ -95,7 +95,7 @@ def _show(outcomes: list[GateOutcome], place: Path, gates: Path, json: bool) -> 
     """The verdicts on standard output, why and what to do on standard error."""
     from magbench.console import emit, say, show_table, warn
     from reports.outputs.gates import FILES, github_lines
-    from reports.words.gates import HEADS, advice, gate_rows, headline, sentence
+    from reports.text.gates import HEADS, advice, gate_rows, headline, sentence
     from validation.gates.summary import summary
 
     if json:
@@ -126,9 +126,9 @@ def _record(groups: Sequence[Group], engine: Engine, file: Path, json: bool) -> 
 def _begin(comparison: Path, file: Path, json: bool) -> None:
     """Write a file of gates to begin with."""
     from magbench.console import emit, say
-    from reports.outputs.gates import begin_gates
+    from reports.outputs.gates import propose_gates
 
-    written = begin_gates(comparison, file)
+    written = propose_gates(comparison, file)
     say(f"{file}: {len(written)} gates; read what each costs, then: magbench gate {file}")
     if json:
         emit({"gates": written, "out": str(file)})

@@ -24,7 +24,7 @@ def inspect(
     """
     from magbench.console import emit, say, show_table
     from recordings.files import locked_directory
-    from reports.words.inspection import rows
+    from reports.text.inspection import finding_rows
     from validation.inspection.inspection import headline, inspect_file, summary
 
     with nullcontext() if out is None else locked_directory(out):
@@ -36,5 +36,5 @@ def inspect(
     if json:
         emit(summary(inspection))
     else:
-        show_table("", ["what", "", "value", "unit", "in words"], rows(inspection), numbers=False)
+        show_table("", ["what", "", "value", "unit", "in words"], finding_rows(inspection), numbers=False)
     say(headline(inspection) + (f" {out}: report.html, inspect.json" if out is not None else ""))

@@ -9,7 +9,7 @@ import numpy as np
 from calib.methods.de_gradiometer import DeGradiometer
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
 from calib.models.sensor_array import TENSOR_NAMES, tensor
-from papers.ding2021.searches import EVOLUTION, GENETIC, SIZES, SearchTask, populations, search
+from papers.ding2021.search_trials import EVOLUTION, GENETIC, SIZES, SearchTask, populations, search
 from papers.ding2021.trials import BASELINE_M, REFERENCE, simulate
 from reports.palette import SOFT
 from reports.plots.style import Figure

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from papers.base import Findings, PaperRow, Progress, Reproduction, Work, gathered
+from papers.base import Findings, PaperRow, Progress, Reproduction, Work, run_tasks
 from papers.ding2021.figures import convergence, tensor_before_after
 from papers.ding2021.rows import NOISES_NT, simulations
 from papers.ding2021.search_rows import searching
-from papers.ding2021.searches import StartTask, search, searches, starts
+from papers.ding2021.search_trials import StartTask, search, searches, starts
 from papers.ding2021.trials import SpreadTask, spread
 
 FEW, EVOLVED = 5, 3
@@ -44,7 +44,7 @@ class Ding2021(Reproduction):
             (spread, list(_spreads(self.seeds, evolved))),
             (starts, [StartTask(seed) for seed in range(self.seeds)]),
         ]
-        found = itertools.chain.from_iterable(gathered(work, jobs, progress))
+        found = itertools.chain.from_iterable(run_tasks(work, jobs, progress))
         results = dict(zip(itertools.chain.from_iterable(tasks for _, tasks in work), found, strict=True))
         rows = (*simulations(results, self.seeds, evolved), *searching(results, self.seeds, few, evolved), REAL_ARRAY)
         return Findings(rows, {"convergence": lambda: convergence(results), "tensor": tensor_before_after})

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.base import PaperRow, Verdict, judged
+from papers.base import PaperRow, Verdict, verdict_of
 from papers.ding2021.trials import BASELINE_M, SpreadTask
 from scenarios.arrays import Array
 
@@ -68,7 +68,7 @@ def _exact(results: Results, seeds: int, evolved: int) -> Iterable[PaperRow]:
             "exact; total 52,000 nT, tensor 0",
             f"largest offset error {both[:, 0].max():.1g} nT, angle {both[:, 2:].max():.1g} deg, scale "
             f"{both[:, 1].max():.1g}; tensor {rms[:, 1:].max():.1g} nT/m",
-            judged(good),
+            verdict_of(good),
             f"evolution alone ({evolved} seeds) and least squares ({seeds} seeds)",
         )
 
@@ -80,7 +80,7 @@ def error_row(results: Results, seeds: int, case: int, quantity: int, noise: flo
     over = _of(results, "over_bound", case, noise, seeds)
     inside = ours.min() <= printed <= ours.max()
     close = np.median(ours) <= FACTOR * printed
-    verdict: Verdict = "better" if printed > ours.max() else judged(inside and close)
+    verdict: Verdict = "better" if printed > ours.max() else verdict_of(inside and close)
     note = (
         f"{seeds} seeds; the paper's single draw lies {'inside' if inside else 'outside'} our spread, at its "
         f"{100 * np.mean(ours < printed):.0f} % point; errors are {np.sqrt(np.mean(over**2)):.2f} times the "
@@ -116,7 +116,7 @@ def _weights(results: Results, evolved: int) -> PaperRow:
         "weights of the objective (formula lost in print)",
         "not given",
         f"largest offset error {ratio.min():.2f} to {ratio.max():.2f} times that with weights 1, 1, 0",
-        judged(ratio.max() < 1.3),
+        verdict_of(ratio.max() < 1.3),
         f"components 1/3 and 3, tensor 0 and 3, invariants 1; estimates move by at most {apart.max():.2f} "
         f"standard deviations; medians over {len(usual)} arrays",
     )
@@ -130,7 +130,7 @@ def _systematic(results: Results, seeds: int) -> PaperRow:
         "simulation 1, noise 10 nT: corrected tensor without the noise itself, largest",
         "below 0.2 nT/m",
         median_and_range(level, "nT/m"),
-        judged(np.median(level) < 0.2),
+        verdict_of(np.median(level) < 0.2),
         f"the same noise on all four sensors: {median_and_range(shared, 'nT/m')}; offsets known to no better than "
         f"{offset_nT:.2f} nT (largest Cramer-Rao deviation) forbid 0.2 nT/m over {BASELINE_M:g} m",
     )
@@ -154,6 +154,6 @@ def _tensor_rms(results: Results, seeds: int) -> Iterable[PaperRow]:
             f"simulation 2, noise 10 nT: rms of {name} after",
             f"{printed:g} {unit}",
             median_and_range(ours[:, column], unit),
-            "better" if better else judged(holds),
+            "better" if better else verdict_of(holds),
             note,
         )

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from calib.families.gradiometer import GradiometerCalibrator
-from papers.base import PaperRow, judged
+from papers.base import PaperRow, verdict_of
 from papers.ding2021.rows import FACTOR, Results, median_and_range
-from papers.ding2021.searches import (
+from papers.ding2021.search_trials import (
     COUNTS,
     EVOLUTION,
     FACTORS,
@@ -54,7 +54,7 @@ def _stuck(results: Results, few: int) -> PaperRow:
         "population: runs without noise that end off the solution",
         "NP 10 to 20 risk local minima, 50 suffices",
         text,
-        judged(small > 0 and large == 0),
+        verdict_of(small > 0 and large == 0),
         f"{few} seeds, up to 10,000 iterations, rms of total plus tensor above {ACCEPTED:g}",
     )
 
@@ -67,7 +67,7 @@ def _iterations(results: Results, few: int) -> PaperRow:
         "NP = 50 without noise: iterations to an rms of 1e-4 nT",
         "about 2,000",
         median_and_range(when),
-        judged(np.median(when) <= FACTOR * 2000),
+        verdict_of(np.median(when) <= FACTOR * 2000),
         f"{few} seeds; rms of our objective, offsets within +-5,200 nT; in a search space a quarter wider than "
         f"the paper's errors {median_and_range(tight)}; the printed formulas of F and CR are lost",
     )
@@ -85,7 +85,7 @@ def _genetic(results: Results, few: int) -> PaperRow:
         "genetic algorithm, NP = 50, 10,000 iterations: rms without noise",
         "17.68",
         median_and_range(ends, "nT"),
-        judged(np.median(ends) > 1.0),
+        verdict_of(np.median(ends) > 1.0),
         f"{few} seeds; the paper's operators are not given: what is checked is that the evolution is far ahead",
     )
 
@@ -99,7 +99,7 @@ def _factors(results: Results, evolved: int) -> PaperRow:
         "F from 0.2 to 0.9, CR from 0.2 to 1: runs that reach rms 0.01",
         "improved depends less on F and CR",
         f"improved {100 * ide:.0f} %, classic {100 * de:.0f} %",
-        judged(ide > de),
+        verdict_of(ide > de),
         f"{len(FACTORS)} pairs, {evolved} seeds each, NP = 50, without noise",
     )
 
@@ -114,7 +114,7 @@ def _count_rows(results: Results, few: int) -> Iterable[PaperRow]:
             f"{n} attitudes, no noise, NP = 200: largest offset error",
             "too few" if n < 20 else "precise" if n >= 50 else "between",
             median_and_range(errors, "nT"),
-            "not comparable" if n == 20 else judged(solved == (n >= 50)),
+            "not comparable" if n == 20 else verdict_of(solved == (n >= 50)),
             f"{few} seeds; rms of total plus tensor {median_and_range(rms)}",
         )
 
@@ -127,6 +127,6 @@ def _least_squares_rows(results: Results, seeds: int) -> Iterable[PaperRow]:
             f"least squares, noise 10 nT, start: {name}",
             "depends on its start",
             f"{100 * share:.0f} % reach the minimum",
-            judged(share < 1),
+            verdict_of(share < 1),
             f"{seeds} seeds; one start each; the minimum is that of the two-step start",
         )

@@ -22,7 +22,7 @@ from calib.models.sensor_array import (
     parameter_units,
     tensor,
 )
-from papers.poses import held
+from papers.attitudes import state_at_attitudes
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.seeds import stream
@@ -98,7 +98,7 @@ def field_enu_nT() -> Array:
 def simulate(case: int, noise_nT: float, seed: int, n: int = 200, common: bool = False) -> Array4:
     """n random attitudes; noise even within +-noise_nT on each axis, `common`: the same for the four sensors."""
     draw = stream(2021, seed, case, n)
-    state = held(Rotation.random(n, rng=draw).as_matrix(), field_enu_nT())
+    state = state_at_attitudes(Rotation.random(n, rng=draw).as_matrix(), field_enu_nT())
     sensors = [SensorErrors.drawn(CASES[case], draw, first=i == 0) for i in range(SENSORS)]
     clean_nT = np.array([sensor.measured_nT(state) for sensor in sensors])
     noise = stream(2021, seed, case, n, "noise").uniform(-1.0, 1.0, (SENSORS, n, 3))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.base import PaperRow, judged, spread
+from papers.base import PaperRow, spread_text, verdict_of
 from papers.li2017.rows import T_P, Trials, errors_pct
 from papers.li2017.trials import CALM, LOUD
 
@@ -23,9 +23,9 @@ def fuzzy_part(trials: Trials) -> list[PaperRow]:
         PaperRow(
             "rescaling alone: mean parameter error",
             "(not separated)",
-            spread(alone, "%"),
+            spread_text(alone, "%"),
             "not comparable",
-            f"the whole improvement: with the fuzzy part {spread(both, '%')}",
+            f"the whole improvement: with the fuzzy part {spread_text(both, '%')}",
         ),
         PaperRow(
             "fuzzy part alone (T_p in nT): T_p error",
@@ -39,7 +39,7 @@ def fuzzy_part(trials: Trials) -> list[PaperRow]:
             "the adaptation reaches the optimal parameters",
             f"{difference:.1g} % largest change of any parameter",
             "does not hold",
-            f"ROR stays at {spread(ratio)}: H Q H^T of about 1e4 nT^2 rules P_r, so R only falls, to our floor "
+            f"ROR stays at {spread_text(ratio)}: H Q H^T of about 1e4 nT^2 rules P_r, so R only falls, to our floor "
             f"or without one to {fallen:.0e} nT^2, and nothing changes",
         ),
     ]
@@ -65,7 +65,7 @@ def adaptation(trials: Trials, changing: list[tuple[float, float]], table: Table
             "window n and exponent b (neither printed), first case",
             "b > 1 faster but oscillating, b < 1 slow",
             "; ".join(f"n {n} b {b:g}: {delay} samples, {ripple:.2f}" for (n, b), (delay, ripple) in table.items()),
-            judged(
+            verdict_of(
                 all(table[n, 2.0][0] <= table[n, 0.5][0] and table[n, 2.0][1] >= table[n, 0.5][1] for n, _ in table)
             ),
             "samples until R is within a factor of two after the jump, and its ripple, std of ln R; one seed",
@@ -82,9 +82,9 @@ def _small_state_noise(trials: Trials, changing: list[tuple[float, float]]) -> P
     return PaperRow(
         f"adapting to changing noise, Q = {CALM.state_variance:g}, noise {LOUD:g} times larger in the last third",
         "strong adaptivity to time-varying noise",
-        f"mean length of the error {spread(total_fuzzy, 'nT')} against {spread(total, 'nT')} with R fixed at 25 nT^2; "
-        f"mean parameter error {spread(fuzzy, '%')} against {spread(fixed, '%')}",
-        judged(np.median(total_fuzzy) < np.median(total)),
-        f"ROR {ratio_fuzzy:.2f} against {ratio:.1f}; R ends at {spread(noise, 'nT^2', significant=4)}, truth 2500; Q "
-        f"and the place of the jump are chosen so that it matters; the same fixed, adapted by Q: {others}",
+        f"mean length of the error {spread_text(total_fuzzy, 'nT')} against {spread_text(total, 'nT')} with R fixed "
+        f"at 25 nT^2; mean parameter error {spread_text(fuzzy, '%')} against {spread_text(fixed, '%')}",
+        verdict_of(np.median(total_fuzzy) < np.median(total)),
+        f"ROR {ratio_fuzzy:.2f} against {ratio:.1f}; R ends at {spread_text(noise, 'nT^2', significant=4)}, truth "
+        f"2500; Q and the place of the jump are chosen so that it matters; the same fixed, adapted by Q: {others}",
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from calib.models.vector import VectorData
-from papers.base import Findings, Progress, Reproduction, Work, gathered
+from papers.base import Findings, Progress, Reproduction, Work, run_tasks
 from papers.li2017 import figures
 from papers.li2017.fuzzy_rows import STATE_VARIANCES, adaptation, fuzzy_part
 from papers.li2017.rows import ALL_MOTIONS, LONG, motions, original, proposed
@@ -52,7 +52,7 @@ class Li2017(Reproduction):
             (survey, [(0, (name,)) for name in SOURCES]),
             (marquardt, list(seeds[:MARQUARDTS])),
         ]
-        long, turned, changing, table, trials, surveys, without, one_less, fitted = gathered(work, jobs, progress)
+        long, turned, changing, table, trials, surveys, without, one_less, fitted = run_tasks(work, jobs, progress)
         rows = (
             *original(trials, long),
             *proposed(trials),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from papers.base import PaperRow, Verdict, judged, spread
+from papers.base import PaperRow, Verdict, spread_text, verdict_of
 from papers.li2017.trials import ANGLE_RATES_RAD_S, INTERVAL_S, MOTIONS, FilterErrors
 from scenarios.arrays import Array
 
@@ -48,7 +48,7 @@ def _permanent_field(trials: Trials, long: list[Array]) -> list[PaperRow]:
             "original filter: T_p error after 10,000 samples, x y z",
             "-99.988, -99.988, -99.988 %",
             ", ".join(f"{v:.3f}" for v in T_p) + " %",
-            judged((T_p < -99).all()),
+            verdict_of((T_p < -99).all()),
             "P = 100 is 10 nT for T_p beside 4e5 nT for A: the rest lies in the scaling, not in the data",
         )
     ]
@@ -58,7 +58,7 @@ def _permanent_field(trials: Trials, long: list[Array]) -> list[PaperRow]:
                 f"original filter: T_p error after {n:,} samples",
                 "moves to the truth extremely slowly",
                 f"{left.mean():.2f} % (mean of x y z, one seed)",
-                judged(T_p.mean() < left.mean() < -50),
+                verdict_of(T_p.mean() < left.mean() < -50),
             )
         )
     return rows
@@ -66,13 +66,13 @@ def _permanent_field(trials: Trials, long: list[Array]) -> list[PaperRow]:
 
 def _original_errors(trials: Trials) -> list[PaperRow]:
     mean = errors_pct(trials, "kf").mean(axis=1)
-    largest = "; ".join(spread(errors_pct(trials, "kf", part).max(axis=1), "%") for part in (A, B))
+    largest = "; ".join(spread_text(errors_pct(trials, "kf", part).max(axis=1), "%") for part in (A, B))
     return [
         PaperRow(
             "original filter: mean parameter error",
             "16.2206 %",
-            spread(mean, "%"),
-            judged(13 < np.median(mean) < 19),
+            spread_text(mean, "%"),
+            verdict_of(13 < np.median(mean) < 19),
             "three of 21 at 100 % make 14.3 %",
         ),
         PaperRow(
@@ -95,8 +95,8 @@ def _original_field(trials: Trials) -> list[PaperRow]:
         PaperRow(
             "original filter: total-field error, mean length of the error vector",
             "175.75 nT",
-            spread(total, "nT"),
-            judged(0.5 < np.median(total) / TOTAL_NT[0] < 2),
+            spread_text(total, "nT"),
+            verdict_of(0.5 < np.median(total) / TOTAL_NT[0] < 2),
             f"the paper says no more than absolute value. Its totals are {printed[0]:.3f} and {printed[1]:.3f} times "
             "the root sum of squares of its components, which neither largest nor rms values can exceed, and an error "
             "of the strength hardly; the mean length over the mean absolute components does, here "
@@ -106,7 +106,7 @@ def _original_field(trials: Trials) -> list[PaperRow]:
             "original filter: component errors x, y, z, mean absolute",
             "59.2, 110.2, 122.2 nT",
             listed(np.median(component, axis=0)) + " nT (medians)",
-            judged(0.5 < np.median(component.mean(axis=1)) / np.mean(COMPONENTS_NT[0]) < 2),
+            verdict_of(0.5 < np.median(component.mean(axis=1)) / np.mean(COMPONENTS_NT[0]) < 2),
             "near |T_p| = 40, 100, 120 nT: T_p is what is missing",
         ),
     ]
@@ -135,14 +135,14 @@ def proposed(trials: Trials) -> list[PaperRow]:
             "judged by the mean of the three",
         ),
         *(
-            PaperRow(f"rescaled + fuzzy: {what}", f"{paper:g} %", spread(ours, "%"), _against(ours, paper, most))
+            PaperRow(f"rescaled + fuzzy: {what}", f"{paper:g} %", spread_text(ours, "%"), _against(ours, paper, most))
             for what, paper, ours, most in figures
         ),
         *_field_errors(trials),
         PaperRow(
             "rescaled + fuzzy: settles",
             "near sample 4,000",
-            spread(settled, "samples", significant=4),
+            spread_text(settled, "samples", significant=4),
             "not comparable",
             "every parameter within 20 % from there on; it follows from the motion and from that "
             "limit, neither of which is printed: see the next row",
@@ -164,7 +164,7 @@ def _field_error(measure: str, ours: Array) -> PaperRow:
     return PaperRow(
         f"rescaled + fuzzy: total-field error, {measure}",
         "6.66 nT",
-        spread(ours, "nT"),
+        spread_text(ours, "nT"),
         _against(ours, TOTAL_NT[1], MOST_TOTAL_NT),
         f"at most {MOST_TOTAL_NT} nT in {_share(ours <= MOST_TOTAL_NT)} of the seeds; the printed run lies at the "
         f"{_share(ours < TOTAL_NT[1])} point of ours",
@@ -178,7 +178,7 @@ def _components(trials: Trials) -> PaperRow:
     return PaperRow(
         "rescaled + fuzzy: component errors x, y, z, mean absolute",
         "6.03, 1.72, 1.52 nT",
-        f"{listed(np.median(component, axis=0))} nT (medians); largest axis {spread(worst, 'nT')}",
+        f"{listed(np.median(component, axis=0))} nT (medians); largest axis {spread_text(worst, 'nT')}",
         _against(worst, COMPONENTS_NT[1][0], MOST_COMPONENT_NT),
         f"judged by the largest axis; that of the printed run lies at the "
         f"{_share(worst < COMPONENTS_NT[1][0])} point of ours. Rms: {listed(np.median(rms, axis=0))} nT, all three at "
@@ -194,9 +194,9 @@ def _every_run(trials: Trials) -> PaperRow:
         f"rescaled + fuzzy: each component at most {MOST_COMPONENT_NT} nT in every run",
         "one run",
         f"in {100 * share:.0f} % of the seeds",
-        judged(share == 1.0),
+        verdict_of(share == 1.0),
         "the last state is one draw: Q = 1e-5 a sample makes the filter forget, so that the noise of the last samples "
-        f"decides. The same data with Q = 0 and R = 25 nT^2: largest axis {spread(constant, 'nT')}, within it in "
+        f"decides. The same data with Q = 0 and R = 25 nT^2: largest axis {spread_text(constant, 'nT')}, within it in "
         f"{_share(constant <= MOST_COMPONENT_NT)} of the seeds",
     )
 
@@ -216,7 +216,7 @@ def motions(runs: list[tuple[float, float, list[int]]]) -> PaperRow:
         "other motions: T_p error of the original, mean error of the proposed, settled within 20, 5, 2 %",
         "-99.988 %, 0.3734 %, near 4,000",
         text,
-        judged(good == len(runs)),
+        verdict_of(good == len(runs)),
         f"mean error at or below 0.4 % on {good} of {len(runs)} motions; the first, used throughout, was taken "
         "after trying all of these, for its T_p error and settling; the last has dT/dt of tens to a thousand nT per "
         "unit of time, as the paper says of its own; one seed",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.base import PaperRow, Verdict, judged, spread
+from papers.base import PaperRow, Verdict, spread_text, verdict_of
 from papers.li2017.rows import listed
 from papers.li2017.trials import SOURCES, Marquardt, Survey
 from scenarios.arrays import Array
@@ -47,7 +47,7 @@ def _component_errors(surveys: list[Survey]) -> list[PaperRow]:
             "quadrotor: order on every axis",
             "proposed below original below raw",
             "proposed / original " + listed(proposed / kf) + "; original / raw " + listed(kf / raw),
-            judged((proposed < kf).all() and (kf < raw).all()),
+            verdict_of((proposed < kf).all() and (kf < raw).all()),
             "paper: 0.85, 0.85, 0.89",
         ),
     ]
@@ -64,7 +64,7 @@ def _sources(surveys: list[Survey], without: list[Survey], one_less: list[Survey
         "alignment, reference field, gradient, surroundings",
         f"rescaled + fuzzy {listed(_mean_nT(without, 'kalman_fuzzy'))}, least squares of 21 parameters "
         f"{listed(without_lm)} against {listed(lm)} nT rms with them",
-        judged((without_lm < lm).all()),
+        verdict_of((without_lm < lm).all()),
         f"one at a time: {shares}; at the scenario's sizes the alignment rules, the other three hardly show",
     )
 
@@ -74,8 +74,8 @@ def _iterations(surveys: list[Survey]) -> PaperRow:
     return PaperRow(
         "quadrotor: iterations until A settles, original and proposed",
         "149 and 29",
-        f"{spread(kf, significant=4)} and {spread(fuzzy, significant=4)}",
-        judged(np.median(fuzzy) < 0.5 * np.median(kf)),
+        f"{spread_text(kf, significant=4)} and {spread_text(fuzzy, significant=4)}",
+        verdict_of(np.median(fuzzy) < 0.5 * np.median(kf)),
         "sample from which all of A stays within 0.05 of its last values; settling waits for the turns, which "
         "scaling does not change; the paper's sample rate and criterion are not printed",
     )

@@ -13,7 +13,7 @@ from calib.families.vector_filter import FilterTrack, KalmanSettings, track
 from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.methods.kalman_rescaled import MICROTESLA
 from calib.models.vector import VectorData
-from papers.poses import held
+from papers.attitudes import state_at_attitudes
 from recordings import Recording, Truth
 from recordings.assemble import recording_of, truth_of
 from scenarios.arrays import Array
@@ -88,7 +88,7 @@ def turning(samples: int, rates_rad_s: Vector = ANGLE_RATES_RAD_S, interval_s: f
     turn = _attitude(time_s, rates_rad_s)
     before, after = _attitude(time_s - 1e-5, rates_rad_s), _attitude(time_s + 1e-5, rates_rad_s)
     rate: Array = (before.inv() * after).as_rotvec() / 2e-5
-    state = held(turn.as_matrix(), np.array(FIELD_ENU_NT), interval_s)
+    state = state_at_attitudes(turn.as_matrix(), np.array(FIELD_ENU_NT), interval_s)
     return replace(state, rate_rad_s=rate, field_rate_nT_s=-np.cross(rate, state.field_nT))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from papers.base import Findings, Progress, Reproduction, gathered
+from papers.base import Findings, Progress, Reproduction, run_tasks
 from papers.long2013.figures import attitude_figure, noise_figure, strength_figure
 from papers.long2013.rows import NOISE_NT, NOISES_NT, rows
 from papers.long2013.trials import LongTask, run
@@ -21,7 +21,7 @@ class Long2013(Reproduction):
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """Each noise and seed: calibrate on four turns of 360 samples, roll once on the turntable."""
         work = [(run, [LongTask(seed, noise) for seed in range(self.seeds)]) for noise in NOISES_NT]
-        by_noise = dict(zip(NOISES_NT, gathered(work, jobs, progress), strict=True))
+        by_noise = dict(zip(NOISES_NT, run_tasks(work, jobs, progress), strict=True))
         first = by_noise[NOISE_NT][0]
         return Findings(
             rows(by_noise),

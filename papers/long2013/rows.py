@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.base import PaperRow, Verdict, judged
+from papers.base import PaperRow, Verdict, verdict_of
 from papers.long2013.trials import STRENGTH_NT, LongTrial
 from scenarios.arrays import Array
 from validation.signals.amplitude import rms
@@ -42,7 +42,7 @@ def _text(values: Array, unit: str, digits: int = 2) -> str:
 
 def _judge(values: Array, limit: float) -> Verdict:
     """By the worst seed; never "better", since the figure goes with a noise that is ours."""
-    return judged(values.max() <= limit)
+    return verdict_of(values.max() <= limit)
 
 
 def _strength(trials: list[LongTrial]) -> PaperRow:
@@ -126,7 +126,7 @@ def _alignment(trials: list[LongTrial]) -> PaperRow:
         "V_L is needed: roll and pitch error with eq. 11 made symmetric, without eq. 12's alignment",
         "claimed, no figure",
         f"roll {_text(roll, 'degrees')}, pitch {_text(pitch, 'degrees')}",
-        judged(np.median(roll) > 2 * aligned),
+        verdict_of(np.median(roll) > 2 * aligned),
         "C_k C_n C_s is not symmetric; its rotation is not in the field's strength. The alignment needs the "
         "attitude of the calibration turns, so the whole method is not attitude-free",
     )
@@ -138,7 +138,7 @@ def _newton(trials: list[LongTrial]) -> PaperRow:
         "Newton's method converges from the two-step solution",
         "claimed, no figure",
         f"{np.median(steps):.0f} gradients (most: {steps.max()})",
-        judged(steps.max() <= 10),
+        verdict_of(steps.max() <= 10),
         "the cost of eq. 10 has its infimum, 0, at T = 0, b = infinity, which the paper does not mention; "
         "Newton from elsewhere can run there, so the start is part of the method",
     )
@@ -156,7 +156,7 @@ def _two_step(by_noise: dict[float, list[LongTrial]]) -> PaperRow:
         "more accurate than two-step alone (rms hard-iron error, Newton over two-step)",
         "claimed, no figure",
         f"{ours:.1f} over {start:.1f} nT at {NOISE_NT:g} nT; ratio {low:.3f} to {high:.3f} over the noises",
-        judged(high < 1.0),
+        verdict_of(high < 1.0),
         "eq. 10 counts all directions alike, though the noise of |T (m - b)| goes with the gain of S, "
         "which runs from 1.0 to 2.4 here; the bench's two-step weights by it and is iterated, "
         "the paper's is not said to be",

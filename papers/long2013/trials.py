@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from calib import Calibration, Reference
 from calib.methods.ml_newton import MaximumLikelihoodNewton
 from calib.methods.twostep import TwoStep
-from papers.poses import held
+from papers.attitudes import state_at_attitudes
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.chain import Chain
@@ -82,7 +82,7 @@ def rolling() -> Array:
 def state_of(angles_deg: Array) -> State:
     """The kinematic motion as a State, a sample a second: the paper's sensor has no dynamics."""
     turned = Rotation.from_euler("ZYX", angles_deg, degrees=True).as_matrix()
-    return held(NED_TO_ENU @ turned @ FLIP, NED_TO_ENU @ field_ned_nT())
+    return state_at_attitudes(NED_TO_ENU @ turned @ FLIP, NED_TO_ENU @ field_ned_nT())
 
 
 def measured(state: State, chain: tuple[Effect, ...], run: int) -> Recording:

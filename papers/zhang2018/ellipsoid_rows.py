@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib import Reference
-from papers.base import PaperRow, judged, spread
+from papers.base import PaperRow, spread_text, verdict_of
 from papers.zhang2018.trials import (
     DRIFT_NT_H,
     DRIFTS,
@@ -28,7 +28,7 @@ def level() -> PaperRow:
         "ellipsoid fit of the whole level spiral",
         "poor",
         status.kind,
-        judged(status.kind != "ok"),
+        verdict_of(status.kind != "ok"),
         f"the cause is the motion before any drift: {status.reason}. In segments: "
         f"{FITS['segmented'].fit(recording, reference).status.kind}",
     )
@@ -44,15 +44,15 @@ def drifting(drifts: list[DriftTrial]) -> tuple[PaperRow, ...]:
         PaperRow(
             "ellipsoid fit of the whole record without drift, rms, nT",
             "not tried",
-            spread(rms["whole"][:, 0], decimals=1),
-            judged(np.median(rms["whole"][:, 0]) < 3.0),
+            spread_text(rms["whole"][:, 0], decimals=1),
+            verdict_of(np.median(rms["whole"][:, 0]) < 3.0),
             "roll and pitch of 20 and 25 degrees commanded; noise 2 nT an axis",
         ),
         PaperRow(
             "whole-record ellipsoid fit is poor because the hard iron drifts",
             "poor (figure)",
-            f"rms {spread(rms['whole'][:, -1], decimals=1)} nT under {last}",
-            judged(worse > 0.95),
+            f"rms {spread_text(rms['whole'][:, -1], decimals=1)} nT under {last}",
+            verdict_of(worse > 0.95),
             _courses(rms, 1),
         ),
         _better(
@@ -72,15 +72,15 @@ def _better(rms: dict[str, Array], name: str, label: str, note: str) -> PaperRow
     return PaperRow(
         f"segmented ellipsoid fit is clearly better: {label}",
         "clearly better (figure)",
-        f"rms {spread(rms[name][:, -1], decimals=1)} nT at the same drift",
-        judged(gain > 0.95),
+        f"rms {spread_text(rms[name][:, -1], decimals=1)} nT at the same drift",
+        verdict_of(gain > 0.95),
         note,
     )
 
 
 def _offsets(drifts: list[DriftTrial]) -> PaperRow:
     error = {name: np.array([d.offset_nT[name] for d in drifts]) for name in FITS}
-    ours = ", ".join(f"{name} {spread(values[:, -1], decimals=0)}" for name, values in error.items())
+    ours = ", ".join(f"{name} {spread_text(values[:, -1], decimals=0)}" for name, values in error.items())
     return PaperRow(
         "the same fits' error of the moving offset, rms over the record",
         "not known",

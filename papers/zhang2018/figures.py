@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.zhang2018.printed import AFTER_NT, PRINTED_F_NT, TOTAL_NT
+from papers.zhang2018.printed_table import AFTER_NT, PRINTED_F_NT, TOTAL_NT
 from papers.zhang2018.trials import (
     DRIFT_NT_H,
     DRIFTS,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from papers.base import Findings, Progress, Reproduction, gathered
+from papers.base import Findings, Progress, Reproduction, run_tasks
 from papers.zhang2018.ellipsoid_rows import drifting, level
 from papers.zhang2018.figures import convergence_figure, drift_figure, turn_figure
-from papers.zhang2018.printed import reductions, signs
+from papers.zhang2018.printed_table import reductions, signs
 from papers.zhang2018.rows import accuracy, convergence, errors
 from papers.zhang2018.trials import drift_trial, search_trial
 
@@ -23,7 +23,7 @@ class Zhang2018(Reproduction):
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """The level spiral under every setting, then the excited spiral under every drift."""
         seeds = range(self.seeds)
-        trials, drifts = gathered([(search_trial, seeds), (drift_trial, seeds)], jobs, progress)
+        trials, drifts = run_tasks([(search_trial, seeds), (drift_trial, seeds)], jobs, progress)
         rows = (
             *errors(trials),
             reductions(),

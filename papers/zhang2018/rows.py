@@ -6,8 +6,8 @@ from collections import Counter
 
 import numpy as np
 
-from papers.base import PaperRow, judged, spread
-from papers.zhang2018.printed import AFTER_NT
+from papers.base import PaperRow, spread_text, verdict_of
+from papers.zhang2018.printed_table import AFTER_NT
 from papers.zhang2018.trials import (
     LONG,
     LONGER,
@@ -46,7 +46,7 @@ def _raw(trials: list[ZhangTrial]) -> PaperRow:
         "raw error of the total field along one turn, nT, 30 positions",
         "96.1 to 292.4",
         f"{low:.1f} to {high:.1f}",
-        judged(close),
+        verdict_of(close),
         "by construction: the printed example errors are scaled and the hard iron chosen to give this range. "
         f"The catalogue's F is {strength_nT(spiral(False)):.0f} nT (IGRF at sea level), the paper's 36,141",
     )
@@ -65,7 +65,7 @@ def _after(trials: list[ZhangTrial], name: str) -> PaperRow:
         "better" if high < paper.max() else "does not hold",
         f"bounds of 10 % and 1000 nT (the paper gives none). The paper's rms, {level:.0f} nT, is passed at "
         f"iteration {passed} of 200; rms over the record at the end "
-        f"{spread(curves[:, -1], decimals=1)} nT, median (5 to 95 % of seeds); noise 2 nT an axis",
+        f"{spread_text(curves[:, -1], decimals=1)} nT, median (5 to 95 % of seeds); noise 2 nT an axis",
     )
 
 
@@ -78,7 +78,7 @@ def _positions(trials: list[ZhangTrial]) -> PaperRow:
         "PSOGA < GA < PSO < raw at every printed position",
         f"{POSITIONS} of {POSITIONS}",
         f"{100 * share:.0f} % of positions",
-        judged(share > 0.95),
+        verdict_of(share > 0.95),
         f"all three are below the raw error at {100 * below:.0f} % of the positions; six orders by chance: 17 %",
     )
 
@@ -102,7 +102,7 @@ def _order(trials: list[ZhangTrial]) -> PaperRow:
         "order of the rms over the record: PSOGA < GA < PSO",
         "in all six dives",
         f"in {100 * share:.0f} % of {len(trials)} seeds",
-        judged(share > 0.95),
+        verdict_of(share > 0.95),
         "; ".join(parts),
     )
 
@@ -119,7 +119,7 @@ def _by_iteration(trials: list[ZhangTrial]) -> PaperRow:
         "the same order where the search is stopped early",
         "after 50 and after 200 iterations",
         f"in at most {100 * max(shares):.0f} % of seeds",
-        judged(max(shares) > 0.95),
+        verdict_of(max(shares) > 0.95),
         "claimed order by iteration, with median rms: " + "; ".join(parts) + ". Errors of the paper's size "
         "belong to the first tens of iterations, where the GA leads; it is last at the end",
     )
@@ -131,7 +131,7 @@ def _longer(trials: list[ZhangTrial]) -> PaperRow:
     return PaperRow(
         f"the same after {LONG} iterations: three methods, one cost",
         "not tried",
-        ", ".join(f"{name} {spread(v, decimals=1)}" for name, v in rms.items()) + " nT",
+        ", ".join(f"{name} {spread_text(v, decimals=1)}" for name, v in rms.items()) + " nT",
         "not comparable",
         f"psoga / pso {middle['psoga'] / middle['pso']:.3f}, ga / pso {middle['ga'] / middle['pso']:.2f}: the "
         "cost is the same and so is its minimum. A difference is how far a search has got, which iterations, "
@@ -152,7 +152,7 @@ def _pso_stalls(curves: Array, short: Array) -> PaperRow:
         "PSO falls fast, then stalls (iterations 1 to 50)",
         "hardly changes late",
         f"rms {pso[0]:.0f}, {pso[9]:.0f}, {pso[49]:.0f}, {pso[199]:.1f} nT at 1, 10, 50, 200",
-        judged(pso[49] < 1.2 * pso[199]),
+        verdict_of(pso[49] < 1.2 * pso[199]),
         "still falling at 50, when the inertia is 0.81: with c1 = c2 = 2 a swarm contracts only below 0.41. A run "
         f"of 50 in all falls to {half[-1]:.1f} nT, by a factor {half[24] / half[-1]:.1f} in its second half",
     )
@@ -164,7 +164,7 @@ def _ga_rebounds(curves: Array) -> PaperRow:
         "GA rebounds at times",
         "seen",
         f"the best gets worse in {100 * rises.mean():.0f} % of the generations",
-        judged(rises.min() > 0),
+        verdict_of(rises.min() > 0),
         "no elite is kept, as the paper has it; the best also cross and mutate",
     )
 
@@ -177,16 +177,16 @@ def _psoga_lowest(curves: dict[str, Array], short: dict[str, Array]) -> list[Pap
             "PSOGA starts lowest",
             "lowest at iteration 1",
             f"lowest in {100 * first:.0f} % of seeds",
-            judged(first > 0.95),
+            verdict_of(first > 0.95),
             "one in three by chance: all begin with the same random spread",
         ),
         PaperRow(
             "PSOGA falls steadily and is lowest after 50 iterations",
             "lowest",
             f"lowest in {100 * last:.0f} % of seeds",
-            judged(last > 0.95),
+            verdict_of(last > 0.95),
             f"never rises ({100 * smooth:.0f} % of steps): the best seen is kept. Runs of 50 iterations end at "
-            + ", ".join(f"{name} {spread(v[:, -1], decimals=1)}" for name, v in short.items())
+            + ", ".join(f"{name} {spread_text(v[:, -1], decimals=1)}" for name, v in short.items())
             + " nT",
         ),
     ]
@@ -201,7 +201,7 @@ def _share_lowest(curves: dict[str, Array], iteration: int) -> float:
 def accuracy(trials: list[ZhangTrial]) -> PaperRow:
     """What the residual says of the hard iron."""
     parts = ", ".join(
-        f"{name} {spread(np.array([t.offset_nT[LONGER, name] for t in trials]), decimals=0)}" for name in METHODS
+        f"{name} {spread_text(np.array([t.offset_nT[LONGER, name] for t in trials]), decimals=0)}" for name in METHODS
     )
     return PaperRow(
         "error of the hard iron behind residuals of a few nT",

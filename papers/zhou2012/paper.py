@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from papers.base import Findings, Progress, Reproduction, gathered
+from papers.base import Findings, Progress, Reproduction, run_tasks
 from papers.zhou2012.figures import course_figure, objective_figure, z_figure
 from papers.zhou2012.rows import rows
 from papers.zhou2012.trials import OFFSET_NT, ZhouTask, run, stops
@@ -21,7 +21,7 @@ class Zhou2012(Reproduction):
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """Twelve stops a seed, with fresh noise; then again with an offset that the model does not hold."""
         work = [(run, [ZhouTask(seed, offset) for seed in range(self.seeds)]) for offset in (0.0, OFFSET_NT)]
-        clean, shifted = gathered(work, jobs, progress)
+        clean, shifted = run_tasks(work, jobs, progress)
         state = stops()
         return Findings(
             rows(clean, shifted, state),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib.models.turntable import NAMES
-from papers.base import PaperRow, judged
+from papers.base import PaperRow, verdict_of
 from papers.zhou2012.trials import NOISE_NT, OFFSET_NT, PRINTED, STABLE_AT, ZhouTrial, bound
 from scenarios.arrays import Array
 from sim.state import State
@@ -46,7 +46,7 @@ def _values(trials: list[ZhouTrial], limit: Array, state: State) -> list[PaperRo
                 f"{name} found again ({where})",
                 f"{PRINTED[k]:.6f}",
                 f"{found[:, k].mean():.6f} ± {found[:, k].std():.1e}",
-                judged(error[k] <= slack * own[k]),
+                verdict_of(error[k] <= slack * own[k]),
                 note,
             )
         )
@@ -62,7 +62,7 @@ def _stable(trials: list[ZhouTrial]) -> PaperRow:
         "objective against iterations (N 25, F_w 0.85, P_c 1, bounds ±0.2)",
         f"stable after about {STABLE_AT}",
         f"at {STABLE_AT}: {np.median(share):.1e} of the start (95 %: {np.quantile(share, 0.95):.1e})",
-        judged(np.quantile(share, 0.95) < 0.01),
+        verdict_of(np.quantile(share, 0.95) < 0.01),
         f"flat on the paper's linear axis; the noise floor (within 1 % of the end) is reached at iteration "
         f"{np.median(within):.0f} (5 to 95 %: {np.quantile(within, 0.05):.0f} to {np.quantile(within, 0.95):.0f})",
     )
@@ -75,7 +75,7 @@ def _flat(trials: list[ZhouTrial]) -> PaperRow:
         "z output over the turn, largest less smallest",
         "varies before, flat after (figure, no number)",
         f"{np.median(before):.0f} nT before, {np.median(after):.1f} nT after (median)",
-        judged(np.median(after) < 4.0 * NOISE_NT),
+        verdict_of(np.median(after) < 4.0 * NOISE_NT),
         f"noise of {NOISE_NT:g} nT alone gives 3.3 nT",
     )
 

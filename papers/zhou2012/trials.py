@@ -9,7 +9,7 @@ import numpy as np
 from calib import Reference
 from calib.methods.de_turntable import DeTurntable
 from calib.models.turntable import NAMES, axes_matrix, derivatives
-from papers.poses import held
+from papers.attitudes import state_at_attitudes
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.seeds import stream
@@ -59,7 +59,7 @@ def stops() -> State:
     R_wb[:, 0, 0] = R_wb[:, 1, 1] = np.cos(yaw)
     R_wb[:, 1, 0], R_wb[:, 0, 1] = np.sin(yaw), -np.sin(yaw)
     R_wb[:, 2, 2] = 1.0
-    return held(R_wb, field)
+    return state_at_attitudes(R_wb, field)
 
 
 def recording(state: State, seed: int, offset_nT: float = 0.0) -> Recording:

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from recordings.files import locked_directory, remove_leftovers, write_text
-from reports.pages.bound import page
+from reports.pages.bound import bound_page
 from validation.bound.query import WhatIf
 from validation.bound.summary import what_if_summary
 
@@ -16,4 +16,4 @@ def write_what_if(found: WhatIf, title: str, out: Path) -> None:
     with locked_directory(out):
         remove_leftovers(out)
         write_text(out / "bound.json", json.dumps(what_if_summary(found), indent=1, allow_nan=False) + "\n")
-        write_text(out / "report.html", page(found, title))
+        write_text(out / "report.html", bound_page(found, title))

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from recordings.files import locked_directory, remove_leftovers, write_text
-from reports.outputs.run import judge
-from reports.pages.comparison import Comparison, page, title_of
+from reports.outputs.run import calibrate_and_score
+from reports.pages.comparison import Comparison, comparison_page, point_title
 from reports.viewer import write_recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -54,7 +54,9 @@ class ComparisonQuestion:
     until: Until | None = None
 
 
-def question(rank_by: str | None = None, reference: str | None = None, until: str | None = None) -> ComparisonQuestion:
+def comparison_question(
+    rank_by: str | None = None, reference: str | None = None, until: str | None = None
+) -> ComparisonQuestion:
     """What users ask in words; InputError for a score that is none, and for another rule than Until's."""
     return ComparisonQuestion(
         meaning_of(rank_by or RANKED_BY, "--rank-by"), reference, None if until is None else Until.parsed(until)
@@ -77,7 +79,7 @@ def compare(
     Raises InputError where `out` holds another comparison or another process writes to it, where a trial cannot be
     simulated, and for a reference that does not take part.
     """
-    asked = asked or question()
+    asked = asked or comparison_question()
     _check_reference(design, asked.reference)
     with locked_directory(out):
         remove_leftovers(out)
@@ -86,7 +88,7 @@ def compare(
         table.write(out)
         found = _answered(design, table, asked)
         write_text(out / ANSWER, json.dumps(summary(found, design.seed), indent=1, allow_nan=False) + "\n")
-        write_text(out / REPORT, page(found))
+        write_text(out / REPORT, comparison_page(found))
         _record(design, found, out / RECORDINGS, partial(_recorded, progress, _pieces(design, trials)))
     return found
 
@@ -125,7 +127,7 @@ def _columns(table: TrialTable, until: Until) -> list[Any]:
 
 def _answered(design: Design, table: TrialTable, asked: ComparisonQuestion) -> Comparison:
     answers = tuple(answer(table, asked.score, point) for point in table.points)
-    titles = [title_of(values) for values in table.points.values()]
+    titles = [point_title(values) for values in table.points.values()]
     return Comparison(
         title=design.points[0].scenario.name,
         table=table,
@@ -248,4 +250,4 @@ def _outcome(design: Design, run: int) -> Outcome:
     scenario = design.points[0].scenario
     recording, truth = run_in_memory(plan(scenario, run, design.seed))
     rng = partial(stream, design.seed, run, CALIBRATORS_STREAM)
-    return judge(scenario, recording, truth, chosen=design.candidates, rng=rng)
+    return calibrate_and_score(scenario, recording, truth, chosen=design.candidates, rng=rng)

@@ -11,10 +11,10 @@ from typing import Any
 from diagnosis.result import Diagnosis
 from diagnosis.several.result import PooledDiagnosis
 from recordings.files import beside, system_errors_about
-from reports.pages.diagnosis import page_html
-from reports.pages.together import together_html
+from reports.pages.diagnosis import diagnosis_page
+from reports.pages.pooled import pooled_page
 from reports.viewer.diagnosis import diagnosis_recording
-from reports.viewer.together import together_recording
+from reports.viewer.pooled import pooled_recording
 from scenarios.plain import json_ready
 from scenarios.toml import to_toml
 
@@ -30,7 +30,7 @@ def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
     not stand side by side. Raises InputError where writing is refused.
     """
     summary = json_text(found.as_dict())
-    texts = (page_html(found, title), summary, to_toml(found.model))
+    texts = (diagnosis_page(found, title), summary, to_toml(found.model))
     write_whole(out, (*(text.encode() for text in texts), diagnosis_recording(found, title)))
     _write_next(found, out / NEXT)
 
@@ -45,15 +45,15 @@ def _write_next(found: Diagnosis, path: Path) -> None:
             part.write_text(to_toml(found.onward.scenario), encoding="utf-8")
 
 
-def write_together(found: PooledDiagnosis, out: Path, title: str) -> tuple[str, ...]:
+def write_pooled_diagnosis(found: PooledDiagnosis, out: Path, title: str) -> tuple[str, ...]:
     """Write FILES of several recordings, and each one's own in a folder beside; returns the folders' names."""
     folders = tuple(f"{i:02d}-{_as_folder(name)}" for i, name in enumerate(found.names, start=1))
     for name, folder, own in zip(found.names, folders, found.each, strict=True):
         with system_errors_about(out / folder):
             (out / folder).mkdir(exist_ok=True)
         write_diagnosis(own, out / folder, f"Diagnosis of {name}")
-    texts = (together_html(found, title, folders), json_text(found.as_dict()), to_toml(found.model))
-    write_whole(out, (*(text.encode() for text in texts), together_recording(found, title)))
+    texts = (pooled_page(found, title, folders), json_text(found.as_dict()), to_toml(found.model))
+    write_whole(out, (*(text.encode() for text in texts), pooled_recording(found, title)))
     return folders
 
 

@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 
 from recordings.files import locked_directory, remove_leftovers, write_text
 from reports.outputs.comparison import ANSWER
-from reports.pages.gates import gates_html, gates_markdown
-from reports.words.gates import advice, seen, sentence
+from reports.pages.gates import gates_markdown, gates_page
+from reports.text.gates import advice, detectable_defect, sentence
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
 from scenarios.toml import to_toml
@@ -53,7 +53,7 @@ def run_gates(
             junit(outcomes, title, strict=strict),
             json.dumps(whole(outcomes), indent=1, allow_nan=False) + "\n",
             gates_markdown(outcomes, title),
-            gates_html(outcomes, title, false_fail_rate),
+            gates_page(outcomes, title, false_fail_rate),
         )
         for name, text in zip(FILES, texts, strict=True):
             write_text(out / name, text)
@@ -70,7 +70,7 @@ def record_baseline(
     return sum(part.num_rows for part in parts)
 
 
-def begin_gates(comparison: Path, file: Path) -> list[str]:
+def propose_gates(comparison: Path, file: Path) -> list[str]:
     """Write a file of gates to begin with from a comparison's directory; returns the names of its gates.
 
     They hold the score that the comparison was decided by. A scenario that the catalogue does not have is written
@@ -109,7 +109,9 @@ def junit(outcomes: list[GateOutcome], title: str, *, strict: bool) -> str:
             if failed:
                 told.set("type", outcome.verdict)
                 told.text = _printable(advice(outcome))
-        ElementTree.SubElement(case, "system-out").text = _printable(f"{sentence(outcome)}; {seen(outcome)}")
+        ElementTree.SubElement(case, "system-out").text = _printable(
+            f"{sentence(outcome)}; {detectable_defect(outcome)}"
+        )
     for element in (suites, suite):
         element.attrib.update({key: str(value) for key, value in number.items()})
     ElementTree.indent(suites)

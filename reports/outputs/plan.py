@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from recordings.files import locked_directory, remove_leftovers, write_text
-from reports.pages.plan import onward_page, page
+from reports.pages.plan import next_leg_page, plan_page
 from scenarios.toml import to_toml
 from validation.planning.next_leg import LegSequence
 from validation.planning.next_leg_summary import summary as onward_summary
@@ -28,5 +28,5 @@ def write_plan(found: Plan | LegSequence, out: Path) -> dict[str, Any]:
         if found.scenario:
             write_text(file, to_toml(found.scenario))
         write_text(out / "plan.json", json.dumps(told, indent=1, allow_nan=False) + "\n")
-        write_text(out / "report.html", page(found) if isinstance(found, Plan) else onward_page(found))
+        write_text(out / "report.html", plan_page(found) if isinstance(found, Plan) else next_leg_page(found))
     return told

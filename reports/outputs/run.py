@@ -15,8 +15,8 @@ from calib import Reference
 from recordings import Recording, Truth, read_run
 from recordings.files import locked_directory, write_text
 from reports.pages.outcome import write_report
+from reports.text.outcome import compare_command
 from reports.viewer import write_recording
-from reports.words.outcome import compare_command
 from scenarios.errors import InputError
 from scenarios.plain import json_ready
 from sim import effects as effect_table
@@ -60,7 +60,7 @@ def run_scenario(
         return _run(scenario, out, seed, chosen, progress, warn)
 
 
-def simulated_and_judged(
+def simulate_and_score(
     scenario: Scenario,
     out: Path,
     seed: int | None,
@@ -71,7 +71,7 @@ def simulated_and_judged(
     """Write the dataset into `out`, fit the calibrators and score them: the first two stages."""
     written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES), warn)
     recording, truth = read_run(out)
-    outcome = judge(scenario, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
+    outcome = calibrate_and_score(scenario, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
     return replace(outcome, tracking=written.files[0].tracking)
 
 
@@ -83,7 +83,7 @@ def _run(
     progress: Progress,
     warn: Callable[[str], object],
 ) -> Outcome:
-    outcome = simulated_and_judged(scenario, out, seed, chosen, progress, warn)
+    outcome = simulate_and_score(scenario, out, seed, chosen, progress, warn)
     write_calibrations(outcome.calibrations, out)
     write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, allow_nan=False) + "\n")
     progress(2, STAGES)
@@ -94,7 +94,7 @@ def _run(
     return outcome
 
 
-def judge(
+def calibrate_and_score(
     scenario: Scenario,
     recording: Recording,
     truth: Truth,

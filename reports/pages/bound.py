@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from reports.pages.figure import on_page
-from reports.pages.template import rendered
-from reports.plots.bound import draw_offset, draw_uses
+from reports.pages.section import figure_html
+from reports.pages.template import render_page
+from reports.plots.bound import draw_offset, draw_score_bounds
 from validation.bound.query import WhatIf
 from validation.bound.summary import headline, what_if_headline, what_if_heads, what_if_rows
 from validation.text import short
@@ -14,21 +14,21 @@ from validation.text import short
 PICTURES = (
     ("The offset", "The least standard deviation that any method can reach; where a line breaks off, nothing is told.",
      draw_offset),
-    ("What it is used for", "The least average of each score of a calibration at the bound.", draw_uses),
+    ("What it is used for", "The least average of each score of a calibration at the bound.", draw_score_bounds),
 )  # fmt: skip
 
 
-def page(found: WhatIf, title: str) -> str:
+def bound_page(found: WhatIf, title: str) -> str:
     """The page as HTML; all of it is inside."""
     values = zip(found.values, found.answers, strict=True)
-    return rendered(
+    return render_page(
         "bound.html",
         {
             "title": title,
             "sentence": what_if_headline(found),
             "heads": what_if_heads(found),
             "rows": what_if_rows(found),
-            "pictures": [(name, caption, on_page(partial(draw, found), name)) for name, caption, draw in PICTURES],
+            "pictures": [(name, caption, figure_html(partial(draw, found), name)) for name, caption, draw in PICTURES],
             "points": [(f"{found.key} = {short(value)}", headline(one).splitlines()) for value, one in values],
         },
     )

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from reports.pages.figure import on_page
-from reports.pages.template import rendered
+from reports.pages.section import figure_html
+from reports.pages.template import render_page
 from reports.plots.comparison import draw_distributions, draw_over, draw_ranks
 from scenarios.arrays import Array
 from scenarios.sweep import Value
@@ -55,11 +55,11 @@ class Comparison:
     least: dict[tuple[int, str, str], Array] = field(default_factory=dict)
 
 
-def page(found: Comparison) -> str:
+def comparison_page(found: Comparison) -> str:
     """The page as HTML; all of it is inside."""
     known = {(one.point, one.calibrator, one.score.name): one for one in figures(found.table, found.reference)}
     score = found.answers[0].score
-    return rendered(
+    return render_page(
         "comparison.html",
         {
             "title": found.title,
@@ -97,7 +97,7 @@ def _summary(found: Comparison) -> str:
     return f"{candidates} saw the same {trials} at {points}{swept}."
 
 
-def title_of(values: Mapping[str, Value]) -> str:
+def point_title(values: Mapping[str, Value]) -> str:
     """A point's swept values in words."""
     texts = {key: plainly(value) if isinstance(value, float) else value for key, value in values.items()}
     return ", ".join(f"{key} = {text}" for key, text in texts.items()) or "all trials"
@@ -107,7 +107,7 @@ def _point(found: Comparison, point: int, known: dict[tuple[int, str, str], Scor
     answer, table = found.answers[point], found.table
     rows = [_row(found, answer, one, point, known) for one in answer.standings]
     return {
-        "title": title_of(table.points[point]),
+        "title": point_title(table.points[point]),
         "sentence": answer.sentence,
         "trials": answer.trials,
         "rows": [*rows, _raw_row(answer)],
@@ -156,11 +156,11 @@ def _ends(found: Interval) -> list[SortableCell]:
 def _pictures(table: TrialTable, answer: Ranking, point: int) -> Iterator[tuple[str, str, Markup]]:
     name = "Distributions"
     caption = "5th to 95th percentile of the trials as a line, the middle half as a bar, the median as a dot."
-    yield name, caption, on_page(partial(draw_distributions, table, answer.score, point), name)
+    yield name, caption, figure_html(partial(draw_distributions, table, answer.score, point), name)
     if len(table.candidates) > 1:
         name = "Ranks"
         caption = "Mean rank over the trials; a bar reaches those whose difference may be chance (Nemenyi)."
-        yield name, caption, on_page(partial(draw_ranks, table, answer.score, point), name)
+        yield name, caption, figure_html(partial(draw_ranks, table, answer.score, point), name)
 
 
 def _over(found: Comparison) -> Iterator[tuple[str, str, Markup]]:
@@ -170,7 +170,7 @@ def _over(found: Comparison) -> Iterator[tuple[str, str, Markup]]:
         others = [other for other in found.table.swept if other != key]
         fixed = f"; {', '.join(others)} as at the first point" if others else ""
         caption = f"Medians with their intervals{fixed}."
-        yield name, caption, on_page(partial(draw_over, found.table, found.answers[0].score, key), name)
+        yield name, caption, figure_html(partial(draw_over, found.table, found.answers[0].score, key), name)
 
 
 def _figure_row(table: TrialTable, one: ScoreStatistic) -> dict[str, Any]:

@@ -12,13 +12,13 @@ from diagnosis.evidence.start_transients import unknown_past
 from diagnosis.repair.model_diff import model_diff
 from diagnosis.result import Diagnosis, How, Named, Transfer
 from diagnosis.verdict import Verdict
-from reports.pages.figure import on_page
-from reports.pages.template import rendered
+from reports.gap_series import displayed_gap, gap_along_path, has_path, hidden_by_iron_refit, rms_nT
+from reports.pages.section import figure_html
+from reports.pages.template import render_page
 from reports.plots import diagnosis as plots
-from reports.plots.curves import draw_curves
+from reports.plots.channel_curves import draw_curves
 from reports.plots.style import Figure
-from reports.series import as_they_stand, gap_to_show, places, rms_nT, travels
-from reports.words.diagnosis import (
+from reports.text.diagnosis import (
     CANDIDATE_HEADS,
     PART_HEADS,
     candidate_rows,
@@ -58,14 +58,14 @@ REST: tuple[tuple[str, str, Draw], ...] = (
 )  # fmt: skip
 
 
-def page_html(found: Diagnosis, title: str) -> str:
+def diagnosis_page(found: Diagnosis, title: str) -> str:
     """The report as one HTML text that needs nothing else."""
-    return rendered("diagnosis.html", _page(found, title))
+    return render_page("diagnosis.html", _page(found, title))
 
 
 def _page(found: Diagnosis, title: str) -> dict[str, Any]:
     curves = [CURVES] if any(one.how is How.CURVE for one in found.named) else []
-    shown = [GAP, *curves, *([MAP] if travels(places(found)) else []), *(REST if found.ranking else REST[:2])]
+    shown = [GAP, *curves, *([MAP] if has_path(gap_along_path(found)) else []), *(REST if found.ranking else REST[:2])]
     return {
         "title": title,
         "verdict": found.verdict,
@@ -85,7 +85,7 @@ def _page(found: Diagnosis, title: str) -> dict[str, Any]:
         "parts": part_rows(found),
         "diff": model_diff(found),
         "model": to_toml(found.model),
-        "pictures": [(name, caption, on_page(partial(draw, found), name)) for name, caption, draw in shown],
+        "pictures": [(name, caption, figure_html(partial(draw, found), name)) for name, caption, draw in shown],
     }
 
 
@@ -109,8 +109,8 @@ def _otherwise(found: Diagnosis) -> tuple[str, str]:
 
 def _share(found: Diagnosis) -> tuple[str, str]:
     gap = found.gap
-    if as_they_stand(found):
-        before, after = (digits(rms_nT(found, side)) for side in gap_to_show(found))
+    if hidden_by_iron_refit(found):
+        before, after = (digits(rms_nT(found, side)) for side in displayed_gap(found))
         return (
             f"{before} → {after} nT",
             "measured minus simulated, the models as they stand; iron fitted anew hides it",

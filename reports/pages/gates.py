@@ -4,28 +4,28 @@ from __future__ import annotations
 
 from functools import partial
 
-from reports.pages.template import rendered
-from reports.plots.gates import draw_course
-from reports.plots.style import encoded
-from reports.words.gates import HEADS, advice, gate_rows, headline, seen, sentence
+from reports.pages.template import render_page
+from reports.plots.gates import draw_gate_course
+from reports.plots.style import styled_data_url
+from reports.text.gates import HEADS, advice, detectable_defect, gate_rows, headline, sentence
 from validation.gates.progress import GateOutcome
 from validation.text import figure
 
 
-def gates_html(outcomes: list[GateOutcome], title: str, false_fail_rate: float) -> str:
+def gates_page(outcomes: list[GateOutcome], title: str, false_fail_rate: float) -> str:
     """The page: the table, and for each gate its trials and the evidence after each."""
     gates = [
         {
             "name": one.plan.gate.name,
             "verdict": one.verdict,
-            "sentences": [sentence(one), seen(one)],
+            "sentences": [sentence(one), detectable_defect(one)],
             "advice": advice(one),
-            "picture": encoded(partial(draw_course, one)),
+            "picture": styled_data_url(partial(draw_gate_course, one)),
         }
         for one in outcomes
     ]
     values = {"title": title, "headline": headline(outcomes), "runs": figure(1.0 / false_fail_rate)}
-    return rendered("gates.html", values | {"heads": HEADS, "rows": gate_rows(outcomes), "gates": gates})
+    return render_page("gates.html", values | {"heads": HEADS, "rows": gate_rows(outcomes), "gates": gates})
 
 
 def gates_markdown(outcomes: list[GateOutcome], title: str) -> str:

@@ -13,18 +13,18 @@ from typing import Any
 from markupsafe import Markup
 
 from recordings.files import system_errors_about, write_text
-from reports.pages.figure import on_page
-from reports.pages.template import rendered
+from reports.pages.section import figure_html
+from reports.pages.template import render_page
 from reports.plots.inspection import (
     draw_allan,
     draw_coverage,
-    draw_digits,
+    draw_low_digits,
     draw_residual,
     draw_spectrum,
     draw_strength,
 )
 from reports.plots.style import Figure
-from reports.words.inspection import MARKS, brief, name
+from reports.text.inspection import MARKS, finding_name, value_and_unit
 from validation.inspection.inspection import Inspection, headline, summary
 from validation.inspection.sensor_data import LEAST_ROWS, Look
 
@@ -64,7 +64,7 @@ PICTURES = (
     Picture("Allan deviation of what is left", "Dashed: white noise alone. Above it there are slow changes.",
             draw_allan, _evenly_left),
     Picture("Low digits", "Even heights are what a sound converter gives in motion. Missing or preferred codes point "
-            "to the converter or to the log.", draw_digits, lambda look: len(look.series) > LEAST_ROWS),
+            "to the converter or to the log.", draw_low_digits, lambda look: len(look.series) > LEAST_ROWS),
 )  # fmt: skip
 
 
@@ -74,7 +74,7 @@ def write_inspection(inspection: Inspection, out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(summary(inspection), indent=1, ensure_ascii=False, allow_nan=False)
     write_text(out / "inspect.json", text + "\n")
-    write_text(out / "report.html", rendered("inspection.html", _page(inspection)))
+    write_text(out / "report.html", render_page("inspection.html", _page(inspection)))
 
 
 def _page(inspection: Inspection) -> dict[str, Any]:
@@ -84,7 +84,8 @@ def _page(inspection: Inspection) -> dict[str, Any]:
         "lead": headline(inspection),
         "warnings": [finding.text for finding in inspection.warnings],
         "sections": [
-            (title, [(name(f), MARKS[f.level], *brief(f), f.text) for f in findings]) for title, findings in sections
+            (title, [(finding_name(f), MARKS[f.level], *value_and_unit(f), f.text) for f in findings])
+            for title, findings in sections
         ],
         "pictures": [picture for look in inspection.looks for picture in _pictures(look)],
     }
@@ -95,4 +96,4 @@ def _pictures(look: Look) -> list[tuple[str, str, Markup]]:
     which = "" if look.sensor is None else f", sensor {look.sensor}"
     drawn = (picture for picture in PICTURES if picture.has(look))
     titled = ((picture.title + which, picture) for picture in drawn)
-    return [(title, picture.caption, on_page(partial(picture.draw, look), title)) for title, picture in titled]
+    return [(title, picture.caption, figure_html(partial(picture.draw, look), title)) for title, picture in titled]

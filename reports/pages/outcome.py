@@ -14,21 +14,21 @@ from typing import Any
 import numpy as np
 
 from recordings.files import write_text
-from reports.pages.figure import on_page
-from reports.pages.template import rendered
+from reports.pages.section import figure_html
+from reports.pages.template import render_page
 from reports.plots.effects import draw_effect_sizes, draw_effects
 from reports.plots.field import MOST_LINES, draw_norm, draw_residuals, draw_sphere
 from reports.plots.motion import draw_path, draw_vehicle
 from reports.plots.style import Draw
-from reports.words.outcome import (
+from reports.text.outcome import (
     ALIGNED,
     FAILED_LAST,
     ONE_RUN,
     compare_command,
     duration_s,
-    failures,
+    failed_calibrators,
+    scenario_description,
     score_table,
-    what_was_simulated,
 )
 from sim.tracking import warning
 from validation.scoring.outcome import Outcome
@@ -75,7 +75,7 @@ def write_report(outcome: Outcome, path: Path) -> None:
     Long records are thinned for drawing by least and greatest value, so spikes stay in sight. The file is written
     beside `path` and renamed; on failure nothing is left. Raises InputError where it cannot be written.
     """
-    write_text(path, rendered("report.html", _page(outcome)))
+    write_text(path, render_page("outcome.html", _page(outcome)))
 
 
 def _page(outcome: Outcome) -> dict[str, Any]:
@@ -84,18 +84,18 @@ def _page(outcome: Outcome) -> dict[str, Any]:
         "scenario": scenario,
         "sensors": outcome.sensors,
         "answer": outcome.answer(),
-        "failures": failures(outcome.answer()),
+        "failures": failed_calibrators(outcome.answer()),
         "failed_last": FAILED_LAST,
         "one_run": ONE_RUN,
         "compare": compare_command(outcome),
         "tiles": _tiles(outcome),
         "aligned": ALIGNED,
-        "what": what_was_simulated(outcome),
+        "what": scenario_description(outcome),
         "astray": warning([outcome.tracking]),
         "scores": score_table(outcome),
         "calibrations": [outcome.calibrations[name] for name in outcome.ranking()[0]],
         "pictures": [
-            (section, on_page(partial(section.draw, outcome), section.title))
+            (section, figure_html(partial(section.draw, outcome), section.title))
             for section in SECTIONS
             if _has(section, outcome)
         ],

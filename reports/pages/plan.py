@@ -7,8 +7,8 @@ from functools import partial
 
 from markupsafe import Markup
 
-from reports.pages.figure import on_page
-from reports.pages.template import rendered
+from reports.pages.section import figure_html
+from reports.pages.template import render_page
 from reports.plots.plan import draw_angles, draw_design
 from validation.bound.goal import Goal
 from validation.planning.next_leg import LegSequence
@@ -27,7 +27,7 @@ PICTURES = (
 )  # fmt: skip
 
 
-def page(found: Plan) -> str:
+def plan_page(found: Plan) -> str:
     """The page as HTML; all of it is inside."""
     tiles = [
         _tile(found.error, found.task.goal),
@@ -35,11 +35,11 @@ def page(found: Plan) -> str:
         (figure(found.time_s), "s", "time"),
         (str(len(found.choice.legs)), "", "attitudes"),
     ]
-    pictures = [(name, caption, on_page(partial(draw, found), name)) for name, caption, draw in PICTURES]
+    pictures = [(name, caption, figure_html(partial(draw, found), name)) for name, caption, draw in PICTURES]
     return _rendered(found.scenario.name, headline(found), tiles, rows(found), pictures, limits(found))
 
 
-def onward_page(found: LegSequence) -> str:
+def next_leg_page(found: LegSequence) -> str:
     """The page of legs after a recording."""
     told = found.task.error_before if found.error is None else found.error
     tiles = [_tile(told, found.task.goal), (str(len(found.legs)), "", "legs that pay")]
@@ -59,4 +59,4 @@ def _rendered(
     limited: Sequence[tuple[str, ...]] = (),
 ) -> str:
     values = {"title": title, "lines": words.splitlines(), "tiles": tiles, "heads": HEADS, "rows": table}
-    return rendered("plan.html", values | {"pictures": pictures, "limit_heads": LIMITS, "limits": limited})
+    return render_page("plan.html", values | {"pictures": pictures, "limit_heads": LIMITS, "limits": limited})

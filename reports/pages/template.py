@@ -9,14 +9,14 @@ from typing import Any
 import jinja2
 import plotly.offline
 
-from reports.pages.figure import PLOT
+from reports.pages.section import PLOT_CLASS
 from validation.text import digits, sentence
 
 TEMPLATES = Path(__file__).parent.parent / "templates"
 END = "</body>"
 
 
-def rendered(name: str, values: Mapping[str, Any]) -> str:
+def render_page(name: str, values: Mapping[str, Any]) -> str:
     """The page that a template makes of these values; a value that the template wants and does not get is an error."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
@@ -32,6 +32,6 @@ def rendered(name: str, values: Mapping[str, Any]) -> str:
 
 def _scripts(page: str) -> str:
     """What the page runs: all of it is inside, so that it works where there is no network."""
-    library = [plotly.offline.get_plotlyjs()] if PLOT in page else []
+    library = [plotly.offline.get_plotlyjs()] if PLOT_CLASS in page else []
     own = (TEMPLATES / "page.js").read_text(encoding="utf-8")
     return "".join(f"<script>{script}</script>\n" for script in (*library, own))

@@ -38,7 +38,7 @@ def draw_components(found: BoundAnswer) -> Figure:
     return figure
 
 
-def draw_uses(found: WhatIf) -> Figure:
+def draw_score_bounds(found: WhatIf) -> Figure:
     """The least error of each use over the value, a panel each."""
     used = found.answers[0].used
     figure = Figure(figsize=(WIDTH_IN, 2.2 * len(used)), layout="constrained")

@@ -10,18 +10,18 @@ from matplotlib.figure import Figure
 
 from diagnosis.evidence.localise import channels
 from diagnosis.result import Diagnosis
-from reports.palette import LINES, RAW, SOFT
-from reports.plots.style import WIDTH_IN, keep_readable
-from reports.series import (
-    Places,
-    as_they_stand,
+from reports.gap_series import (
+    GapAlongPath,
     axes_of,
+    block_length,
     block_means,
-    from_first,
-    gap_to_show,
-    length_for,
-    places,
+    displayed_gap,
+    gap_along_path,
+    hidden_by_iron_refit,
+    relative_to_first,
 )
+from reports.palette import LINES, RAW, SOFT
+from reports.plots.style import WIDTH_IN, clip_outliers
 from scenarios.arrays import Array
 from validation.signals.thinning import every_nth
 
@@ -40,14 +40,14 @@ def draw_gap(found: Diagnosis) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 1.7 * len(labels) + 0.8), layout="constrained")
     axes = figure.subplots(len(labels), 1, sharex=True, squeeze=False)[:, 0]
     time, unit = _time(found)
-    for curve in _curves(*gap_to_show(found)):
+    for curve in _curves(*displayed_gap(found)):
         _draw_means(axes, found, time, curve)
-    least = block_means(found.before_nT, length_for(len(time), FINE), found.problem.usable)
+    least = block_means(found.before_nT, block_length(len(time), FINE), found.problem.usable)
     for i, axis in enumerate(axes):
-        keep_readable(axis, least[:, i])
+        clip_outliers(axis, least[:, i])
         axis.set_ylabel(f"{labels[i]} (nT)")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
-    how = "the models as they stand" if as_they_stand(found) else "iron fitted anew"
+    how = "the models as they stand" if hidden_by_iron_refit(found) else "iron fitted anew"
     axes[0].set_title(f"Measured minus simulated, {how}")
     axes[-1].set(xlabel=f"time ({unit})", xlim=(time[0], time[-1]))
     return figure
@@ -60,7 +60,7 @@ def _draw_means(axes: Any, found: Diagnosis, time: Array, curve: tuple[Array, st
         (COARSE, {"linewidth": 1.6, "label": label}),
     )
     for most, style in styles:
-        length = length_for(len(gap), most)
+        length = block_length(len(gap), most)
         t, thin = block_means(time, length), block_means(gap, length, found.problem.usable)
         for i, axis in enumerate(axes):
             axis.plot(t, thin[:, i], color=colour, **style)
@@ -68,9 +68,9 @@ def _draw_means(axes: Any, found: Diagnosis, time: Array, curve: tuple[Array, st
 
 def draw_map(found: Diagnosis) -> Figure:
     """Size of the gap along the path, before and after: from above, and from the side where the height changes."""
-    where, position = places(found), found.problem.recording.pos_enu_m
+    where, position = gap_along_path(found), found.problem.recording.pos_enu_m
     assert position is not None
-    path_m = from_first(position)[every_nth(len(position), MOST_POINTS)]
+    path_m = relative_to_first(position)[every_nth(len(position), MOST_POINTS)]
     planes = _planes(path_m)
     figure = Figure(figsize=(WIDTH_IN, 3.6 * len(planes) + 0.2), layout="constrained")
     axes = figure.subplots(len(planes), 2, sharex="row", sharey="row", squeeze=False)
@@ -86,7 +86,7 @@ def draw_map(found: Diagnosis) -> Figure:
     return figure
 
 
-def _size_label(found: Diagnosis, where: Places) -> str:
+def _size_label(found: Diagnosis, where: GapAlongPath) -> str:
     noise = float(np.linalg.norm(found.problem.sigma_nT)) / np.sqrt(where.samples)
     return f"size of the gap (nT); noise alone: {noise:.2g}"
 
@@ -98,7 +98,7 @@ def _planes(path_m: Array) -> list[list[int]]:
     return [[0, 1], [int(extent[1] > extent[0]), 2]] if rises else [[0, 1]]
 
 
-def _draw_places(axis: Any, where: Places, plane: list[int], size: Array, most: float) -> Any:
+def _draw_places(axis: Any, where: GapAlongPath, plane: list[int], size: Array, most: float) -> Any:
     """Dots coloured by size (m,), large ones on top."""
     assert where.pos_m is not None
     order = np.argsort(size)
@@ -140,9 +140,9 @@ def draw_channel(found: Diagnosis) -> Figure:
     """The gap against the channels it goes with most, where it is largest: means as dots, bins as lines."""
     values = dict(channels(found.problem))
     names = [name for name, _, _ in found.where if name in values][:3] or ["time_s"]
-    gaps = gap_to_show(found)
+    gaps = displayed_gap(found)
     component = int(np.argmax((gaps[0] ** 2).sum(axis=0)))
-    length = length_for(len(gaps[0]), MOST_POINTS)
+    length = block_length(len(gaps[0]), MOST_POINTS)
     figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
     axes = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
     for axis, name in zip(axes, names, strict=True):

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reports.palette import XYZ
-from reports.plots.style import WIDTH_IN, lines, phase_bands, time_axis
-from reports.words.outcome import rms_length
+from reports.plots.style import WIDTH_IN, draw_lines, draw_phase_bands, label_time_axis
+from reports.text.outcome import rms_length
 from validation.scoring.outcome import Outcome
 from validation.text import digits
 
@@ -40,14 +40,14 @@ def draw_effects(outcome: Outcome) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 1.45 * rows + 0.5), layout="constrained")
     axes = figure.subplots(rows, 2, sharex=True, squeeze=False)
     for axis, (name, value) in zip(axes.flat, effects.items(), strict=False):
-        lines(axis, outcome, value, XYZ, alpha=0.7)
+        draw_lines(axis, outcome, value, XYZ, alpha=0.7)
         axis.set_title(f"{name}    rms {digits(rms_length(value))} nT")
         axis.set_ylabel("nT")
-        phase_bands([axis], outcome, labelled=False)
+        draw_phase_bands([axis], outcome, labelled=False)
     for axis in axes.flat[len(effects) :]:
         axis.set_visible(False)
     for axis in axes.flat[max(0, len(effects) - 2) : len(effects)]:
-        time_axis(axis, outcome)
+        label_time_axis(axis, outcome)
         axis.tick_params(labelbottom=True)
     handles = [axes[0, 0].plot([], [], color=colour)[0] for colour in XYZ]
     figure.legend(handles, ["x forward", "y left", "z up"], loc="outside lower center", ncols=3)

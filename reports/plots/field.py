@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from reports.palette import INK, LINES, RAW, XYZ
-from reports.plots.style import WIDTH_IN, keep_readable, lines, phase_bands, time_axis
-from reports.words.outcome import rms_length
+from reports.plots.style import WIDTH_IN, clip_outliers, draw_lines, draw_phase_bands, label_time_axis
+from reports.text.outcome import rms_length
 from scenarios.arrays import Array
 from validation.scoring.outcome import Outcome
 from validation.signals.thinning import every_nth
@@ -92,17 +92,17 @@ def draw_norm(outcome: Outcome) -> Figure:
     _draw_errors(zoom, outcome, strengths)
     for axis in axes if strengths else [whole]:
         axis.legend(reverse=axis is zoom, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    phase_bands(list(axes), outcome)
-    time_axis(zoom, outcome)
+    draw_phase_bands(list(axes), outcome)
+    label_time_axis(zoom, outcome)
     return figure
 
 
 def _draw_strengths(axis: Any, outcome: Outcome, strengths: dict[str, Array]) -> None:
     """Raw, corrected and true strength."""
-    lines(axis, outcome, _strength(outcome.recording.mag_nT), (RAW,), labels=("raw",))
+    draw_lines(axis, outcome, _strength(outcome.recording.mag_nT), (RAW,), labels=("raw",))
     for strength_nT, colour in reversed(list(zip(strengths.values(), LINES, strict=False))):
-        lines(axis, outcome, strength_nT, (colour,), alpha=0.8)
-    lines(axis, outcome, _strength(outcome.truth.field_nT), (INK,), labels=("truth",), linestyle=(0, (5, 3)))
+        draw_lines(axis, outcome, strength_nT, (colour,), alpha=0.8)
+    draw_lines(axis, outcome, _strength(outcome.truth.field_nT), (INK,), labels=("truth",), linestyle=(0, (5, 3)))
     axis.set_ylabel("field strength (nT)")
 
 
@@ -111,8 +111,8 @@ def _draw_errors(axis: Any, outcome: Outcome, strengths: dict[str, Array]) -> No
     truth_nT = _strength(outcome.truth.field_nT)
     errors = {name: strength_nT - truth_nT for name, strength_nT in strengths.items()}
     for (name, error_nT), colour in reversed(list(zip(errors.items(), LINES, strict=False))):
-        lines(axis, outcome, error_nT, (colour,), labels=(name,), alpha=0.8)
-    keep_readable(axis, np.concatenate(list(errors.values())[:SCALED_BY] or [truth_nT]))
+        draw_lines(axis, outcome, error_nT, (colour,), labels=(name,), alpha=0.8)
+    clip_outliers(axis, np.concatenate(list(errors.values())[:SCALED_BY] or [truth_nT]))
     axis.axhline(0, color=INK, linewidth=0.8, linestyle=(0, (5, 3)))
     axis.set_ylabel("corrected − truth (nT)")
 
@@ -129,15 +129,15 @@ def draw_residuals(outcome: Outcome) -> Figure:
     for axis, name in zip(axes, names, strict=False):
         residual_nT = outcome.residual_nT(name)
         mark = "†" if outcome.rotation_removed(name) else ""
-        lines(axis, outcome, residual_nT, XYZ, alpha=0.7)
+        draw_lines(axis, outcome, residual_nT, XYZ, alpha=0.7)
         components = ",  ".join(f"{c} {digits(rms_length(residual_nT[:, k]))}" for k, c in enumerate("xyz"))
         title = f"{name}{mark}    rms {digits(rms_length(residual_nT))} nT   ({components})"
         axis.set_title(title, pad=15 if axis is axes[0] else 4)
         axis.axhline(0, color=INK, linewidth=0.6)
-        keep_readable(axis, residual_nT)
+        clip_outliers(axis, residual_nT)
         axis.set_ylabel("nT")
-    phase_bands(list(axes), outcome)
-    time_axis(axes[-1], outcome)
+    draw_phase_bands(list(axes), outcome)
+    label_time_axis(axes[-1], outcome)
     handles = [axes[0].plot([], [], color=colour)[0] for colour in XYZ]
     figure.legend(handles, ["x forward", "y left", "z up"], loc="outside lower center", ncols=3)
     return figure

@@ -15,7 +15,7 @@ from validation.gates.progress import GateOutcome
 KEPT, OVER = LINES[0], LINES[1]
 
 
-def draw_course(outcome: GateOutcome) -> Figure:
+def draw_gate_course(outcome: GateOutcome) -> Figure:
     """Above: each trial's value and the limit. Below: evidence for either side, 1 where it decides."""
     figure = Figure(figsize=(WIDTH_IN, 4.6))
     values, evidence = figure.subplots(2, 1, sharex=True, gridspec_kw={"hspace": 0.12})

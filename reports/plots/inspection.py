@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from calib.numerics.noise import white_noise_std
 from reports.palette import INK, RAW, SOFT, XYZ
-from reports.plots.style import WIDTH_IN, keep_readable, time_scale
+from reports.plots.style import WIDTH_IN, clip_outliers, time_scale
 from scenarios.arrays import Array
 from validation.inspection.sensor_data import Look
 from validation.inspection.timing import find_gaps
@@ -109,7 +109,7 @@ def draw_residual(look: Look) -> Figure:
     axis = figure.subplots()
     for k, colour in enumerate(XYZ[: residual.values.shape[1]]):
         _line(axis, residual.time_s, residual.values[:, k], color=colour, alpha=0.8, label=_label(look, k))
-    keep_readable(axis, residual.values)
+    clip_outliers(axis, residual.values)
     axis.set(xlabel=f"time ({time_scale(residual.time_s)[1]})", ylabel="left (nT)")
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
@@ -189,7 +189,7 @@ def draw_allan(look: Look) -> Figure:
     return figure
 
 
-def draw_digits(look: Look) -> Figure:
+def draw_low_digits(look: Look) -> Figure:
     """How often each low digit occurs: the converter's last four bits, or where values lie within the noise."""
     figure = Figure(figsize=(WIDTH_IN, 2.6), layout="constrained")
     for k, (axis, lattice) in enumerate(zip(figure.subplots(1, 3), look.lattices, strict=True)):

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reports.palette import LINES, XYZ, phase_colours
-from reports.plots.style import WIDTH_IN, lines, phase_bands, time_axis, time_scale
+from reports.plots.style import WIDTH_IN, draw_lines, draw_phase_bands, label_time_axis, time_scale
 from scenarios.arrays import Array
 from validation.scoring.outcome import Outcome
 from validation.signals.quaternion_conventions import euler_deg
@@ -39,7 +39,7 @@ def draw_path(outcome: Outcome) -> Figure:
     _frame_space(space, outcome.truth.pos_enu_m)
     above.set(xlabel="east (m)", ylabel="north (m)", title="From above", aspect="equal", adjustable="datalim")
     height.set(ylabel="up (m)", title="Height")
-    time_axis(height, outcome)
+    label_time_axis(height, outcome)
     handles, labels = space.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     return figure
@@ -79,12 +79,12 @@ def draw_vehicle(outcome: Outcome) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 1.55 * len(rows) + 0.4), layout="constrained")
     axes = figure.subplots(len(rows), 1, sharex=True)
     for axis, row in zip(axes, rows, strict=True):
-        lines(axis, outcome, row.values, row.colours, **({"labels": row.names} if row.names else {}))
+        draw_lines(axis, outcome, row.values, row.colours, **({"labels": row.names} if row.names else {}))
         axis.set_ylabel(row.label)
         if row.names:
             axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=1 + (len(row.names) > 6))
-    phase_bands(list(axes), outcome)
-    time_axis(axes[-1], outcome)
+    draw_phase_bands(list(axes), outcome)
+    label_time_axis(axes[-1], outcome)
     return figure
 
 

@@ -54,13 +54,13 @@ def styled() -> AbstractContextManager[None]:
     return matplotlib.rc_context(STYLE)
 
 
-def encoded(draw: Callable[[], Figure]) -> str:
+def styled_data_url(draw: Callable[[], Figure]) -> str:
     """A figure, drawn in the report's style, as a data address."""
     with styled():
-        return image(draw())
+        return data_url(draw())
 
 
-def image(figure: Figure) -> str:
+def data_url(figure: Figure) -> str:
     """A figure as a data address: SVG while its lines have few points, else PNG."""
     points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
     kind, mime = ("svg", "svg+xml") if points <= SVG_POINTS else ("png", "png")
@@ -76,7 +76,7 @@ def time_scale(time_s: Array) -> tuple[float, str]:
     return (1.0, "s") if length_s < 600 else (60.0, "min") if length_s < 3 * 3600 else (3600.0, "h")
 
 
-def phase_bands(axes: list[Any], outcome: Outcome, *, labelled: bool = True) -> None:
+def draw_phase_bands(axes: list[Any], outcome: Outcome, *, labelled: bool = True) -> None:
     """The motion's phases behind time axes, labelled above the first."""
     scale, _ = time_scale(outcome.recording.time_s)
     time = outcome.recording.time_s / scale
@@ -92,7 +92,7 @@ def phase_bands(axes: list[Any], outcome: Outcome, *, labelled: bool = True) -> 
             )  # fmt: skip
 
 
-def lines(axis: Any, outcome: Outcome, values: Array, colours: tuple[str, ...], **style: Any) -> None:
+def draw_lines(axis: Any, outcome: Outcome, values: Array, colours: tuple[str, ...], **style: Any) -> None:
     """Values (n,) or (n, k) over time, thinned so that spikes stay visible."""
     scale, _ = time_scale(outcome.recording.time_s)
     time, thin = envelope(outcome.recording.time_s / scale, values)
@@ -102,7 +102,7 @@ def lines(axis: Any, outcome: Outcome, values: Array, colours: tuple[str, ...], 
         axis.plot(time, columns[:, k], color=colours[k % len(colours)], label=labels[k], **style)
 
 
-def time_axis(axis: Any, outcome: Outcome) -> None:
+def label_time_axis(axis: Any, outcome: Outcome) -> None:
     """Label and limits of a time axis."""
     scale, unit = time_scale(outcome.recording.time_s)
     time_s = outcome.recording.time_s
@@ -111,7 +111,7 @@ def time_axis(axis: Any, outcome: Outcome) -> None:
         axis.set_xlim(time_s[0] / scale, time_s[-1] / scale)
 
 
-def keep_readable(axis: Any, values: Array, outliers: float = 8.0) -> None:
+def clip_outliers(axis: Any, values: Array, outliers: float = 8.0) -> None:
     """Cut the value axis where rare outliers would flatten the rest, and say on the plot how far they reach."""
     size = np.abs(values[np.isfinite(values)])
     usual, most = (float(np.quantile(size, 0.99)), float(size.max())) if size.size else (0.0, 0.0)

@@ -10,30 +10,30 @@ import rerun.blueprint as rrb
 
 from diagnosis.evidence.localise import channels
 from diagnosis.result import Diagnosis
-from reports.palette import LINES, RAW, XYZ, rgb
-from reports.series import (
-    MOST_PLACES,
-    Places,
-    as_they_stand,
+from reports.gap_series import (
+    MOST_BLOCKS,
+    GapAlongPath,
+    block_length,
     block_means,
-    from_first,
-    length_for,
-    places,
-    sides,
-    travels,
+    compared_series,
+    gap_along_path,
+    has_path,
+    hidden_by_iron_refit,
+    relative_to_first,
 )
+from reports.palette import LINES, RAW, XYZ, rgb
+from reports.text.diagnosis import gap_rows
 from reports.viewer.stream import (
     MOST_POSES,
-    eye_on,
-    framed,
-    name_part,
-    recorded,
-    scalars,
-    send,
-    static,
+    camera_at,
+    entity_name,
+    layout,
+    recording_bytes,
+    send_columns,
+    send_scalars,
+    send_static,
     time_view,
 )
-from reports.words.diagnosis import gap_rows
 from scenarios.arrays import Array
 from validation.signals.thinning import every_nth
 
@@ -56,27 +56,27 @@ def diagnosis_recording(found: Diagnosis, title: str) -> bytes:
     goes with. Where recorded, `world`: path (m, ENU, from its first point), attitude, and the gap along them. What is
     no measurement (a spike) is left out of the gap.
     """
-    length = length_for(len(found.problem.recording), MOST_ROWS)
-    series, where = _series(found), places(found)
+    length = block_length(len(found.problem.recording), MOST_ROWS)
+    series, where = _series(found), gap_along_path(found)
 
     def fill(stream: rr.RecordingStream) -> None:
         stream.send_recording_name(title)
-        static(stream, "notes", rr.TextDocument(_notes(found, length), media_type="text/markdown"))
+        send_static(stream, "notes", rr.TextDocument(_notes(found, length), media_type="text/markdown"))
         time_s = block_means(found.problem.state.time_s, length)
         for name, values in series.items():
             usable = found.problem.usable if name.startswith(("residual/", "strength/", "dip/")) else None
             labels, colours = _style(name, values)
-            scalars(stream, name, time_s, block_means(values, length, usable), labels, colours)
+            send_scalars(stream, name, time_s, block_means(values, length, usable), labels, colours)
         _send_space(stream, found, where)
 
     # The viewer keeps a layout by this name: one a diagnosis, so that none opens with another's.
     name = f"diagnosis_{zlib.crc32(found.before_nT.tobytes()):08x}"
-    return recorded(name, _blueprint(found, where, series), fill)
+    return recording_bytes(name, _blueprint(found, where, series), fill)
 
 
 def _series(found: Diagnosis) -> Series:
     """Every series by its entity, at full length."""
-    both, problem = sides(found), found.problem
+    both, problem = compared_series(found), found.problem
     gap = {"residual/before": found.before_nT, "residual/after": found.after_nT}
     if problem.mode == "vector":
         compared = {
@@ -94,7 +94,7 @@ def _series(found: Diagnosis) -> Series:
             for name, values in parts.items()
         }
     every = dict(channels(problem))
-    goes_with = {f"channel/{name_part(name)}": every[name] for name, _, _ in found.where if name in every}
+    goes_with = {f"channel/{entity_name(name)}": every[name] for name, _, _ in found.where if name in every}
     return compared | gap | goes_with
 
 
@@ -110,28 +110,28 @@ def _style(name: str, values: Array) -> tuple[list[str], tuple[str, ...]]:
 # in space
 
 
-def _send_space(stream: rr.RecordingStream, found: Diagnosis, where: Places) -> None:
+def _send_space(stream: rr.RecordingStream, found: Diagnosis, where: GapAlongPath) -> None:
     recording = found.problem.recording
     keep = every_nth(len(recording), MOST_POSES)
     time_s = found.problem.state.time_s[keep]
-    static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    if recording.pos_enu_m is not None and travels(where):
-        pos_m = from_first(recording.pos_enu_m)[keep]
+    send_static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    if recording.pos_enu_m is not None and has_path(where):
+        pos_m = relative_to_first(recording.pos_enu_m)[keep]
         strip = rr.LineStrips3D([pos_m], colors=rgb(RAW), radii=rr.Radius.ui_points(0.5))
-        static(stream, "world/path", strip)
-        send(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
+        send_static(stream, "world/path", strip)
+        send_columns(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
         here = rr.Points3D([[0, 0, 0]], radii=rr.Radius.ui_points(6), colors=rgb(LINES[4]))
-        static(stream, f"{PLACE}/here", here)
+        send_static(stream, f"{PLACE}/here", here)
         _send_gap_on_path(stream, where)
     if recording.att_q is not None:
         q = recording.att_q[keep][:, [1, 2, 3, 0]]
-        send(stream, VEHICLE, time_s, rr.Transform3D.columns(quaternion=q))
+        send_columns(stream, VEHICLE, time_s, rr.Transform3D.columns(quaternion=q))
         body = rr.Arrows3D(vectors=np.eye(3), colors=[rgb(c) for c in XYZ], labels=["x", "y", "z"], radii=0.015)
-        static(stream, f"{VEHICLE}/axes", body)
+        send_static(stream, f"{VEHICLE}/axes", body)
         _send_gap_arrows(stream, where)
 
 
-def _send_gap_on_path(stream: rr.RecordingStream, where: Places) -> None:
+def _send_gap_on_path(stream: rr.RecordingStream, where: GapAlongPath) -> None:
     assert where.pos_m is not None
     full = _usual(where.before_nT)
     for name, gap in (("before", where.before_nT), ("after", where.after_nT)):
@@ -140,17 +140,17 @@ def _send_gap_on_path(stream: rr.RecordingStream, where: Places) -> None:
         share = np.clip(size[whole] / full, 0, 1)[:, None]
         colours = np.round((1 - share) * LOW + share * HIGH).astype(np.uint8)
         dots = rr.Points3D(where.pos_m[whole], colors=colours, radii=rr.Radius.ui_points(3))
-        static(stream, f"world/gap/{name}", dots)
+        send_static(stream, f"world/gap/{name}", dots)
 
 
-def _send_gap_arrows(stream: rr.RecordingStream, where: Places) -> None:
+def _send_gap_arrows(stream: rr.RecordingStream, where: GapAlongPath) -> None:
     """The gap as arrows of the vehicle, before and after to one scale: the largest usual gap is one axis long."""
     full = _usual(where.before_nT)
     for name, gap, colour in (("before", where.before_nT, BEFORE), ("after", where.after_nT, AFTER)):
         if gap.shape[1] == 3:
-            static(stream, f"{VEHICLE}/gap/{name}", rr.Arrows3D.from_fields(colors=rgb(colour), radii=0.02))
+            send_static(stream, f"{VEHICLE}/gap/{name}", rr.Arrows3D.from_fields(colors=rgb(colour), radii=0.02))
             vectors = np.nan_to_num(gap) / full
-            send(stream, f"{VEHICLE}/gap/{name}", where.time_s, rr.Arrows3D.columns(vectors=vectors))
+            send_columns(stream, f"{VEHICLE}/gap/{name}", where.time_s, rr.Arrows3D.columns(vectors=vectors))
 
 
 def _usual(gap_nT: Array) -> float:
@@ -163,17 +163,17 @@ def _usual(gap_nT: Array) -> float:
 # layout and words
 
 
-def _blueprint(found: Diagnosis, where: Places, series: Series) -> rrb.Blueprint:
+def _blueprint(found: Diagnosis, where: GapAlongPath, series: Series) -> rrb.Blueprint:
     notes = rrb.TextDocumentView(origin="notes", name="Diagnosis")
     bottom = rrb.Horizontal(rrb.Tabs(*_plots(found, series), active_tab=0), notes, column_shares=[3, 2])
     spaces = _spaces(found, where)
-    return framed(rrb.Vertical(rrb.Horizontal(*spaces), bottom, row_shares=[2, 3]) if spaces else bottom)
+    return layout(rrb.Vertical(rrb.Horizontal(*spaces), bottom, row_shares=[2, 3]) if spaces else bottom)
 
 
-def _spaces(found: Diagnosis, where: Places) -> list[rrb.Spatial3DView]:
+def _spaces(found: Diagnosis, where: GapAlongPath) -> list[rrb.Spatial3DView]:
     views = []
-    if where.pos_m is not None and travels(where):
-        eye = eye_on(where.pos_m, 1.0)
+    if where.pos_m is not None and has_path(where):
+        eye = camera_at(where.pos_m, 1.0)
         for name in ("before", "after"):
             contents = ["world/path", f"world/gap/{name}", f"{PLACE}/here"]
             title = f"Gap {name} along the path (blue small, red large)"
@@ -199,7 +199,7 @@ def _plots(found: Diagnosis, series: Series) -> list[rrb.Grid | rrb.TimeSeriesVi
     vector = found.problem.mode == "vector"
     tabs = [pair("residual", "Gap, iron fitted anew")]
     tabs += [pair("difference", "Gap as the models stand")] if vector else []
-    tabs = tabs[::-1] if as_they_stand(found) else tabs
+    tabs = tabs[::-1] if hidden_by_iron_refit(found) else tabs
     together = [("mag", "simulated/**")] if vector else [(f"{one}/**",) for one in found.problem.outputs]
     views = [time_view("Measured and simulated (nT)", time_s, *each) for each in together]
     tabs.append(views[0] if len(views) == 1 else rrb.Grid(*views, grid_columns=1, name="Measured and simulated (nT)"))
@@ -209,7 +209,7 @@ def _plots(found: Diagnosis, series: Series) -> list[rrb.Grid | rrb.TimeSeriesVi
 
 def _lowest(gap_nT: Array) -> float | None:
     """Where the value axis of a gap (n, q) begins, so that before and after have one scale."""
-    thin = block_means(gap_nT, length_for(len(gap_nT), MOST_PLACES))
+    thin = block_means(gap_nT, block_length(len(gap_nT), MOST_BLOCKS))
     return -1.5 * float(np.abs(thin).max()) or None
 
 

@@ -10,24 +10,24 @@ import rerun.blueprint as rrb
 
 from recordings import Recording
 from reports.palette import LINES, RAW, phase_colours, rgb
-from reports.shapes import reach_m, solids
+from reports.text.outcome import notes_markdown
 from reports.viewer.stream import (
     DIFFERENCE,
     MEASURED,
     MOST_POSES,
     TRUE,
-    eye_on,
-    framed,
-    name_part,
-    recorded,
-    scalars,
-    send,
-    static,
+    camera_at,
+    entity_name,
+    layout,
+    recording_bytes,
+    send_columns,
+    send_scalars,
+    send_static,
+    send_vectors,
     time_view,
     write_whole,
-    xyz,
 )
-from reports.words.outcome import notes_markdown
+from reports.viewer.vehicle_mesh import radius_m, solids
 from sim.vehicles import vehicle_for
 from sim.vehicles.base import Vehicle
 from validation.scoring.outcome import Outcome
@@ -57,7 +57,7 @@ def write_recording(outcome: Outcome, path: Path) -> None:
         _send_clouds(stream, outcome)
         _send_series(stream, outcome)
 
-    write_whole(path, recorded(outcome.scenario.name, _blueprint(outcome), fill))
+    write_whole(path, recording_bytes(outcome.scenario.name, _blueprint(outcome), fill))
 
 
 def _send_properties(stream: rr.RecordingStream, outcome: Outcome) -> None:
@@ -65,14 +65,14 @@ def _send_properties(stream: rr.RecordingStream, outcome: Outcome) -> None:
     stream.send_recording_name(f"{scenario.name}, seed {scenario.seed}")
     about = rr.AnyValues(name=scenario.name, summary=scenario.summary, seed=scenario.seed, sensors=outcome.sensors)
     stream.send_property("scenario", about)
-    static(stream, "notes", rr.TextDocument(notes_markdown(outcome), media_type="text/markdown"))
+    send_static(stream, "notes", rr.TextDocument(notes_markdown(outcome), media_type="text/markdown"))
 
 
 # the vehicle in space
 
 
 def _send_world(stream: rr.RecordingStream, outcome: Outcome) -> None:
-    static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    send_static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     colours = phase_colours(outcome)
     for k, (label, first, last) in enumerate(outcome.phases()):
         pos_m = outcome.truth.pos_enu_m[first : last + 1]
@@ -82,7 +82,7 @@ def _send_world(stream: rr.RecordingStream, outcome: Outcome) -> None:
             radii=rr.Radius.ui_points(1.5),
             labels=label,
         )
-        static(stream, f"world/path/{k:03d}_{label}", strip)
+        send_static(stream, f"world/path/{k:03d}_{label}", strip)
     keep = every_nth(len(outcome.recording), MOST_POSES)
     _send_vehicle(stream, outcome, keep)
     _send_arrows(stream, outcome, keep)
@@ -96,12 +96,12 @@ def _send_vehicle(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> 
             vertex_positions=solid.corners_m, vertex_normals=solid.normals, albedo_factor=solid.colour,
             triangle_indices=np.arange(len(solid.corners_m)).reshape(-1, 3),
         )  # fmt: skip
-        static(stream, f"{_frame(vehicle, solid.body)}/{solid.name}", mesh)
-    send(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
+        send_static(stream, f"{_frame(vehicle, solid.body)}/{solid.name}", mesh)
+    send_columns(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
     for body, turned in vehicle.turns(q).items():
-        send(stream, _frame(vehicle, body), time_s, rr.Transform3D.columns(quaternion=turned[:, [1, 2, 3, 0]]))
+        send_columns(stream, _frame(vehicle, body), time_s, rr.Transform3D.columns(quaternion=turned[:, [1, 2, 3, 0]]))
     here = rr.Points3D([[0, 0, 0]], radii=rr.Radius.ui_points(5), colors=rgb(LINES[4]))
-    static(stream, f"{PLACE}/here", here)
+    send_static(stream, f"{PLACE}/here", here)
 
 
 def _frame(vehicle: Vehicle, body: str) -> str:
@@ -110,7 +110,7 @@ def _frame(vehicle: Vehicle, body: str) -> str:
 
 
 def _reach_m(outcome: Outcome) -> float:
-    return reach_m(solids(vehicle_for(outcome.scenario.vehicle)))
+    return radius_m(solids(vehicle_for(outcome.scenario.vehicle)))
 
 
 def _send_arrows(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> None:
@@ -126,27 +126,29 @@ def _send_arrows(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> N
     }
     for name, (vectors, colour) in arrows.items():
         style = rr.Arrows3D.from_fields(colors=rgb(colour), radii=0.018 * reach)
-        static(stream, f"{VEHICLE}/field/{name}", style)
-        send(stream, f"{VEHICLE}/field/{name}", outcome.recording.time_s[keep], rr.Arrows3D.columns(vectors=vectors))
+        send_static(stream, f"{VEHICLE}/field/{name}", style)
+        send_columns(
+            stream, f"{VEHICLE}/field/{name}", outcome.recording.time_s[keep], rr.Arrows3D.columns(vectors=vectors)
+        )
 
 
 def _send_clouds(stream: rr.RecordingStream, outcome: Outcome) -> None:
-    static(stream, "cloud", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    send_static(stream, "cloud", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     radius = outcome.field_strength_nT
     sphere = rr.Ellipsoids3D(half_sizes=[[radius] * 3], colors=(150, 158, 166, 90), line_radii=rr.Radius.ui_points(0.5))
-    static(stream, "cloud/reference", sphere)
+    send_static(stream, "cloud/reference", sphere)
     clouds = {
         "raw": outcome.recording.mag_nT,
-        **{f"corrected/{name_part(n)}": outcome.corrected[n] for n in outcome.shown()},
+        **{f"corrected/{entity_name(n)}": outcome.corrected[n] for n in outcome.shown()},
     }
     keep = every_nth(len(outcome.recording), MOST_POINTS)
     for (name, cloud), colour in zip(clouds.items(), _cycle(len(clouds)), strict=True):
         points = rr.Points3D(cloud[keep], radii=rr.Radius.ui_points(1.5), colors=rgb(colour))
-        static(stream, f"cloud/{name}", points)
+        send_static(stream, f"cloud/{name}", points)
     now = rr.Points3D.from_fields(radii=rr.Radius.ui_points(6), colors=rgb(LINES[4]))
-    static(stream, "cloud/now", now)
+    send_static(stream, "cloud/now", now)
     columns = rr.Points3D.columns(positions=outcome.recording.mag_nT[keep])
-    send(stream, "cloud/now", outcome.recording.time_s[keep], columns)
+    send_columns(stream, "cloud/now", outcome.recording.time_s[keep], columns)
 
 
 # series
@@ -154,13 +156,17 @@ def _send_clouds(stream: rr.RecordingStream, outcome: Outcome) -> None:
 
 def _send_series(stream: rr.RecordingStream, outcome: Outcome) -> None:
     recording, truth = outcome.recording, outcome.truth
-    xyz(stream, "mag", recording.time_s, recording.mag_nT)
-    xyz(stream, "true_field", recording.time_s, truth.field_nT)
+    send_vectors(stream, "mag", recording.time_s, recording.mag_nT)
+    send_vectors(stream, "true_field", recording.time_s, truth.field_nT)
     for name, value in outcome.effects.items():
-        xyz(stream, f"effects/{name_part(name)}", recording.time_s, value)
+        send_vectors(stream, f"effects/{entity_name(name)}", recording.time_s, value)
     for name, value in outcome.corrected.items():
-        xyz(stream, f"corrected/{name_part(name)}", recording.time_s, value)
-        xyz(stream, f"residual/{name_part(name)}", *envelope(recording.time_s, outcome.residual_nT(name), THIN_BUCKETS))
+        send_vectors(stream, f"corrected/{entity_name(name)}", recording.time_s, value)
+        send_vectors(
+            stream,
+            f"residual/{entity_name(name)}",
+            *envelope(recording.time_s, outcome.residual_nT(name), THIN_BUCKETS),
+        )
     _send_strengths(stream, outcome)
     _send_channels(stream, recording)
 
@@ -171,15 +177,17 @@ def _send_strengths(stream: rr.RecordingStream, outcome: Outcome) -> None:
     fields = {"raw": recording.mag_nT, "truth": truth.field_nT, **{n: outcome.corrected[n] for n in outcome.shown()}}
     for (name, value), colour in zip(fields.items(), (RAW, TRUE, *_cycle(len(fields) - 1)[1:]), strict=True):
         norm = envelope(recording.time_s, np.linalg.norm(value, axis=1), THIN_BUCKETS)
-        scalars(stream, f"norm/{name_part(name)}", *norm, [name], (colour,))
+        send_scalars(stream, f"norm/{entity_name(name)}", *norm, [name], (colour,))
 
 
 def _send_channels(stream: rr.RecordingStream, recording: Recording) -> None:
     if recording.temperature_degC is not None:
-        scalars(stream, "temperature", recording.time_s, recording.temperature_degC, ["temperature (°C)"], LINES[1:2])
+        send_scalars(
+            stream, "temperature", recording.time_s, recording.temperature_degC, ["temperature (°C)"], LINES[1:2]
+        )
     if recording.current_A is not None and recording.current_A.size:
         names = [f"motor {k} (A)" for k in recording.motors]
-        scalars(stream, "current", recording.time_s, recording.current_A, names, _cycle(len(names) + 1)[1:])
+        send_scalars(stream, "current", recording.time_s, recording.current_A, names, _cycle(len(names) + 1)[1:])
 
 
 def _cycle(count: int) -> tuple[str, ...]:
@@ -194,12 +202,12 @@ def _blueprint(outcome: Outcome) -> rrb.Blueprint:
     notes = rrb.TextDocumentView(origin="notes", name="Scores")
     top = rrb.Horizontal(*_spaces(outcome))
     bottom = rrb.Horizontal(rrb.Tabs(*_plots(outcome), active_tab=0), notes, column_shares=[3, 2])
-    return framed(rrb.Vertical(top, bottom, row_shares=[1, 1]))
+    return layout(rrb.Vertical(top, bottom, row_shares=[1, 1]))
 
 
 def _spaces(outcome: Outcome) -> list[rrb.Spatial3DView]:
     reach, pos_m = _reach_m(outcome), outcome.truth.pos_enu_m
-    best = [f"cloud/corrected/{name_part(name)}" for name in outcome.shown()[:1]]
+    best = [f"cloud/corrected/{entity_name(name)}" for name in outcome.shown()[:1]]
     clouds = ["cloud/raw", "cloud/reference", "cloud/now", *best]
     near = rrb.EyeControls3D(position=reach * np.array([-2.0, -2.6, 1.2]), look_target=(0, 0, -0.3 * reach))
     legend = "Field: true (blue), measured (red), difference enlarged (pink)"
@@ -211,7 +219,7 @@ def _spaces(outcome: Outcome) -> list[rrb.Spatial3DView]:
         contents=["world/path/**", f"{PLACE}/here"],
         name="Path",
         line_grid=False,
-        eye_controls=eye_on(pos_m, reach),
+        eye_controls=camera_at(pos_m, reach),
     )
     cloud = rrb.Spatial3DView(
         origin="cloud", contents=clouds, name="Raw (grey), best corrected (blue), body frame, nT", line_grid=False
@@ -225,8 +233,8 @@ def _plots(outcome: Outcome) -> list[rrb.TimeSeriesView | rrb.Grid]:
     def view(name: str, *contents: str) -> rrb.TimeSeriesView:
         return time_view(name, time_s, *contents)
 
-    residuals = [view(f"{n}: corrected − truth (nT)", f"residual/{name_part(n)}") for n in outcome.shown()]
-    effects = [view(f"{n} (nT)", f"effects/{name_part(n)}") for n in outcome.effects]
+    residuals = [view(f"{n}: corrected − truth (nT)", f"residual/{entity_name(n)}") for n in outcome.shown()]
+    effects = [view(f"{n} (nT)", f"effects/{entity_name(n)}") for n in outcome.effects]
     return [
         *_grid("Residuals", residuals),
         view("Strength (nT)", "norm/**"),

@@ -22,7 +22,7 @@ TRUE, MEASURED, DIFFERENCE = LINES[5], LINES[1], LINES[3]
 """Colours that show on the viewer's dark and on its light ground."""
 
 
-def recorded(name: str, blueprint: rrb.Blueprint, fill: Callable[[rr.RecordingStream], None]) -> bytes:
+def recording_bytes(name: str, blueprint: rrb.Blueprint, fill: Callable[[rr.RecordingStream], None]) -> bytes:
     """The bytes of a recording that opens with a layout; `fill` sends what it holds. InputError where rerun is off."""
     stream = rr.RecordingStream(f"magbench_{name}")
     # rerun's own file writer does not say that a disk is full: it waits for ever, or leaves the file without its end.
@@ -43,33 +43,33 @@ def write_whole(path: Path, content: bytes) -> None:
         part.write_bytes(content)
 
 
-def static(stream: rr.RecordingStream, entity: str, *archetypes: Any) -> None:
+def send_static(stream: rr.RecordingStream, entity: str, *archetypes: Any) -> None:
     """Send what holds at all times."""
     stream.log(entity, *archetypes, static=True, strict=True)
 
 
-def send(stream: rr.RecordingStream, entity: str, time_s: Array, columns: Any) -> None:
+def send_columns(stream: rr.RecordingStream, entity: str, time_s: Array, columns: Any) -> None:
     """Send columns of n rows at times (n,) in s, to the nanosecond."""
     whole_ns = np.round(1e9 * time_s).astype("timedelta64[ns]")  # given seconds, rerun would cut, not round
     stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=whole_ns)], columns, strict=True)
 
 
-def xyz(stream: rr.RecordingStream, entity: str, time_s: Array, values: Array) -> None:
+def send_vectors(stream: rr.RecordingStream, entity: str, time_s: Array, values: Array) -> None:
     """A series of vectors (n, 3): one entity, one row a sample."""
-    scalars(stream, entity, time_s, values, ["x", "y", "z"], XYZ)
+    send_scalars(stream, entity, time_s, values, ["x", "y", "z"], XYZ)
 
 
-def scalars(
+def send_scalars(
     stream: rr.RecordingStream, entity: str, time_s: Array, values: Array, names: list[str], colours: tuple[str, ...]
 ) -> None:
     """A series (n,) or (n, k), one row a sample."""
-    static(stream, entity, rr.SeriesLines(names=names, colors=[rgb(c) for c in colours]))
+    send_static(stream, entity, rr.SeriesLines(names=names, colors=[rgb(c) for c in colours]))
     for first in range(0, len(time_s), ROWS_A_CHUNK):
         part = slice(first, first + ROWS_A_CHUNK)
-        send(stream, entity, time_s[part], rr.Scalars.columns(scalars=values[part]))
+        send_columns(stream, entity, time_s[part], rr.Scalars.columns(scalars=values[part]))
 
 
-def name_part(name: str) -> str:
+def entity_name(name: str) -> str:
     """A name as one part of an entity path."""
     return str(rr.escape_entity_path_part(name))
 
@@ -82,7 +82,7 @@ def time_view(name: str, time_s: Array, *contents: str, low: float | None = None
     return rrb.TimeSeriesView(origin="/", contents=list(contents), name=name, axis_x=axis_x, **axis_y)
 
 
-def framed(*parts: Any) -> rrb.Blueprint:
+def layout(*parts: Any) -> rrb.Blueprint:
     """A layout with the panels around it folded."""
     return rrb.Blueprint(
         *parts,
@@ -93,7 +93,7 @@ def framed(*parts: Any) -> rrb.Blueprint:
     )
 
 
-def eye_on(pos_m: Array, least_m: float) -> rrb.EyeControls3D:
+def camera_at(pos_m: Array, least_m: float) -> rrb.EyeControls3D:
     """An eye that sees all positions (n, 3)."""
     low, high = np.nanmin(pos_m, axis=0), np.nanmax(pos_m, axis=0)
     away = max(least_m, float(np.linalg.norm(high - low))) * np.array([-0.5, -0.65, 0.5])

@@ -84,7 +84,7 @@ def test_calibrators_of_ones_own_are_compared_held_broken_and_caught(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """A numpy function by module:object, and a program in a directory of its own, from --init to the failure."""
-    for painter in ("gates.gates_html", "comparison._record", "comparison.page"):
+    for painter in ("gates.gates_page", "comparison._record", "comparison.comparison_page"):
         monkeypatch.setattr(f"reports.outputs.{painter}", lambda *found: "")
     Path("my").mkdir()
     Path("my/own.py").write_text(MINE)

@@ -8,33 +8,33 @@ import numpy as np
 import pytest
 
 from papers import PAPERS, chosen
-from papers.base import gathered, judged, spread
-from papers.poses import held
+from papers.attitudes import state_at_attitudes
+from papers.base import run_tasks, spread_text, verdict_of
 from scenarios.errors import InputError
 
 
 def test_spread_is_median_and_ninety_percent():
     values = np.arange(101.0)
-    assert spread(values, "nT") == "50 nT (5 to 95)"
-    assert spread(values / 7, decimals=1) == "7.1 (0.7 to 13.6)"
-    assert spread([1234.5, 1234.5], significant=4) == "1234 (1234 to 1234)"
+    assert spread_text(values, "nT") == "50 nT (5 to 95)"
+    assert spread_text(values / 7, decimals=1) == "7.1 (0.7 to 13.6)"
+    assert spread_text([1234.5, 1234.5], significant=4) == "1234 (1234 to 1234)"
 
 
 def test_judged():
-    assert (judged(True), judged(np.bool(False))) == ("holds", "does not hold")
+    assert (verdict_of(True), verdict_of(np.bool(False))) == ("holds", "does not hold")
 
 
 @pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_results_come_in_the_order_of_their_items(jobs):
     told = []
     work = [(operator.neg, [3, 1, 3]), (abs, range(-2, 0))]
-    assert gathered(work, jobs, lambda done, total: told.append((done, total))) == ([-3, -1, -3], [2, 1])
+    assert run_tasks(work, jobs, lambda done, total: told.append((done, total))) == ([-3, -1, -3], [2, 1])
     assert told == [(k, 5) for k in range(1, 6)]
 
 
 def test_a_held_sensor_sees_the_field_turned():
     quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    state = held(np.array([np.eye(3), quarter]), np.array([1.0, 2.0, 3.0]), interval_s=0.5)
+    state = state_at_attitudes(np.array([np.eye(3), quarter]), np.array([1.0, 2.0, 3.0]), interval_s=0.5)
     np.testing.assert_allclose(state.field_nT, [[1.0, 2.0, 3.0], [2.0, -1.0, 3.0]])
     np.testing.assert_allclose(state.time_s, [0.0, 0.5])
     assert not state.rate_rad_s.any()

@@ -10,7 +10,7 @@ from calib.models.sensor_array import free_parameters
 from papers.ding2021.figures import tensor_before_after
 from papers.ding2021.paper import Ding2021
 from papers.ding2021.rows import PRINTED, error_row
-from papers.ding2021.searches import EVOLUTION, STARTS, SearchTask, StartTask, search, starts
+from papers.ding2021.search_trials import EVOLUTION, STARTS, SearchTask, StartTask, search, starts
 from papers.ding2021.trials import (
     STRENGTH_NT,
     SpreadTask,

@@ -7,7 +7,7 @@ import pytest
 
 from papers.zhang2018 import trials as zhang2018_trials
 from papers.zhang2018.paper import Zhang2018
-from papers.zhang2018.printed import AFTER_NT, PRINTED_F_NT, TOTAL_NT
+from papers.zhang2018.printed_table import AFTER_NT, PRINTED_F_NT, TOTAL_NT
 from papers.zhang2018.trials import (
     DRIFT_NT_H,
     LONGER,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from reports.outputs import comparison
-from reports.outputs.comparison import compare, question, summary
+from reports.outputs.comparison import compare, comparison_question, summary
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from sim.scenario import Scenario, load
@@ -77,11 +77,13 @@ def test_three_trials_are_recorded_to_look_at(out: Path):
 
 
 def test_a_trial_that_is_shown_twice_is_fitted_once(design: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    judged: list[object] = []
-    judge = comparison.judge
-    monkeypatch.setattr(comparison, "judge", lambda *given, **more: (judged.append(1), judge(*given, **more))[1])
+    scored: list[object] = []
+    score = comparison.calibrate_and_score
+    monkeypatch.setattr(
+        comparison, "calibrate_and_score", lambda *given, **more: (scored.append(1), score(*given, **more))[1]
+    )
     compare(design, 1, tmp_path, Here())
-    assert len(judged) == 1
+    assert len(scored) == 1
     assert len(list((tmp_path / "recordings").iterdir())) == 3
 
 
@@ -95,7 +97,7 @@ def test_a_larger_number_extends_and_a_smaller_one_reads_less(out: Path, design:
 
 def test_it_ends_when_the_medians_are_known(design: Design, tmp_path: Path):
     seen: list[tuple[float, int]] = []
-    asked = question(until="median holdout_sphere_component_rms +-60%")
+    asked = comparison_question(until="median holdout_sphere_component_rms +-60%")
     found = compare(design, 200, tmp_path, Here(), lambda *told: seen.append(told), asked)
     assert 20 <= found.answers[0].trials < 200
     trials = found.answers[0].trials
@@ -105,7 +107,7 @@ def test_it_ends_when_the_medians_are_known(design: Design, tmp_path: Path):
 
 def test_questions_that_cannot_be_answered_are_refused(design: Design, tmp_path: Path):
     with pytest.raises(InputError, match="choose among ellipsoid, vector_least_squares"):
-        compare(design, 2, tmp_path, Here(), asked=question(reference="sphere"))
+        compare(design, 2, tmp_path, Here(), asked=comparison_question(reference="sphere"))
     with pytest.raises(InputError, match="offset_error_nT"):
-        question(rank_by="offset_eror")
+        comparison_question(rank_by="offset_eror")
     assert not list(tmp_path.iterdir())

@@ -22,11 +22,11 @@ from diagnosis.repair.model_diff import model_diff
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
-from magbench.cli import Ended
+from magbench.cli import Terminated
 from magbench.tables import show_diagnosis
+from reports.gap_series import block_means, compared_series, gap_along_path
 from reports.outputs.diagnosis import FILES, write_diagnosis
-from reports.pages.diagnosis import page_html
-from reports.series import block_means, places, sides
+from reports.pages.diagnosis import diagnosis_page
 from reports.viewer import read_series, verify
 from scenarios.errors import InputError
 from sim.scenario import ModelSpec, load_model
@@ -121,7 +121,7 @@ def test_without_position_or_attitude_the_recording_has_what_there_is(strength: 
     measured, after = (read_series(path, f"strength/{name}")[1] for name in ("measured", "after"))
     used = found.problem.usable > 0
     assert (measured - after)[used] == pytest.approx(found.after_nT[used, 0], abs=1e-6)
-    assert "along the path" not in page_html(found, "Diagnosis")
+    assert "along the path" not in diagnosis_page(found, "Diagnosis")
 
 
 def test_strength_and_dip_stand_beside_each_other(tmp_path: Path) -> None:
@@ -137,7 +137,7 @@ def test_strength_and_dip_stand_beside_each_other(tmp_path: Path) -> None:
         assert measured[used].mean() == pytest.approx(size_nT, rel=2e-3)
         assert (measured - after)[used] == pytest.approx(found.after_nT[used, a], abs=1e-6)
     assert read_series(path, "residual/after")[1].shape == (len(given), 2)
-    assert "strength and dip were compared" in without_scripts(page_html(found, "Diagnosis"))
+    assert "strength and dip were compared" in without_scripts(diagnosis_page(found, "Diagnosis"))
 
 
 def test_long_recordings_are_thinned_by_block_means(
@@ -164,21 +164,21 @@ def test_places_begin_at_zero_and_keep_large_coordinates(found: Diagnosis) -> No
     recording = found.problem.recording
     assert recording.pos_enu_m is not None
     far = replace(recording, pos_enu_m=recording.pos_enu_m + np.array([5e5, 5e6, 0.0]))
-    moved = places(replace(found, problem=replace(found.problem, recording=far)))
+    moved = gap_along_path(replace(found, problem=replace(found.problem, recording=far)))
     assert moved.pos_m is not None
-    assert moved.pos_m == pytest.approx(places(found).pos_m, abs=1e-6)
+    assert moved.pos_m == pytest.approx(gap_along_path(found).pos_m, abs=1e-6)
 
 
 def test_a_difference_of_the_iron_shows_as_the_models_stand(flight, model) -> None:  # type: ignore[no-untyped-def]
     """The base takes a hard iron up whole: only measured minus simulated without refitting can show it."""
     found = diagnose(flight({"sensor_offset": {"offset_nT": [40.0, 0.0, 0.0]}}), model())
-    both = sides(found)
+    both = compared_series(found)
     assert np.abs((both.measured_nT - both.before_nT).mean(axis=0)) == pytest.approx([40, 0, 0], abs=0.3)
     assert np.abs((both.measured_nT - both.after_nT).mean(axis=0)).max() < 0.3
-    assert np.linalg.norm(np.nanmean(places(found).before_nT, axis=0)) == pytest.approx(40, abs=0.5)
+    assert np.linalg.norm(np.nanmean(gap_along_path(found).before_nT, axis=0)) == pytest.approx(40, abs=0.5)
 
 
-@pytest.mark.parametrize("failure", [Ended(15), InputError("no", where="here", do="that"), MemoryError()])
+@pytest.mark.parametrize("failure", [Terminated(15), InputError("no", where="here", do="that"), MemoryError()])
 def test_what_ends_early_leaves_the_old_files_as_they_were(
     failure: BaseException, found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -210,7 +210,7 @@ def test_the_diff_is_what_was_added(found: Diagnosis, flight, model) -> None:  #
 
 
 def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
-    page = page_html(found, "Diagnosis <of> a log")
+    page = diagnosis_page(found, "Diagnosis <of> a log")
     text = page.partition("<img")[0]
     assert "Diagnosis &lt;of&gt; a log" in text
     for answer in (found.verdict, found.named[0].name, "nats", "could also be", "of it gone", *found.advice):
@@ -222,7 +222,7 @@ def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
 def test_a_class_is_told_plainly(found: Diagnosis, capsys: pytest.CaptureFixture[str]) -> None:
     named = (replace(found.named[0], alternatives=("latency", "bandwidth")),)
     several = replace(found, named=named, verdict=Verdict.CLASS)
-    text = page_html(several, "Diagnosis").partition("<img")[0]
+    text = diagnosis_page(several, "Diagnosis").partition("<img")[0]
     assert "do not tell <b>motor_current</b> from <b>latency</b>, <b>bandwidth</b>" in text
     show_diagnosis(several)
     assert "latency, bandwidth" in capsys.readouterr().out

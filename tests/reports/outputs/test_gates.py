@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from reports.outputs.comparison import ANSWER
-from reports.outputs.gates import FILES, begin_gates, github_lines, junit, run_gates
+from reports.outputs.gates import FILES, github_lines, junit, propose_gates, run_gates
 from scenarios.errors import InputError
 from sim.scenario import load
 from tests.validation.gates.conftest import Scripted, gate_text, groups_in, row
@@ -138,7 +138,7 @@ def comparison(tmp_path: Path) -> Path:
 def test_a_file_is_begun_with_limits_that_pass_and_says_what_they_cost(comparison: Path, tmp_path: Path) -> None:
     file = tmp_path / "begun" / "gates.toml"
     file.parent.mkdir()
-    begin_gates(comparison, file)
+    propose_gates(comparison, file)
     text, found = file.read_text(), load_gates(file)
     assert [gate.calibrator for gate in found.gate] == ["ellipsoid", "twostep", "ml_newton", "sphere"]
     assert found.seed == 3
@@ -149,7 +149,7 @@ def test_a_file_is_begun_with_limits_that_pass_and_says_what_they_cost(compariso
 
 
 def test_gates_begun_from_a_comparison_pass_on_it(comparison: Path, tmp_path: Path) -> None:
-    begin_gates(comparison, tmp_path / "begun.toml")
+    propose_gates(comparison, tmp_path / "begun.toml")
     text = (tmp_path / "begun.toml").read_text().replace(RANKED_BY, "offset_error")
     outcomes = decide_gates(groups_in(tmp_path / "begun.toml", text), Scripted(told))
     assert {one.verdict for one in outcomes} == {"pass"}
@@ -158,19 +158,19 @@ def test_gates_begun_from_a_comparison_pass_on_it(comparison: Path, tmp_path: Pa
 def test_the_score_that_decided_the_comparison_is_held(comparison: Path, tmp_path: Path) -> None:
     (comparison / ANSWER).write_text('{"ranked_by": "heading_rms"}')
     with pytest.raises(InputError, match="no calibrator gives an estimate"):  # the table has no such column
-        begin_gates(comparison, tmp_path / "begun.toml")
+        propose_gates(comparison, tmp_path / "begun.toml")
 
 
 def test_a_comparison_of_another_version_is_refused(comparison: Path, tmp_path: Path) -> None:
     journal = comparison / JOURNAL
     journal.write_text(journal.read_text().replace('"format":2', '"format":1'))
     with pytest.raises(InputError, match="another version"):
-        begin_gates(comparison, tmp_path / "begun.toml")
+        propose_gates(comparison, tmp_path / "begun.toml")
 
 
 def test_a_file_that_is_there_is_left_alone(comparison: Path, tmp_path: Path) -> None:
     (tmp_path / "gates.toml").write_text("mine")
     with pytest.raises(InputError, match="is there already"):
-        begin_gates(comparison, tmp_path / "gates.toml")
+        propose_gates(comparison, tmp_path / "gates.toml")
     with pytest.raises(InputError):
-        begin_gates(tmp_path, tmp_path / "other.toml")
+        propose_gates(tmp_path, tmp_path / "other.toml")

@@ -10,7 +10,7 @@ import pytest
 
 from calib import from_json
 from recordings import read_run
-from reports.outputs.run import judge, summary
+from reports.outputs.run import calibrate_and_score, summary
 from sim.dataset_writer import generate
 from sim.memory_run import run_in_memory
 from sim.scenario import load
@@ -59,7 +59,7 @@ def test_a_run_is_judged_against_its_own_truth(tmp_path_factory: pytest.TempPath
     folder = tmp_path_factory.mktemp("run") / "data"
     generate(scenario, folder)
     told: list[float] = []
-    found = judge(scenario, *read_run(folder), told.append)
+    found = calibrate_and_score(scenario, *read_run(folder), told.append)
     assert list(found.calibrations) == list(scenario.calibrators)
     assert told == sorted(told)
     assert 0 <= told[0] < told[-1] <= 1
@@ -73,7 +73,7 @@ def test_scores_of_a_run_are_ratios_to_its_bound(tmp_path_factory: pytest.TempPa
     scenario = load("standard-full", ["phases.0.duration_s=120"])
     folder = tmp_path_factory.mktemp("ratio") / "data"
     generate(scenario, folder)
-    rows = summary(judge(scenario, *read_run(folder)))["scores"]
+    rows = summary(calibrate_and_score(scenario, *read_run(folder)))["scores"]
     ratio = {key: {one["score"]: one["bound_ratio"] for one in some} for key, some in rows.items()}
     for name in ("ellipsoid", "vector_least_squares"):
         assert 0.15 < ratio[name]["offset_error"] < 2.3
@@ -86,7 +86,9 @@ def test_who_finds_eddy_currents_too_is_held_against_what_they_cost() -> None:
     """Turns of a quadrotor tell less of the offset where they may be eddy currents: the bound is 3.5 times as wide."""
     scenario = load("quad-comb")
     run = plan(scenario)
-    outcome = judge(scenario, *run_in_memory(run), chosen=candidates(["vector_least_squares", "vector_lm"]))
+    outcome = calibrate_and_score(
+        scenario, *run_in_memory(run), chosen=candidates(["vector_least_squares", "vector_lm"])
+    )
     known = run_experiment(run, stated_noise_nT(run.effects[0]))
     assert Bound.of(known, "vector+eddy").offset_rms_nT > 3 * Bound.of(known, "vector").offset_rms_nT
     for name, knowledge in (("vector_least_squares", "vector"), ("vector_lm", "vector+eddy")):

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from reports.pages.comparison import Comparison, page, title_of
+from reports.pages.comparison import Comparison, comparison_page, point_title
 from tests.reports.page import figures, plots, without_scripts
 from tests.validation.comparison.example import table_of
 from validation.comparison.ranking import answer, overall
@@ -23,8 +23,8 @@ def text() -> str:
     points = [{"good": k * GOOD, "<b>poor": 5 * k * GOOD, "uncorrected": 900 * k * GOOD} for k in (1.0, 4.0)]
     table = table_of(*points, sweep=[10.0, 40.0], failing=["<b>poor"])
     answers = tuple(answer(table, MEANINGS["offset_error"], point) for point in table.points)
-    sentence = overall(answers, [title_of(values) for values in table.points.values()])
-    return page(Comparison("somewhere", table, answers, sentence, "good", "run 3"))
+    sentence = overall(answers, [point_title(values) for values in table.points.values()])
+    return comparison_page(Comparison("somewhere", table, answers, sentence, "good", "run 3"))
 
 
 def test_the_first_sentence_is_the_answer(text):

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from reports.plots.inspection import (
     draw_allan,
     draw_coverage,
-    draw_digits,
+    draw_low_digits,
     draw_residual,
     draw_spectrum,
     draw_strength,
@@ -96,7 +96,7 @@ def test_the_allan_deviation_is_that_of_allantools() -> None:
 
 def test_low_digits_are_counted(seen: Look) -> None:
     """In motion every digit of the converter's last four bits comes about as often."""
-    for axis in draw_digits(seen).axes:
+    for axis in draw_low_digits(seen).axes:
         heights = [bar.get_height() for bar in axis.patches]
         assert len(heights) == 16
         assert sum(heights) == len(seen.series)

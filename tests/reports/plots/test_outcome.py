@@ -10,7 +10,7 @@ import pytest
 from reports.plots.effects import draw_effect_sizes
 from reports.plots.field import draw_norm, draw_residuals
 from reports.plots.motion import draw_path, draw_vehicle
-from reports.words.outcome import rms_length
+from reports.text.outcome import rms_length
 from tests.reports import outcome_example as example
 from validation.scoring.outcome import Outcome
 

@@ -11,7 +11,7 @@ import pytest
 
 from calib import Calibration, Status
 from recordings import read_run
-from reports.outputs.run import judge
+from reports.outputs.run import calibrate_and_score
 from scenarios.errors import InputError
 from sim.dataset_writer import generate
 from tests.short import short
@@ -26,7 +26,7 @@ def test_a_trial_is_the_run_of_that_number_judged_from_its_files(tmp_path: Path)
     scenario = short("turntable-twelve-stops")
     names = ("vector_least_squares", "ellipsoid", "tolles_lawson")
     generate(scenario, tmp_path, runs=3, seed=9)
-    outcome = judge(scenario, *read_run(tmp_path, run=2), chosen=candidates(names))
+    outcome = calibrate_and_score(scenario, *read_run(tmp_path, run=2), chosen=candidates(names))
     trial = run_trial(Design.of(scenario, candidates(names), seed=9), 0, 2)
     assert [row.calibrator for row in trial.rows] == [*names, UNCORRECTED] == list(outcome.scores)
     for row in trial.rows:

@@ -27,7 +27,7 @@ def told(group: int, run: int) -> Iterable[TrialRow]:
 @pytest.fixture
 def gates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, str]]:
     """Runs four gates on two scenarios in one directory, and gives the text of every file that it wrote, unpainted."""
-    monkeypatch.setattr("reports.outputs.gates.gates_html", lambda *outcomes: "")
+    monkeypatch.setattr("reports.outputs.gates.gates_page", lambda *outcomes: "")
     texts = (
         gate_text("good", limit=2.0),
         gate_text("near", "sphere", limit=1.3, max_trials=60),

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from reports.outputs.plan import write_plan
-from reports.pages.plan import page
+from reports.pages.plan import plan_page
 from scenarios.errors import InputError
 from sim.scenario import load
 from tests.reports.page import figures
@@ -59,7 +59,7 @@ def test_a_quadrotor_is_near_the_limit() -> None:
     assert found.least.value < found.staying.value < found.choice.error
     assert "stays in its place and height" in headline(found)
     assert [row[0].split()[0] for row in limits(found)] == ["any", "one"]
-    shown = page(found)
+    shown = plan_page(found)
     assert all(cell in shown for row in limits(found) for cell in row)
 
 

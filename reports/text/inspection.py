@@ -14,20 +14,20 @@ MARKS = {"ok": "", "note": "·", "warning": "!"}
 MOST_NUMBERS = 3
 
 
-def rows(inspection: Inspection) -> list[list[str]]:
+def finding_rows(inspection: Inspection) -> list[list[str]]:
     """Rows (what, mark, value, unit, sentence); the mark is "!" for a warning and "·" for a note."""
     return [
-        [f"{finding.section}: {name(finding)}", MARKS[finding.level], *brief(finding), finding.text]
+        [f"{finding.section}: {finding_name(finding)}", MARKS[finding.level], *value_and_unit(finding), finding.text]
         for finding in inspection.findings
     ]
 
 
-def name(finding: Finding) -> str:
+def finding_name(finding: Finding) -> str:
     """A finding's name for readers, with the sensor of an array."""
     return finding.name.replace("_", " ") + ("" if finding.sensor is None else f", sensor {finding.sensor}")
 
 
-def brief(finding: Finding) -> tuple[str, str]:
+def value_and_unit(finding: Finding) -> tuple[str, str]:
     """A finding's value where it is a number or a few, and its unit."""
     text = _text(finding.value)
     return text, finding.unit if text else ""

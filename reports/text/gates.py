@@ -29,8 +29,8 @@ def gate_rows(outcomes: Sequence[GateOutcome]) -> list[tuple[str, ...]]:
         (
             one.plan.gate.name,
             f"{MARKS[one.verdict]} {one.verdict}",
-            amount(one, one.measured) if np.isfinite(one.measured) else "no estimate",
-            amount(one, one.plan.gate.factor),
+            value_with_unit(one, one.measured) if np.isfinite(one.measured) else "no estimate",
+            value_with_unit(one, one.plan.gate.factor),
             str(one.decision.trials),
             _defect(one),
         )
@@ -42,15 +42,15 @@ def sentence(outcome: GateOutcome) -> str:
     """What was measured, the limit, and in how many trials it was exceeded."""
     gate, k = outcome.plan.gate, int(outcome.decision.exceeded.sum())
     quantile = "median" if gate.quantile == 0.5 else f"{100 * gate.quantile:g} % quantile of"
-    measured = f"is {amount(outcome, outcome.measured)}" if np.isfinite(outcome.measured) else "has no value"
-    limit, trials = amount(outcome, gate.factor), counted(outcome.decision.trials, "trial")
+    measured = f"is {value_with_unit(outcome, outcome.measured)}" if np.isfinite(outcome.measured) else "has no value"
+    limit, trials = value_with_unit(outcome, gate.factor), counted(outcome.decision.trials, "trial")
     text = f"{quantile} {gate.meaning.name} {measured}, the limit {limit}, exceeded in {k} of {trials}"
     if outcome.troubles:
         text += f" (no estimate in {outcome.troubles.total()}, for instance {outcome.trouble})"
     return text
 
 
-def seen(outcome: GateOutcome) -> str:
+def detectable_defect(outcome: GateOutcome) -> str:
     """The smallest defect that the gate could have seen, with which probability, within how many trials."""
     chance = f"{100 * outcome.plan.gate.power:g} %, within {counted(outcome.plan.max_trials, 'trial')}"
     factor = f": {figure(outcome.factor_seen)} times what was measured" if np.isfinite(outcome.smallest_seen) else ""
@@ -70,7 +70,7 @@ def advice(outcome: GateOutcome) -> str:
     return f"at this rate {counted(more, 'more trial')} would decide: max_trials = {total}, or a limit farther away"
 
 
-def amount(outcome: GateOutcome, value: float) -> str:
+def value_with_unit(outcome: GateOutcome, value: float) -> str:
     """A finite value that the limit is held against: in the score's unit, or as a multiple."""
     gate = outcome.plan.gate
     if gate.kind == "limit":
@@ -80,5 +80,5 @@ def amount(outcome: GateOutcome, value: float) -> str:
 
 def _defect(outcome: GateOutcome) -> str:
     if np.isfinite(outcome.smallest_seen):
-        return amount(outcome, outcome.smallest_seen)
+        return value_with_unit(outcome, outcome.smallest_seen)
     return f"over it in {100 * outcome.exceedance_seen:.0f} % of trials"

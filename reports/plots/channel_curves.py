@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from diagnosis.decision.sentence import curves_of
 from diagnosis.result import NORMAL_95, Diagnosis, Named
+from reports.gap_series import block_length, block_means
 from reports.palette import RAW, XYZ
 from reports.plots.style import WIDTH_IN
-from reports.series import block_means, length_for
 from scenarios.arrays import Array
 from sim.effects.channels import ChannelEffect, felt, powers
 
@@ -71,5 +71,5 @@ def _dots(found: Diagnosis, effect: ChannelEffect) -> tuple[Array, Array] | None
     u = (state.channel(effect.channel) - effect.centre) / effect.scale
     x = effect.centre + effect.scale * felt(u, 1, effect.late, effect.lag_s, state.interval_s, {})[:, 0]
     own = effect.apply(state, state.field_nT, np.random.default_rng(0), {})
-    length = length_for(len(x), MOST_POINTS)
+    length = block_length(len(x), MOST_POINTS)
     return block_means(x, length), block_means(found.after_nT + own, length, problem.usable)

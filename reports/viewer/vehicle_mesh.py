@@ -38,7 +38,7 @@ def solids(vehicle: Pictured) -> tuple[Solid, ...]:
     return tuple(_solid(geom) for geom in vehicle.geoms())
 
 
-def reach_m(parts: tuple[Solid, ...]) -> float:
+def radius_m(parts: tuple[Solid, ...]) -> float:
     """How far the vehicle reaches from its origin: the scale of arrows and of the eye's distance."""
     return max(float(np.linalg.norm(part.corners_m, axis=1).max()) for part in parts)
 

@@ -9,7 +9,7 @@ from scenarios.arrays import Array
 from sim.state import State
 
 
-def held(R_wb: Array, field_enu_nT: Array, interval_s: float = 1.0) -> State:
+def state_at_attitudes(R_wb: Array, field_enu_nT: Array, interval_s: float = 1.0) -> State:
     """The state at attitudes R_wb (n, 3, 3), body to world, one each interval, in an even field (3,), nT."""
     n, still = len(R_wb), np.zeros((len(R_wb), 3))
     return State(

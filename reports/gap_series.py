@@ -11,12 +11,12 @@ from diagnosis.result import Diagnosis, How
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 
-MOST_PLACES, PLACE_S = 4000, 1.0
+MOST_BLOCKS, BLOCK_S = 4000, 1.0
 """Of the gap along the path: points at most, and the shortest time that one is the mean of."""
 
 
 @dataclass(frozen=True)
-class Sides:
+class ComparedSeries:
     """Measured and simulated (n, q) in nT: the model as given, and the new one, along the measured motion.
 
     q = 3: body axes, each model as it stands. q = 1, without attitude: the field's strength, iron fitted anew; q = 2,
@@ -29,7 +29,7 @@ class Sides:
 
 
 @dataclass(frozen=True)
-class Places:
+class GapAlongPath:
     """Means over stretches of so many samples (m of them): time, position (None: not recorded), gap in nT (m, q)."""
 
     samples: int
@@ -44,14 +44,14 @@ def axes_of(found: Diagnosis) -> tuple[str, ...]:
     return found.problem.outputs
 
 
-def sides(found: Diagnosis) -> Sides:
+def compared_series(found: Diagnosis) -> ComparedSeries:
     """Both sides of the comparison at every sample."""
     problem = found.problem
     if problem.mode == "strength":
         measured = _given_nT(problem) + problem.target * problem.sigma_nT
-        return Sides(measured, measured - found.before_nT, measured - found.after_nT)
+        return ComparedSeries(measured, measured - found.before_nT, measured - found.after_nT)
     smooth = [effect for effect in found.model.chain() if not effect.traits.converter]
-    return Sides(problem.recording.mag_nT, problem.predicted_nT, apply_deterministic(smooth, problem.state)[0])
+    return ComparedSeries(problem.recording.mag_nT, problem.predicted_nT, apply_deterministic(smooth, problem.state)[0])
 
 
 def _given_nT(problem: LinearProblem) -> Array:
@@ -62,16 +62,16 @@ def _given_nT(problem: LinearProblem) -> Array:
     return np.concatenate([strength_nT, strength_nT * problem.level.given_rad(problem.track)[:, None]], axis=1)
 
 
-def as_they_stand(found: Diagnosis) -> bool:
+def hidden_by_iron_refit(found: Diagnosis) -> bool:
     """Whether the finding shows in measured minus simulated as the models stand: iron fitted anew would take it up."""
     return found.problem.mode == "vector" and any(one.how is How.IRON for one in found.named)
 
 
-def gap_to_show(found: Diagnosis) -> tuple[Array, Array]:
+def displayed_gap(found: Diagnosis) -> tuple[Array, Array]:
     """The gap before and after (n, q) in nT: iron fitted anew, or where that hides the finding as the models stand."""
-    if not as_they_stand(found):
+    if not hidden_by_iron_refit(found):
         return found.before_nT, found.after_nT
-    both = sides(found)
+    both = compared_series(found)
     return both.measured_nT - both.before_nT, both.measured_nT - both.after_nT
 
 
@@ -80,31 +80,31 @@ def rms_nT(found: Diagnosis, gap_nT: Array) -> float:
     return float(np.sqrt((gap_nT[found.problem.usable > 0] ** 2).mean()))
 
 
-def places(found: Diagnosis) -> Places:
+def gap_along_path(found: Diagnosis) -> GapAlongPath:
     """The gap in stretches of PLACE_S or longer, positions in metres from the first."""
-    problem, (before_nT, after_nT) = found.problem, gap_to_show(found)
+    problem, (before_nT, after_nT) = found.problem, displayed_gap(found)
     n, pos = len(problem.recording), problem.recording.pos_enu_m
-    length = max(round(PLACE_S / problem.state.interval_s), -(-n // MOST_PLACES), 1)
-    return Places(
+    length = max(round(BLOCK_S / problem.state.interval_s), -(-n // MOST_BLOCKS), 1)
+    return GapAlongPath(
         length,
         block_means(problem.state.time_s, length),
-        None if pos is None else block_means(from_first(pos), length),
+        None if pos is None else block_means(relative_to_first(pos), length),
         block_means(before_nT, length, problem.usable),
         block_means(after_nT, length, problem.usable),
     )
 
 
-def from_first(pos_m: Array) -> Array:
+def relative_to_first(pos_m: Array) -> Array:
     """Positions (n, 3) from the first: a map grid's are too large for a viewer's single precision."""
     return np.asarray(pos_m - pos_m[0])
 
 
-def travels(places: Places) -> bool:
+def has_path(gap_along_path: GapAlongPath) -> bool:
     """Whether there is a path to draw."""
-    return places.pos_m is not None and float(np.ptp(places.pos_m, axis=0).max()) > 0.1
+    return gap_along_path.pos_m is not None and float(np.ptp(gap_along_path.pos_m, axis=0).max()) > 0.1
 
 
-def length_for(n: int, most: int) -> int:
+def block_length(n: int, most: int) -> int:
     """Samples a block, so that at most so many blocks cover n samples."""
     return max(1, -(-n // most))
 

@@ -14,7 +14,7 @@ import pytest
 
 from calib.result import Calibration, Status
 from reports.pages.outcome import SECTIONS, write_report
-from reports.words.outcome import FAILED_LAST, notes_markdown, rms_length, score_table, what_was_simulated
+from reports.text.outcome import FAILED_LAST, notes_markdown, rms_length, scenario_description, score_table
 from scenarios.errors import InputError
 from scenarios.paths import Ability
 from sim.vehicles import VEHICLES
@@ -84,7 +84,7 @@ def test_tells_everything(outcome: Outcome, page: str) -> None:
 def test_begins_with_what_to_use_then_who_failed(outcome: Outcome, page: str) -> None:
     text = html.unescape(page)
     order = [f"Use {outcome.ranking()[0][0]}: ", FAILED_LAST, "<li><b>psoga (not converged)</b>: ", "magbench compare"]
-    places = [text.index(part) for part in (*order, what_was_simulated(outcome))]
+    places = [text.index(part) for part in (*order, scenario_description(outcome))]
     assert places == sorted(places)
 
 
@@ -208,7 +208,7 @@ def test_rms_length_is_of_vector_lengths_and_skips_gaps() -> None:
 
 
 def test_sentence_names_vehicle_phases_and_field(outcome: Outcome) -> None:
-    text = what_was_simulated(outcome)
+    text = scenario_description(outcome)
     assert text.startswith("An AUV moved through descent, spiral, comb in a given field of 1\u2009500, 27\u2009000")
     assert "sampled at 10 Hz" in text
 

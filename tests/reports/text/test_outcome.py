@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from reports.words.outcome import duration_s, notes_markdown, rms_length, score_table, what_was_simulated
+from reports.text.outcome import duration_s, notes_markdown, rms_length, scenario_description, score_table
 from tests.reports.outcome_example import example_outcome
 
 
@@ -23,12 +23,12 @@ def test_the_rms_of_vectors_is_that_of_their_lengths_and_gaps_do_not_count():
 
 
 def test_one_sensor_is_one_and_four_are_counted(outcome):
-    assert "carrying one three-axis magnetometer sampled" in what_was_simulated(outcome)
-    assert "carrying 4 three-axis magnetometers sampled" in what_was_simulated(example_outcome(900, sensors=4))
+    assert "carrying one three-axis magnetometer sampled" in scenario_description(outcome)
+    assert "carrying 4 three-axis magnetometers sampled" in scenario_description(example_outcome(900, sensors=4))
 
 
 def test_the_sentence_tells_phases_field_length_and_effects(outcome):
-    text = what_was_simulated(outcome).replace("\u2009", "").replace("\u2212", "-")
+    text = scenario_description(outcome).replace("\u2009", "").replace("\u2212", "-")
     assert "moved through descent, spiral, comb in a given field of 1500, 27000, -41000 nT (east, north, up)" in text
     assert duration_s(outcome) == 900.0
     assert "for 15 min" in text

@@ -39,7 +39,7 @@ def duration_s(outcome: Outcome) -> float:
     return float(outcome.recording.time_s[-1] - outcome.recording.time_s[0])
 
 
-def what_was_simulated(outcome: Outcome) -> str:
+def scenario_description(outcome: Outcome) -> str:
     """The scenario in a few sentences."""
     scenario, field = outcome.scenario, outcome.scenario.field
     phases = ", ".join(dict.fromkeys(words(label) for label, _, _ in outcome.phases()))
@@ -69,12 +69,12 @@ def headline(outcome: Outcome) -> str:
     found = outcome.answer()
     paragraphs = [sentence(found.sentence)]
     if found.failed:
-        paragraphs.append("\n".join([FAILED_LAST, "", *(f"- {who}: {why}" for who, why in failures(found))]))
+        paragraphs.append("\n".join([FAILED_LAST, "", *(f"- {who}: {why}" for who, why in failed_calibrators(found))]))
     paragraphs += [f"{text}." for text in found.closer]
     return "\n\n".join([*paragraphs, f"{ONE_RUN} `{compare_command(outcome)}`"])
 
 
-def failures(found: Recommendation) -> list[tuple[str, str]]:
+def failed_calibrators(found: Recommendation) -> list[tuple[str, str]]:
     """Who failed, with the status, and why; best first."""
     return [
         (f"{name} ({STATUS_WORDS[status.kind]})", _one_line(status.reason)) for name, status in found.failed.items()
@@ -168,7 +168,7 @@ def notes_markdown(outcome: Outcome) -> str:
     """What was simulated and how each calibrator did, as Markdown: a column a calibrator, a few to a table."""
     table = score_table(outcome)
     lines = [f"# {outcome.scenario.name}", "", headline(outcome), ""]
-    lines += [outcome.scenario.summary, "", what_was_simulated(outcome)]
+    lines += [outcome.scenario.summary, "", scenario_description(outcome)]
     if astray := warning([outcome.tracking]):
         lines += ["", f"**Beware: {astray}.**"]
     if outcome.sensors > 1:

@@ -8,7 +8,7 @@ from diagnosis.result import GapSize
 from diagnosis.several.common_effects import Common
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.sentence import reach_of
-from reports.words.diagnosis import parameter_rows
+from reports.text.diagnosis import parameter_rows
 from validation.text import digits
 
 POOLED = "together"
@@ -23,7 +23,7 @@ def headline(found: PooledDiagnosis) -> str:
     return "\n".join(lines)
 
 
-def value_rows(found: PooledDiagnosis, one: Common) -> Iterator[tuple[str, ...]]:
+def coefficient_rows(found: PooledDiagnosis, one: Common) -> Iterator[tuple[str, ...]]:
     """Recording, what it says, parameter, value, low, high, unit; the pooled value first."""
     for row in parameter_rows(one.named):
         yield (POOLED, reach_of(one, found.among), *_cells(row))
@@ -51,7 +51,7 @@ def agreement_line(one: Common) -> str:
     return f"equal coefficients differ as much by chance with probability {odds} ({test})"
 
 
-def gap_rows_together(found: PooledDiagnosis) -> list[tuple[str, ...]]:
+def pooled_gap_rows(found: PooledDiagnosis) -> list[tuple[str, ...]]:
     """A row a recording and one of all: rms before and after in nT, in units of the noise, share explained, verdict."""
     rows = [
         (name, *_gap_cells(gap), str(own.verdict))

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from reports.shapes import Solid, reach_m, solids
+from reports.viewer.vehicle_mesh import Solid, radius_m, solids
 from sim.vehicles import VEHICLES
 from sim.vehicles.geoms import Geom, visible_geoms
 
@@ -106,6 +106,6 @@ def test_a_vehicle_has_a_picture_of_its_own_size(name: str) -> None:
     vehicle = VEHICLES[name]
     parts = solids(vehicle(vehicle.table(kind=name)))
     assert len({part.name for part in parts}) == len(parts) > 1
-    assert 0.1 < reach_m(parts) < 50.0
+    assert 0.1 < radius_m(parts) < 50.0
     for part in parts:
         np.testing.assert_allclose(np.linalg.norm(part.normals, axis=1), 1, atol=1e-9)

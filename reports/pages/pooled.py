@@ -10,17 +10,17 @@ from diagnosis.result import Transfer
 from diagnosis.several.common_effects import Common
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.sentence import reach_of
-from reports.pages.figure import on_page
-from reports.pages.template import rendered
-from reports.plots.together import draw_coefficients, draw_gaps
-from reports.words.together import agreement_line, gap_rows_together, value_rows
+from reports.pages.section import figure_html
+from reports.pages.template import render_page
+from reports.plots.pooled import draw_coefficients, draw_gaps
+from reports.text.pooled import agreement_line, coefficient_rows, pooled_gap_rows
 from scenarios.toml import to_toml
 from validation.text import all_of, digits
 
 
-def together_html(found: PooledDiagnosis, title: str, folders: tuple[str, ...]) -> str:
+def pooled_page(found: PooledDiagnosis, title: str, folders: tuple[str, ...]) -> str:
     """The report as one HTML text; `folders` are those beside it that hold each recording's own."""
-    return rendered("together.html", _page(found, title, folders))
+    return render_page("pooled.html", _page(found, title, folders))
 
 
 def _page(found: PooledDiagnosis, title: str, folders: tuple[str, ...]) -> dict[str, Any]:
@@ -35,8 +35,8 @@ def _page(found: PooledDiagnosis, title: str, folders: tuple[str, ...]) -> dict[
         "advice": found.advice,
         "effects": [_section(found, one) for one in found.common],
         "single": [_section(found, one) for one in found.single],
-        "gaps": list(zip(gap_rows_together(found), (*folders, ""), strict=True)),
-        "picture": on_page(partial(draw_gaps, found), f"The gap of each {found.among.one}"),
+        "gaps": list(zip(pooled_gap_rows(found), (*folders, ""), strict=True)),
+        "picture": figure_html(partial(draw_gaps, found), f"The gap of each {found.among.one}"),
         "own": list(zip(found.names, folders, (one.sentence for one in found.each), strict=True)),
         "left": found.left,
         "where": found.where,
@@ -56,8 +56,8 @@ def _section(found: PooledDiagnosis, one: Common) -> dict[str, Any]:
         "test": agreement_line(one),
         "how": one.named.how.words,
         "nats": "" if one.named.nats is None else f"{digits(one.named.nats)} nats",
-        "rows": list(value_rows(found, one)),
-        "picture": on_page(partial(draw_coefficients, found, one), f"{one.name} by {found.among.one}"),
+        "rows": list(coefficient_rows(found, one)),
+        "picture": figure_html(partial(draw_coefficients, found, one), f"{one.name} by {found.among.one}"),
     }
 
 

@@ -11,10 +11,10 @@ from diagnosis.result import Named, parameters
 from diagnosis.several.common_effects import Common
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.transfer import There
+from reports.gap_series import block_length, block_means
 from reports.palette import LINES, RAW, SOFT
 from reports.plots.diagnosis import AFTER, BEFORE
 from reports.plots.style import WIDTH_IN
-from reports.series import block_means, length_for
 from scenarios.arrays import Array
 from validation.text import symbol
 
@@ -105,5 +105,5 @@ def draw_gaps(found: PooledDiagnosis) -> Figure:
 
 def _draw_line(axis: Any, time_s: Array, gap: Array, usable: Array, colour: str, label: str) -> None:
     for most, style in ((FINE, {"alpha": 0.3}), (COARSE, {"linewidth": 1.6, "label": label})):
-        length = length_for(len(gap), most)
+        length = block_length(len(gap), most)
         axis.plot(block_means(time_s, length), block_means(gap, length, usable), color=colour, **style)

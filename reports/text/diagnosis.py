@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from diagnosis.result import Diagnosis, Named, parameters
-from reports.series import rms_nT, sides
+from reports.gap_series import compared_series, rms_nT
 from sim.effects.parameters import ACTIVE_WINDOW
 from validation.text import digits, short
 
@@ -74,7 +74,7 @@ def gap_rows(found: Diagnosis) -> list[tuple[str, ...]]:
         beyond = [digits(v) for v in gap.structure_nT]
         rows.append((f"of this, structure beyond {digits(gap.noise_nT)} nT of noise", *beyond, "", "", ""))
     if found.problem.mode == "vector":
-        both = sides(found)
+        both = compared_series(found)
         sizes = [digits(rms_nT(found, both.measured_nT - side)) for side in (both.before_nT, both.after_nT)]
         rows.append(("whole recording, models as they stand", *sizes, "", "", ""))
     return rows
