@@ -12,14 +12,13 @@ from pydantic import Field
 from scenarios.arrays import Array
 from scenarios.paths.base import Ability, PhaseBase
 from scenarios.paths.dive import Ascent, Descent
-from sim.engine import StateLog, mass_matrix
-from sim.portable_arithmetic import pseudo_inverse
-from sim.vehicles.auv_control import GAINS_SIZE, MEMORY_SIZE, THRUSTERS, follow
+from sim.engine import StateLog
 from sim.vehicles.base import Kinematics, Vehicle, VehicleTable, free_body_kinematics
-from sim.vehicles.fluid import added_mass, drag, righting_arm, wrenches
+from sim.vehicles.fluid import added_mass
+from sim.vehicles.free_body_control import MEMORY_SIZE, follow, tracking_gains
 
-FEEDBACK = np.array([2.25, 3.0, 0.8, 6.25, 5.0, 4.0, 1.0])
-"""Position 1/s^2, velocity 1/s, integral 1/s^3; attitude, rate, integral likewise; limit of linear feedback, m/s^2."""
+THRUSTERS = 8
+"""The first actuators of the MJCF; behind them stand the two ballast forces."""
 
 AMPERE_PER_N_1_5 = 0.068
 """Current of a thruster: 24 A at 50 N on 16 V, as small commercial ones draw in static tests."""
@@ -61,18 +60,10 @@ class Auv(Vehicle):
         data.qvel[:] = 0.0
 
     def gains(self, model: mujoco.MjModel, phase: PhaseBase) -> Array:
-        """Flat constants of `auv_control.follow`; ballast W at trim_m acts as W (1 - trim), and W trim 1 m ahead."""
-        ballast = np.zeros(2)
-        if isinstance(phase, Descent | Ascent):
-            ballast = -phase.ballast_N * np.array([1.0 - phase.trim_m, phase.trim_m])
-        mass = mass_matrix(model) + added_mass(model)
-        allocation = pseudo_inverse(wrenches(model, THRUSTERS))
-        limit_N = model.actuator_ctrlrange[:THRUSTERS, 1].min()
-        powered = float(phase.powered)
-        parts = (powered, ballast, FEEDBACK, righting_arm(model), mass, drag(model), allocation, limit_N)
-        gains = np.concatenate([np.ravel(part) for part in parts])
-        assert gains.size == GAINS_SIZE
-        return gains
+        """Gains of `follow`; ballast W at trim_m ahead acts as W (1 - trim_m) at the centre and W trim_m 1 m ahead."""
+        force_N, ahead = (-phase.ballast_N, phase.trim_m) if isinstance(phase, Descent | Ascent) else (0.0, 0.0)
+        ballast_N = {"ballast_centre": force_N * (1.0 - ahead), "ballast_ahead": force_N * ahead}
+        return tracking_gains(model, phase.powered, ballast_N)
 
     def added_mass(self, model: mujoco.MjModel) -> Array:
         """That of hull and planes, 6 x 6."""

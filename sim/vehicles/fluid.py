@@ -54,11 +54,11 @@ def drag(model: mujoco.MjModel) -> Array:
     return np.array(columns).T
 
 
-def wrenches(model: mujoco.MjModel, count: int) -> Array:
-    """Wrench (6, count) in the body frame of a unit command to each of the first actuators."""
+def wrenches(model: mujoco.MjModel) -> Array:
+    """Wrench (6, nu) in the body frame of a unit command to each actuator of the level body."""
     data = _at_identity(model)
     columns = []
-    for command in np.eye(model.nu)[:count]:
+    for command in np.eye(model.nu):
         data.ctrl[:] = command
         mujoco.mj_forward(model, data)
         columns.append(data.qfrc_actuator.copy())

@@ -20,7 +20,7 @@ from sim.motion import drive
 from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
 from sim.vehicles.auv import Auv, AuvSpec
-from sim.vehicles.auv_control import MATRIX, NU, RATE, WRENCH, follow
+from sim.vehicles.free_body_control import ACTUATORS, ALLOCATION, LIMIT, MATRIX, NU, RATE, ROW, WRENCH, follow
 from tests.sim.fossen import DENSITY, GRAVITY, UP, Fossen
 
 SPIRAL = {"kind": "spiral", "radius_m": 20, "turn_rate_deg_s": 1, "vertical_speed_m_s": -0.05, "turns": 1}
@@ -112,7 +112,7 @@ class TestStatics:
     def test_eight_thrusters_reach_every_degree_of_freedom(self) -> None:
         vehicle, model, data = auv()
         gains = vehicle.gains(model, phase(SPIRAL))
-        allocation = gains[85:133].reshape(8, 6)
+        allocation = gains[ACTUATORS:].reshape(-1, ROW)[:8, ALLOCATION:LIMIT]
         for wrench in np.eye(6):
             data.ctrl[:8] = allocation @ wrench
             mujoco.mj_forward(model, data)
@@ -199,7 +199,7 @@ class TestControl:
         vehicle, model, _ = auv()
         gains, ctrl = vehicle.gains(model, phase(SPIRAL)), np.zeros(10)
         wide = gains.copy()
-        wide[-1] = 1e9
+        wide[ACTUATORS:].reshape(-1, ROW)[:, LIMIT] = 1e9
         free = np.zeros(10)
         row = np.zeros(18)
         row[:3], row[9:12] = [50, -80, 30], [2.0, 0.5, -0.5]

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from scenarios.paths import Start
 from sim.engine import ReferenceTrack, advance, log_of, plant_of
-from sim.vehicles.auv_control import follow
 from sim.vehicles.base import STEP_S
+from sim.vehicles.free_body_control import follow
 from tests.sim.test_auv import COMB, SPIRAL, TILT, auv, phase
 from tests.sim.test_engine import hold
 

@@ -1,30 +1,88 @@
-"""Guidance of the AUV: inverse dynamics along the reference, attitude error as a quaternion, eight thrusters."""
+"""Tracking control of a free body with thrusters: inverse dynamics, quaternion attitude error, thrust allocation.
+
+With nu = (v, w) the velocity in the body frame, a_d the commanded acceleration and w_d' the commanded angular one,
+
+    tau = (M + M_A) nu_c' + [w x p, w x L + v x p] + D |nu| nu - [0, r x R^T z],   T = B^+ tau,
+
+nu_c' = [R^T a_d - w x v, w_d'], (p, L) = (M + M_A) nu, B (6, thrusters) the wrenches of unit thrusts. The number,
+places and directions of the thrusters come from the vehicle's MJCF, see `tracking_gains`.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import cos, sin, sqrt
 
+import mujoco
+import numpy as np
 from numba import njit
 
-from sim.engine import control_signature
+from scenarios.arrays import Array
+from sim.engine import control_signature, mass_matrix
+from sim.portable_arithmetic import pseudo_inverse
 from sim.vehicles.base import STEP_S
+from sim.vehicles.fluid import added_mass, drag, righting_arm, wrenches
 
-THRUSTERS = 8
+FEEDBACK = np.array([2.25, 3.0, 0.8, 6.25, 5.0, 4.0, 1.0])
+"""Position 1/s^2, velocity 1/s, integral 1/s^3; attitude, rate, integral likewise; limit of linear feedback, m/s^2."""
 
-POWERED, BALLAST, GAINS, ARM, MASS, DRAG, ALLOCATION, LIMIT = 0, 1, 3, 10, 13, 49, 85, 133
-GAINS_SIZE = 134
-"""Where the flat gains hold: powered or not; force of the two ballast actuators; the seven feedback gains (position,
-velocity, integral; attitude, rate, integral; largest acceleration that feedback may ask); righting arm (3), N m;
-M + M_A (6, 6); drag per unit velocity squared (6, 6); thrusts of a unit wrench (8, 6); largest thrust, N."""
+POWERED, GAINS, ARM, MASS, DRAG, ACTUATORS = 0, 1, 8, 11, 47, 83
+COMMAND, ALLOCATION, LIMIT, ROW = 0, 1, 7, 8
+"""Layout of the flat gains: 1 with thrust, 0 without; FEEDBACK (7); righting arm r (3), N m; M + M_A (6, 6); drag D per
+squared velocity (6, 6); then a ROW for each actuator: command without thrust, N; thrust of a unit wrench (6), zero for
+ballast; largest thrust, N."""
 
 INTEGRAL, TARGET, MATRIX, NU, RATE, WRENCH, MEMORY_SIZE = 0, 6, 16, 25, 31, 37, 43
-"""Where the memory holds: integrals of position error (ENU) and attitude error (body); wanted quaternion, rate and
-its derivative (own frame); R_wb; velocity nu and wanted derivative (body); wrench (body)."""
+"""Layout of the memory: integrals of position error (ENU) and attitude error (body); commanded quaternion, rate and
+derivative of the rate (commanded frame); R_wb; velocity nu and commanded nu' (body); wrench tau (body)."""
+
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+def tracking_gains(model: mujoco.MjModel, powered: bool, ballast_N: Mapping[str, float] | None = None) -> Array:
+    """Gains of `follow` for a body with a free joint, flat: a head of ACTUATORS numbers, then a ROW for each actuator.
+
+    ballast_N : commands of the actuators that are ballast, by name, where there is no thrust; every other actuator is
+        a thruster. Its largest thrust is the smaller end of its `ctrlrange`, without a range infinite.
+
+    Raises ValueError where the thrusters cannot give a wrench along each of the six axes.
+    """
+    ballast_N = ballast_N or {}
+    thrusters = np.array([model.actuator(i).name not in ballast_N for i in range(model.nu)])
+    B = wrenches(model)[:, thrusters]
+    _check_axes(B)
+    actuators = np.zeros((model.nu, ROW))
+    for name, command_N in ballast_N.items():
+        actuators[model.actuator(name).id, COMMAND] = command_N
+    actuators[thrusters, ALLOCATION:LIMIT] = pseudo_inverse(B)
+    ends_N = np.abs(model.actuator_ctrlrange).min(axis=1)
+    actuators[:, LIMIT] = np.where(model.actuator_ctrllimited, ends_N, np.inf)
+    parts = (
+        float(powered),
+        FEEDBACK,
+        righting_arm(model),
+        mass_matrix(model) + added_mass(model),
+        drag(model),
+        actuators,
+    )
+    return np.concatenate([np.ravel(part) for part in parts])
+
+
+def _check_axes(B: Array) -> None:
+    """Raise ValueError unless the columns of B (6, thrusters) span all six axes."""
+    reach = B @ np.linalg.pinv(B)  # projection on the wrenches that the thrusters can give
+    missing = [axis for axis, share in zip(AXES, np.diag(reach), strict=True) if share < 1.0 - 1e-9]
+    if missing:
+        count = f"{B.shape[1]} thrusters"
+        raise ValueError(f"{count} give no independent {', '.join(missing)}: control along all six axes needs six")
 
 
 @njit(cache=True, nogil=True)
 def _target(row, out):  # type: ignore[no-untyped-def]
-    """Wanted quaternion (4), body rate (3) and its derivative (3) from yaw, pitch, roll and their derivatives."""
+    """Write the commanded quaternion (4), body rate (3) and angular acceleration (3) of a reference row.
+
+    The row has yaw, pitch, roll (R = Rz Ry Rx) at 9, their first derivatives at 12 and their second at 15.
+    """
     cy, cp, cr = cos(0.5 * row[9]), cos(0.5 * row[10]), cos(0.5 * row[11])
     sy, sp, sr = sin(0.5 * row[9]), sin(0.5 * row[10]), sin(0.5 * row[11])
     out[0] = cy * cp * cr + sy * sp * sr
@@ -52,7 +110,7 @@ def _matrix(w, x, y, z, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _turn(q, w, target, integral, g, scratch, rate):  # type: ignore[no-untyped-def]
-    """Write the wanted angular acceleration (rate, 3) and return the attitude error e (3), body frame.
+    """Write the commanded angular acceleration (rate, 3) and return the attitude error e (3), body frame.
 
     q_e = q* q_d,  e = 2 sgn(q_e0) (q_e1, q_e2, q_e3),  R_e = R^T R_d (left in scratch, 9),
     w' = R_e w_d' - w x R_e w_d + k e + k_w (R_e w_d - w) + k_i int e.
@@ -81,7 +139,7 @@ def _turn(q, w, target, integral, g, scratch, rate):  # type: ignore[no-untyped-
 
 @njit(cache=True, nogil=True)
 def _travel(qpos, qvel, row, integral, g):  # type: ignore[no-untyped-def]
-    """Wanted acceleration (ENU): the reference's plus feedback, which is limited in length."""
+    """Commanded acceleration (ENU): the reference's plus feedback, limited in length; True where not limited."""
     x = g[0] * (row[0] - qpos[0]) + g[1] * (row[3] - qvel[0]) + g[2] * integral[0]
     y = g[0] * (row[1] - qpos[1]) + g[1] * (row[4] - qvel[1]) + g[2] * integral[1]
     z = g[0] * (row[2] - qpos[2]) + g[1] * (row[5] - qvel[2]) + g[2] * integral[2]
@@ -93,8 +151,8 @@ def _travel(qpos, qvel, row, integral, g):  # type: ignore[no-untyped-def]
 def _inverse_dynamics(nu, rate, up, gains, wrench):  # type: ignore[no-untyped-def]
     """Wrench that gives nu' = rate in still water, with the momenta (p, L) = (M + M_A) nu ([Fossen2011] theorem 3.2).
 
-    tau = (M + M_A) nu' + [w x p, w x L + v x p] + D |nu| nu - [0, arm x R^T z],  D from the engine's own drag; the
-    righting moment arm x R^T z acts on the hull by itself.
+    tau = (M + M_A) nu' + [w x p, w x L + v x p] + D |nu| nu - [0, r x R^T z],  D from the engine's own drag; the
+    righting moment r x R^T z of lift and weight acts on the hull without thrust.
     """
     p0 = p1 = p2 = l0 = l1 = l2 = 0.0
     for j in range(6):
@@ -119,28 +177,30 @@ def _inverse_dynamics(nu, rate, up, gains, wrench):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True, nogil=True)
-def _allocate(wrench, gains, ctrl):  # type: ignore[no-untyped-def]
-    """Thrusts by the pseudo-inverse, scaled together where one exceeds its limit; True if none does."""
-    largest = 0.0
-    for k in range(THRUSTERS):
+def _allocate(wrench, actuators, ctrl):  # type: ignore[no-untyped-def]
+    """Write T = B^+ tau, all thrusts scaled by the share that keeps each in its limit; True if the share is 1."""
+    share = 1.0
+    for k in range(ctrl.size):
+        row = ROW * k
         ctrl[k] = 0.0
         for i in range(6):
-            ctrl[k] += gains[ALLOCATION + 6 * k + i] * wrench[i]
-        largest = max(largest, abs(ctrl[k]))
-    if largest <= gains[LIMIT]:
+            ctrl[k] += actuators[row + ALLOCATION + i] * wrench[i]
+        if abs(ctrl[k]) > actuators[row + LIMIT]:
+            share = min(share, actuators[row + LIMIT] / abs(ctrl[k]))
+    if share == 1.0:
         return True
-    for k in range(THRUSTERS):
-        ctrl[k] *= gains[LIMIT] / largest
+    for k in range(ctrl.size):
+        ctrl[k] *= share
     return False
 
 
 @njit(control_signature, cache=True, nogil=True)
 def follow(qpos, qvel, row, gains, memory, ctrl):  # type: ignore[no-untyped-def]
-    """One control step: thrusts along the reference row, or ballast and silence in an unpowered phase."""
+    """One control step: thrusts along the reference row, or the commands without thrust in an unpowered phase."""
+    actuators = gains[ACTUATORS:]
     if gains[POWERED] == 0.0:
-        ctrl[:THRUSTERS] = 0.0
-        ctrl[THRUSTERS] = gains[BALLAST]
-        ctrl[THRUSTERS + 1] = gains[BALLAST + 1]
+        for k in range(ctrl.size):
+            ctrl[k] = actuators[ROW * k + COMMAND]
         memory[INTEGRAL : INTEGRAL + 6] = 0.0
         return
     g, integral, target = gains[GAINS:ARM], memory[INTEGRAL:TARGET], memory[TARGET:MATRIX]
@@ -148,19 +208,18 @@ def follow(qpos, qvel, row, gains, memory, ctrl):  # type: ignore[no-untyped-def
     _target(row, target)
     error = _turn(qpos[3:7], qvel[3:6], target, integral[3:6], g, matrix, rate[3:6])
     _matrix(qpos[3], qpos[4], qpos[5], qpos[6], matrix)
-    ax, ay, az, modest = _travel(qpos, qvel, row, integral, g)
+    ax, ay, az, unlimited = _travel(qpos, qvel, row, integral, g)
     for i in range(3):
         nu[i] = matrix[i] * qvel[0] + matrix[3 + i] * qvel[1] + matrix[6 + i] * qvel[2]
         nu[3 + i] = qvel[3 + i]
         rate[i] = matrix[i] * ax + matrix[3 + i] * ay + matrix[6 + i] * az
+    # the body frame turns: v' = R^T a - w x v
     rate[0] -= nu[4] * nu[2] - nu[5] * nu[1]
     rate[1] -= nu[5] * nu[0] - nu[3] * nu[2]
     rate[2] -= nu[3] * nu[1] - nu[4] * nu[0]
     _inverse_dynamics(nu, rate, matrix[6:9], gains, wrench)
-    ctrl[THRUSTERS] = 0.0
-    ctrl[THRUSTERS + 1] = 0.0
-    # integrals rest while feedback or thrust is limited, so that they do not wind up
-    if _allocate(wrench, gains, ctrl) and modest:
+    # integrals rest while feedback or thrust is limited (anti-windup)
+    if _allocate(wrench, actuators, ctrl) and unlimited:
         for i in range(3):
             integral[i] += STEP_S * (row[i] - qpos[i])
             integral[3 + i] += STEP_S * error[i]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sim.vehicles.auv_control import ARM, DRAG, MASS, _inverse_dynamics, _turn
+from sim.vehicles.free_body_control import ARM, DRAG, MASS, _inverse_dynamics, _turn
 
 
 @pytest.mark.parametrize("seed", range(3))
