@@ -5,6 +5,7 @@ A Python loop around `mujoco.mj_step` costs four times the step itself; this one
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +17,21 @@ from numba import njit, types
 from scenarios.arrays import Array
 from sim.portable_arithmetic import inverse
 
-llvm.load_library_permanently(str(next(Path(mujoco.__file__).parent.glob("*mujoco.*[0-9]*"))))
+LIBRARY = {"linux": "libmujoco.so.*", "darwin": "libmujoco.*.dylib", "win32": "mujoco.dll"}
+"""File name of MuJoCo's C library in the Python package, by `sys.platform`."""
+
+
+def library_file(folder: Path, platform: str = sys.platform) -> Path:
+    """MuJoCo's C library in the folder of the Python package; ImportError where none has the platform's name."""
+    if platform not in LIBRARY:
+        raise ImportError(f"the name of MuJoCo's library is not known for {platform}, only for {', '.join(LIBRARY)}")
+    found = sorted(folder.glob(LIBRARY[platform]))
+    if not found:
+        raise ImportError(f"MuJoCo's library {LIBRARY[platform]} is not in {folder}: install the package mujoco again")
+    return found[-1]
+
+
+llvm.load_library_permanently(str(library_file(Path(mujoco.__file__).parent)))
 
 
 def _c(name: str, *arguments: types.Type) -> types.ExternalFunction:

@@ -27,6 +27,9 @@ ALONE = 2
 AHEAD = 2
 """Items a worker that are submitted at a time: none waits for work, and a million items are not held at once."""
 
+START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+"""How workers start: POSIX from a clean server process, Windows, which has none, each from a new interpreter."""
+
 
 @dataclass(frozen=True)
 class _Try(Generic[Item]):
@@ -113,7 +116,7 @@ def _alone(function: Callable[[Item], Result], item: Item, lost: Callable[[Item]
 def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
     """A pool whose workers are ended at once on any exception."""
     others = multiprocessing.active_children()
-    context = multiprocessing.get_context("forkserver")
+    context = multiprocessing.get_context(START_METHOD)
     with ProcessPoolExecutor(jobs, mp_context=context, initializer=_serve) as pool:
         try:
             yield pool

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -12,7 +13,17 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from scenarios.arrays import Array
-from sim.engine import ReferenceTrack, StateLog, Stop, advance, control_signature, log_of, mass_matrix, plant_of
+from sim.engine import (
+    ReferenceTrack,
+    StateLog,
+    Stop,
+    advance,
+    control_signature,
+    library_file,
+    log_of,
+    mass_matrix,
+    plant_of,
+)
 from sim.vehicles.auv import Auv, AuvSpec
 from tests.sim.fossen import DENSITY, GRAVITY, Fossen, tuckerman
 
@@ -237,3 +248,22 @@ class TestLoop:
         data.ctrl[0] = 20.0
         log = run(model, data, 2.0, 0.02)
         np.testing.assert_allclose(np.diff(log.qvel, axis=0) / 0.02, log.accel[:-1], atol=1e-12)
+
+
+class TestLibraryFile:
+    @pytest.mark.parametrize(
+        ("platform", "name"),
+        [("linux", "libmujoco.so.4.0.0"), ("darwin", "libmujoco.4.0.0.dylib"), ("win32", "mujoco.dll")],
+    )
+    def test_each_system_has_its_own_name(self, platform: str, name: str, tmp_path: Path) -> None:
+        for other in ("libmujoco.so.4.0.0", "libmujoco.4.0.0.dylib", "mujoco.dll", "mujoco.txt"):
+            (tmp_path / other).touch()
+        assert library_file(tmp_path, platform) == tmp_path / name
+
+    def test_a_package_without_it_is_refused_by_name(self, tmp_path: Path) -> None:
+        with pytest.raises(ImportError, match=r"mujoco.dll is not in .*: install the package mujoco again"):
+            library_file(tmp_path, "win32")
+
+    def test_an_unknown_system_is_refused_with_the_known_ones(self, tmp_path: Path) -> None:
+        with pytest.raises(ImportError, match="not known for aix, only for linux, darwin, win32"):
+            library_file(tmp_path, "aix")

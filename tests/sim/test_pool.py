@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from sim import pool
 from sim.pool import AHEAD, map_unordered
 
 
@@ -33,12 +34,19 @@ def fail(x: int) -> int:
     raise ValueError(f"no {x}")
 
 
+@pytest.mark.parametrize("method", sorted({pool.START_METHOD, "spawn"}))
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_every_item_once(jobs: int) -> None:
+def test_every_item_once(jobs: int, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However workers start: Windows knows spawn alone."""
+    monkeypatch.setattr(pool, "START_METHOD", method)
     assert dict(map_unordered(square, range(20), jobs)) == {x: x * x for x in range(20)}
 
 
-def test_a_killed_worker_costs_a_repeat_not_the_result(tmp_path: Path) -> None:
+@pytest.mark.parametrize("method", sorted({pool.START_METHOD, "spawn"}))
+def test_a_killed_worker_costs_a_repeat_not_the_result(
+    tmp_path: Path, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pool, "START_METHOD", method)
     items = [tmp_path / str(k) for k in range(4)]
     assert dict(map_unordered(die_once, items, 2)) == {item: item.name for item in items}
 
