@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from scenarios.errors import InputError
+from validation.policy import number, shared
 
-APART = "not measured apart"
-BY_HAND = "set by hand, not measured"
 TUNED = "set on tuning seeds 0 and 1 of the bench, no sweep kept"
-
-
-def number(value: float | tuple[float, ...], meaning: str, *, alarms: str = APART, run: str = BY_HAND) -> Any:
-    """A field of the policy: its value, its meaning, the false alarms it was measured to give, the run that set it."""
-    return field(default=value, metadata={"meaning": meaning, "alarms": alarms, "run": run})
 
 
 @dataclass(frozen=True)
@@ -32,7 +26,7 @@ class Policy:
     # the linear problem
     least_samples: int = number(200, "shortest recording that is diagnosed: training and held-out segments need length")
     held_attitude: float = number(0.1, "share of repeated attitudes above which their derivative is no rate")
-    still_spread: float = number(0.05, "rms of the field over its mean below which a sensor is at rest")
+    still_spread: float = shared("still_spread")
     still_share: float = number(0.5, "share of the field's variance that channels explain at rest at least")
     still_strength: float = number(
         0.05, "rms of the strength over the field's, with fitted iron, below which a sensor turns",
@@ -349,7 +343,7 @@ class Policy:
     steady_heading: float = number(0.9, "length of the mean of a stretch's headings from which on it has one heading")
 
     # is what is left clean?
-    mean_lengths_s: tuple[float, ...] = number((1.0, 5.0, 20.0), "lengths of the means that are tested")
+    mean_lengths_s: tuple[float, ...] = shared("mean_lengths_s")
     means_alarm: float = number(1e-3, "probability that white noise fails the test of means at any length")
     least_mean_samples: int = number(5, "samples of a tested mean at least")
     least_tested_means: int = number(20, "means of a length at least, or it is not tested")

@@ -123,7 +123,7 @@ class InspectionResult(Inspection, Displayed):
 
     def plot(self) -> Figure:
         """Where the field pointed in the sensor's frame."""
-        return draw_coverage(self.looks[0])
+        return draw_coverage(self.sensors[0])
 
 
 def values_of(found: Any) -> dict[str, Any]:

@@ -22,7 +22,7 @@ FLOORS = (
     {"gates", "planning"},
 )
 """The rooms of `validation`: numbers below, judgement above them."""
-SHARED = {"__init__.py", "text.py"}
+SHARED = {"__init__.py", "policy.py", "text.py"}
 """What any room of `validation` may use."""
 MOST_TOKENS, MOST_COMPLEXITY = 300, 10
 

@@ -26,7 +26,8 @@ from reports.plots.inspection import (
 from reports.plots.style import Figure
 from reports.text.inspection import MARKS, finding_name, value_and_unit
 from validation.inspection.inspection import Inspection, headline, summary
-from validation.inspection.sensor_data import LEAST_ROWS, Look
+from validation.inspection.sensor_data import SensorData
+from validation.policy import POLICY
 
 
 @dataclass(frozen=True)
@@ -35,20 +36,20 @@ class Picture:
 
     title: str
     caption: str
-    draw: Callable[[Look], Figure]
-    has: Callable[[Look], bool]
+    draw: Callable[[SensorData], Figure]
+    has: Callable[[SensorData], bool]
 
 
-def _moves(look: Look) -> bool:
-    return len(look.series) > 0 and bool(look.series.mag_nT.any())
+def _moves(data: SensorData) -> bool:
+    return len(data.series) > 0 and bool(data.series.mag_nT.any())
 
 
-def _left(look: Look) -> bool:
-    return look.residual is not None and bool(look.residual.values.any())
+def _left(data: SensorData) -> bool:
+    return data.residual is not None and bool(data.residual.values.any())
 
 
-def _evenly_left(look: Look) -> bool:
-    return _left(look) and look.even and len(look.fresh) > 2 * LEAST_ROWS
+def _evenly_left(data: SensorData) -> bool:
+    return _left(data) and data.even and len(data.fresh) > 2 * POLICY.least_rows
 
 
 PICTURES = (
@@ -56,7 +57,7 @@ PICTURES = (
             "equal area. Blue cells were entered. Large white stretches leave a calibration unsure along them.",
             draw_coverage, _moves),
     Picture("Field and strength", "A strength that goes with the motion is what calibration removes; one that goes on "
-            "varying after the ellipsoid fit is not.", draw_strength, lambda look: len(look.series) > 1),
+            "varying after the ellipsoid fit is not.", draw_strength, lambda data: len(data.series) > 1),
     Picture("What is left", "The field less what a base model explains: attitude, else a constant strength, else the "
             "mean.", draw_residual, _left),
     Picture("Spectrum of what is left", "Thick: local background. Dashed: tones. Orange marks: where the mains would "
@@ -64,7 +65,7 @@ PICTURES = (
     Picture("Allan deviation of what is left", "Dashed: white noise alone. Above it there are slow changes.",
             draw_allan, _evenly_left),
     Picture("Low digits", "Even heights are what a sound converter gives in motion. Missing or preferred codes point "
-            "to the converter or to the log.", draw_low_digits, lambda look: len(look.series) > LEAST_ROWS),
+            "to the converter or to the log.", draw_low_digits, lambda data: len(data.series) > POLICY.least_rows),
 )  # fmt: skip
 
 
@@ -87,13 +88,13 @@ def _page(inspection: Inspection) -> dict[str, Any]:
             (title, [(finding_name(f), MARKS[f.level], *value_and_unit(f), f.text) for f in findings])
             for title, findings in sections
         ],
-        "pictures": [picture for look in inspection.looks for picture in _pictures(look)],
+        "pictures": [picture for data in inspection.sensors for picture in _pictures(data)],
     }
 
 
-def _pictures(look: Look) -> list[tuple[str, str, Markup]]:
+def _pictures(data: SensorData) -> list[tuple[str, str, Markup]]:
     """Title, caption and figure of each picture of one magnetometer."""
-    which = "" if look.sensor is None else f", sensor {look.sensor}"
-    drawn = (picture for picture in PICTURES if picture.has(look))
+    which = "" if data.sensor is None else f", sensor {data.sensor}"
+    drawn = (picture for picture in PICTURES if picture.has(data))
     titled = ((picture.title + which, picture) for picture in drawn)
-    return [(title, picture.caption, figure_html(partial(picture.draw, look), title)) for title, picture in titled]
+    return [(title, picture.caption, figure_html(partial(picture.draw, data), title)) for title, picture in titled]

@@ -12,7 +12,7 @@ from calib.numerics.noise import white_noise_std
 from reports.palette import INK, RAW, SOFT, XYZ
 from reports.plots.style import WIDTH_IN, clip_outliers, time_scale
 from scenarios.arrays import Array
-from validation.inspection.sensor_data import Look
+from validation.inspection.sensor_data import SensorData
 from validation.inspection.timing import find_gaps
 from validation.signals.noise import allan_deviation
 from validation.signals.sphere import cells, directions
@@ -26,11 +26,11 @@ EDGE_STEPS = 8
 MOST_TONES = 8
 
 
-def draw_coverage(look: Look) -> Figure:
+def draw_coverage(data: SensorData) -> Figure:
     """The sphere of the field's directions in the body frame as two discs of equal area: cells seen, and points."""
     figure = Figure(figsize=(WIDTH_IN, 5.2), layout="constrained")
-    corrected = look.corrected_nT
-    seen = directions(look.series.mag_nT if corrected is None else corrected)
+    corrected = data.corrected_nT
+    seen = directions(data.series.mag_nT if corrected is None else corrected)
     entered = np.zeros(cells().total, np.bool_)
     entered[cells().index(seen)] = True
     for axis, sign, title in zip(figure.subplots(1, 2), (1, -1), ("upper half, +z", "lower half, −z"), strict=True):
@@ -70,9 +70,9 @@ def _flat(direction: Array) -> Array:
     return direction[:, :2] * scale[:, None]
 
 
-def draw_strength(look: Look) -> Figure:
+def draw_strength(data: SensorData) -> Figure:
     """Components and strength over time, gaps shaded; the strength after the ellipsoid fit below."""
-    series, corrected = look.series, look.corrected_nT
+    series, corrected = data.series, data.corrected_nT
     figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
     parts, whole = figure.subplots(2, 1, sharex=True)
     for k, colour in enumerate(XYZ):
@@ -101,49 +101,49 @@ def _line(axis: Any, time_s: Array, values: Array, **style: Any) -> None:
         label = None
 
 
-def draw_residual(look: Look) -> Figure:
+def draw_residual(data: SensorData) -> Figure:
     """What the base model leaves, over time."""
-    assert look.residual is not None
-    residual = look.residual
+    assert data.residual is not None
+    residual = data.residual
     figure = Figure(figsize=(WIDTH_IN, 2.6), layout="constrained")
     axis = figure.subplots()
     for k, colour in enumerate(XYZ[: residual.values.shape[1]]):
-        _line(axis, residual.time_s, residual.values[:, k], color=colour, alpha=0.8, label=_label(look, k))
+        _line(axis, residual.time_s, residual.values[:, k], color=colour, alpha=0.8, label=_label(data, k))
     clip_outliers(axis, residual.values)
     axis.set(xlabel=f"time ({time_scale(residual.time_s)[1]})", ylabel="left (nT)")
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 
-def _label(look: Look, k: int) -> str:
-    assert look.residual is not None
-    return "strength" if look.residual.base == "strength" else "xyz"[k]
+def _label(data: SensorData, k: int) -> str:
+    assert data.residual is not None
+    return "strength" if data.residual.base == "strength" else "xyz"[k]
 
 
-def draw_spectrum(look: Look) -> Figure:
+def draw_spectrum(data: SensorData) -> Figure:
     """Amplitude density of the residual, its background, tones, and where the mains would appear."""
-    assert look.residual is not None
-    residual = look.residual
+    assert data.residual is not None
+    residual = data.residual
     found = spectrum(residual.time_s, residual.values)
     figure = Figure(figsize=(WIDTH_IN, 3.4), layout="constrained")
     axis = figure.subplots()
     if found is None:
         return figure
-    _draw_density(axis, look, found)
+    _draw_density(axis, data, found)
     _mark_tones(axis, tones(residual.time_s, residual.values)[:MOST_TONES])
-    _mark_mains(axis, look.rate_hz, float(found.frequency_hz[1]))
+    _mark_mains(axis, data.rate_hz, float(found.frequency_hz[1]))
     axis.set(xlabel="frequency (Hz)", ylabel="nT/√Hz", xlim=(found.frequency_hz[1], found.frequency_hz[-1]))
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 
-def _draw_density(axis: Any, look: Look, found: Spectrum) -> None:
+def _draw_density(axis: Any, data: SensorData, found: Spectrum) -> None:
     """Each axis' amplitude density, pale, and its local background, bold."""
     for k, colour in enumerate(XYZ[: found.density.shape[1]]):
         frequency, density = envelope(found.frequency_hz[1:], np.sqrt(found.density[1:, k]), 1500)
         axis.loglog(frequency, density, color=colour, linewidth=0.5, alpha=0.6)
         background = _thinned(found.frequency_hz[1:], np.sqrt(found.background[1:, k]))
-        axis.loglog(*background, color=colour, linewidth=1.6, label=_label(look, k))
+        axis.loglog(*background, color=colour, linewidth=1.6, label=_label(data, k))
     floor = np.sqrt(found.background[found.background > 0])
     if floor.size:
         axis.set_ylim(bottom=floor.min() / 10)
@@ -173,32 +173,32 @@ def _thinned(x: Array, y: Array) -> tuple[Array, Array]:
     return x[rows], y[rows]
 
 
-def draw_allan(look: Look) -> Figure:
+def draw_allan(data: SensorData) -> Figure:
     """Allan deviation of the residual against that of its white noise alone."""
-    assert look.residual is not None
-    residual = look.residual
+    assert data.residual is not None
+    residual = data.residual
     figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
     axis = figure.subplots()
-    interval_s = 1.0 / look.rate_hz
+    interval_s = 1.0 / data.rate_hz
     tau_s, deviation = allan_deviation(interval_s, residual.values)
     for k, (colour, white) in enumerate(zip(XYZ, white_noise_std(residual.values), strict=False)):
-        axis.loglog(tau_s, deviation[:, k], color=colour, marker="o", markersize=3, label=_label(look, k))
+        axis.loglog(tau_s, deviation[:, k], color=colour, marker="o", markersize=3, label=_label(data, k))
         axis.loglog(tau_s, white / np.sqrt(tau_s / interval_s), color=colour, linewidth=0.8, linestyle=(0, (4, 3)))
     axis.set(xlabel="averaging time (s)", ylabel="Allan deviation (nT)")
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 
-def draw_low_digits(look: Look) -> Figure:
+def draw_low_digits(data: SensorData) -> Figure:
     """How often each low digit occurs: the converter's last four bits, or where values lie within the noise."""
     figure = Figure(figsize=(WIDTH_IN, 2.6), layout="constrained")
-    for k, (axis, lattice) in enumerate(zip(figure.subplots(1, 3), look.lattices, strict=True)):
-        values = look.series.mag_nT[look.fresh, k]
+    for k, (axis, lattice) in enumerate(zip(figure.subplots(1, 3), data.lattices, strict=True)):
+        values = data.series.mag_nT[data.fresh, k]
         if lattice is not None and not lattice.floating:
             code = np.rint((values - lattice.offset) / lattice.step).astype(np.int64) % CODES
             label = f"{'xyz'[k]}: code modulo {CODES}, a code {lattice.step:.4g} nT"
         else:
-            unit = float(look.white_nT[k]) if np.isfinite(look.white_nT[k]) and look.white_nT[k] > 0 else 1.0
+            unit = float(data.white_nT[k]) if np.isfinite(data.white_nT[k]) and data.white_nT[k] > 0 else 1.0
             code = np.floor(values / unit * 4).astype(np.int64) % CODES
             label = f"{'xyz'[k]}: value modulo {4 * unit:.3g} nT, in sixteenths"
         axis.bar(np.arange(CODES), np.bincount(code, minlength=CODES), color=XYZ[k], width=0.8)

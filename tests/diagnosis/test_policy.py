@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from diagnosis.policy import STANDARD, Policy, changed
 from diagnosis.problem.blocks import Cut
 from scenarios.errors import InputError
 from sim.effects import EFFECTS
+from tests.bare_numbers import compared, constants
 from tests.conftest import ROOT
 from tests.diagnosis.synthetic import problem
 
@@ -59,36 +58,12 @@ GUARDS = {
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""
 COUNTS = {0, 1, 2, 3, 24}
 """Numbers that may be compared with: signs, shapes, whether there are several; 24 / n is a kurtosis' variance."""
-ROUNDING = 1e-6
-"""Numbers below only keep a division or a comparison from failing."""
-
-
-def _numbers(node: ast.AST) -> Iterator[float]:
-    for part in ast.walk(node):
-        if isinstance(part, ast.Constant) and isinstance(part.value, int | float) and not isinstance(part.value, bool):
-            yield part.value
-
-
-def _constants(tree: ast.Module) -> set[str]:
-    """Names of module constants that hold a number."""
-    made = [node for node in tree.body if isinstance(node, ast.Assign) and any(_numbers(node.value))]
-    names = (name for node in made for target in node.targets for name in ast.walk(target))
-    return {name.id for name in names if isinstance(name, ast.Name)}
 
 
 @pytest.mark.parametrize("path", [f for f in FILES if f.name != "policy.py"], ids=lambda p: p.name)
 def test_no_number_that_decides_stands_elsewhere(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    assert _constants(tree) <= GUARDS.get(path.name, set())
-    compared = [
-        number
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Compare)
-        for side in (node.left, *node.comparators)
-        if not isinstance(side, ast.Call | ast.Subscript)
-        for number in _numbers(side)
-    ]
-    assert {number for number in compared if number > ROUNDING} <= COUNTS
+    assert constants(path) <= GUARDS.get(path.name, set())
+    assert compared(path) <= COUNTS
 
 
 def test_every_number_has_its_words() -> None:

@@ -1,1 +1,1 @@
-"""A first look at a recording: what it holds, what it is fit for, and what is odd about it."""
+"""Inspection of a recording: contents, faults, and the calibrations that the data suffice for."""

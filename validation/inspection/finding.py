@@ -1,4 +1,4 @@
-"""What an inspection says: one value, its unit and one plain sentence."""
+"""Finding of an inspection: a value, a unit and a plain sentence."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ Level = Literal["ok", "note", "warning"]
 
 @dataclass(frozen=True)
 class Finding:
-    """A value (number, list, mapping or text) with its unit and a sentence; `level` says how much it matters.
+    """Value (number, list, mapping or text) with a unit, a sentence, and `level` for the severity.
 
-    sensor : number of the sensor of an array that it is about, None for the recording as a whole.
+    sensor : number of the sensor in an array, None for the recording as a whole.
     """
 
     section: str

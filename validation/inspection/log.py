@@ -1,4 +1,4 @@
-"""A file as it is: columns under their names and in their units, with every fault still in them."""
+"""Columns of a file under standard names and in standard units, with all faults kept."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from scenarios.arrays import Array
 from scenarios.errors import InputError
 
 LATEST_S = 1e19
-"""Nanoseconds of our time since 1970, taken for seconds, are a fifth of this; what is later is no time."""
+"""Largest time stamp: nanoseconds since 1970, read as seconds, are a fifth."""
 
 
 @dataclass(frozen=True)
 class RawLog:
-    """A recording before any check.
+    """Recording before any check.
 
-    columns : name -> (n,), numbers in the units of their names, NaN where a cell is empty.
-    sources : name -> the file's own name, where a map renamed it.
-    refusal : what `magbench calibrate` says of the file, "" where it takes it.
+    columns : name -> (n,), numbers in the units of the names, NaN for empty cells.
+    sources : name -> name in the file, for renamed columns.
+    refusal : reason why `magbench calibrate` refuses the file, "" for an accepted file.
     """
 
     path: Path
@@ -40,11 +40,11 @@ class RawLog:
 
     @property
     def sensors(self) -> tuple[int | None, ...]:
-        """Numbers of the sensors of an array, or None for the one magnetometer."""
+        """Return the numbers of an array's sensors, or (None,) for a single magnetometer."""
         return numbers("mag", tuple(self.columns)) or (None,)
 
     def vector(self, names: Sequence[str]) -> Array | None:
-        """Columns side by side (n, k), None unless all are there."""
+        """Return columns side by side (n, k), None unless all are present."""
         if not all(name in self.columns for name in names):
             return None
         return np.column_stack([self.columns[name] for name in names])
@@ -52,9 +52,9 @@ class RawLog:
 
 @dataclass(frozen=True)
 class Series:
-    """One magnetometer's rows with a field and a time later than any before; what was not measured is None.
+    """Rows of a magnetometer with finite field and increasing time; None for quantities not measured.
 
-    rows : (n,) where the rows stand in the file. Other vectors may have NaN.
+    rows : (n,) indices of the rows in the file. Vectors other than the field may have NaN.
     """
 
     rows: NDArray[np.intp]
@@ -68,20 +68,20 @@ class Series:
         return len(self.time_s)
 
     def scaled(self, factor: float) -> Series:
-        """The same with the field in another unit."""
+        """Return the series with the field multiplied by `factor`."""
         return replace(self, mag_nT=factor * self.mag_nT)
 
 
 def read_log(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> RawLog:
-    """Read a run, a dataset directory (its `run`) or a measured log, `--map` texts applied; nothing is repaired.
+    """Read a run, a dataset directory (run number `run`) or a measured log with `--map` texts; repair nothing.
 
-    Raises InputError for a file that cannot be read, that has no columns of time and field, or text in their place.
+    Raises InputError for a file that cannot be read, without numeric columns of time and field.
     """
     return log_of(read_columns(file_of(path, run), maps), maps)
 
 
 def log_of(raw: RawColumns, maps: Sequence[str] = ()) -> RawLog:
-    """The same of columns that have been read, with the maps that named them."""
+    """Return the log of columns that have been read, with the maps that renamed columns."""
     columns = {name: np.asarray(values, np.float64) for name, values in raw.named.items() if name != "phase"}
     return RawLog(raw.path, columns, {one.target: one.source for one in parse_maps(maps)}, _refusal(raw))
 
@@ -95,7 +95,7 @@ def _refusal(raw: RawColumns) -> str:
 
 
 def series_of(log: RawLog, sensor: int | None) -> Series:
-    """The sound rows of one magnetometer, in order of time: finite, no time twice or of another age of the world."""
+    """Return the sound rows of a magnetometer in order of time: finite, no repeated or absurd time stamps."""
     field = log.vector(mag_names(sensor))
     assert field is not None
     time_s = log.columns["time_s"]
@@ -107,7 +107,7 @@ def series_of(log: RawLog, sensor: int | None) -> Series:
 
 
 def _measured(values: Array | None, rows: NDArray[np.integer]) -> Array | None:
-    """An instrument's vectors, NaN for what is infinite; None where it measured not one whole vector."""
+    """Return an instrument's vectors with NaN for infinities; None without any complete vector."""
     if values is None:
         return None
     known = np.where(np.isinf(values[rows]), np.nan, values[rows])

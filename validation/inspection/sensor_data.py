@@ -1,4 +1,4 @@
-"""What the sections of an inspection share about one magnetometer, computed once."""
+"""Data of a magnetometer that all sections of an inspection use, computed once."""
 
 from __future__ import annotations
 
@@ -17,25 +17,18 @@ from recordings.units import UNITS, likely_unit
 from scenarios.arrays import Array
 from validation.inspection.log import Series
 from validation.inspection.rates import stale
+from validation.policy import POLICY
 from validation.signals.faults import runs
 from validation.signals.intervals import gaps_after, usual_interval
 from validation.signals.lattice import Lattice, find_lattice
 
-MOST_NOISE_SHARE = 0.05
-"""Differences of neighbours above this share of the field are motion between samples, not noise."""
-MOST_SPREAD = 0.1
-"""Spread of the strength after the ellipsoid fit, beyond which the fit has not found the field."""
-LEAST_ROWS = 30
-UNEVEN_INTERVAL, MOST_UNEVEN_SHARE = 0.3, 0.2
-"""A spectrum bears intervals off by so much, for so large a share of the samples."""
-
 
 @dataclass(frozen=True)
 class Residual:
-    """The part (n, k) of the field that a base model leaves, at rows `index` of the series, nT.
+    """Residual (n, k) in nT of a simple model, at rows `index` of the series.
 
-    base : "attitude": field = S R^T h + b fitted, x, y, z are left; "strength": |h| of the ellipsoid fit less its mean;
-    "mean": field less its mean, with the motion still in it.
+    base : "attitude": x, y, z after a fit of ``field = S R^T h + b``; "strength": strength after the ellipsoid fit,
+    less the mean; "mean": field less the mean, motion included.
     """
 
     base: Literal["attitude", "strength", "mean"]
@@ -45,12 +38,12 @@ class Residual:
 
 
 @dataclass(frozen=True)
-class Look:
-    """One magnetometer's series, taken in `unit` (nT, or what its strength suggests), and what was derived from it.
+class SensorData:
+    """Series of a magnetometer, read in `unit` (nT, or as the strength suggests), and derived quantities.
 
-    fresh : rows of the series that are not mere repeats of a slower sensor, `fresh_s` their times. white_nT : (3,), NaN
-    where the motion between samples hides it, an upper bound unless `settled`. ellipsoid : that fit, the reference
-    being the median strength.
+    fresh, fresh_s : rows and times (m,) without repeats of a slower sensor.
+    white_nT : white noise (3,), an upper bound unless `settled`, NaN where motion between samples hides the noise.
+    ellipsoid : ellipsoid fit with the median strength as reference.
     """
 
     sensor: int | None
@@ -66,32 +59,35 @@ class Look:
 
     @property
     def even(self) -> bool:
-        """Whether the samples follow at even enough intervals for a spectrum."""
+        """Return whether the intervals are even enough for a spectrum."""
         step = np.diff(self.fresh_s)
-        return len(step) > 2 and bool(np.mean(np.abs(step / np.median(step) - 1) > UNEVEN_INTERVAL) < MOST_UNEVEN_SHARE)
+        if len(step) <= 2:
+            return False
+        uneven = np.abs(step / np.median(step) - 1) > POLICY.uneven_interval
+        return bool(uneven.mean() < POLICY.most_uneven)
 
     @property
     def rate_hz(self) -> float:
-        """Samples a second between gaps, NaN of fewer than three."""
+        """Return samples per second between gaps, NaN for fewer than three samples."""
         return 1.0 / usual_interval(self.fresh_s) if len(self.fresh) > 2 else float("nan")
 
     @property
     def strength_nT(self) -> float:
-        """Median strength of the measured field."""
+        """Return the median strength of the measured field."""
         return median_strength(self.series.mag_nT)
 
     @property
     def corrected_nT(self) -> Array | None:
-        """The field (n, 3) after the ellipsoid fit, None where that did not succeed."""
+        """Return the field (n, 3) after the ellipsoid fit, None for a failed fit."""
         if self.ellipsoid.status.kind != "ok":
             return None
         field_nT = self.ellipsoid.apply(Recording(self.series.time_s, self.series.mag_nT))
         strength = np.linalg.norm(field_nT, axis=1)
-        return field_nT if strength.std() < MOST_SPREAD * strength.mean() else None
+        return field_nT if strength.std() < POLICY.most_spread * strength.mean() else None
 
 
-def look_at(series: Series, sensor: int | None) -> Look:
-    """Derive what the sections need from one magnetometer's sound rows."""
+def derive(series: Series, sensor: int | None) -> SensorData:
+    """Derive the data of a magnetometer from the sound rows."""
     unit = _unit(series)
     series = series.scaled(UNITS["mag"][unit][0])
     lattices = tuple(find_lattice(column) for column in series.mag_nT.T)
@@ -99,24 +95,24 @@ def look_at(series: Series, sensor: int | None) -> Look:
     fresh = runs(series.mag_nT)[0] if slower else np.arange(len(series))
     fresh_s = _spread_evenly(series.time_s[fresh]) if slower else series.time_s
     white_nT, settled = white_noise(series.mag_nT[fresh], gaps_after(fresh_s))
-    white_nT = np.where(white_nT < MOST_NOISE_SHARE * median_strength(series.mag_nT), white_nT, np.nan)
+    white_nT = np.where(white_nT < POLICY.most_noise_share * median_strength(series.mag_nT), white_nT, np.nan)
     known = (fresh, fresh_s, white_nT, bool(settled.all()))
-    look = Look(sensor, series, unit, lattices, *known, _ellipsoid(series), None)
-    return replace(look, residual=_residual(look))
+    data = SensorData(sensor, series, unit, lattices, *known, _ellipsoid(series), None)
+    return replace(data, residual=_residual(data))
 
 
 def median_strength(mag_nT: Array) -> float:
-    """Median norm of a field (n, 3); NaN of none."""
+    """Return the median norm of a field (n, 3), NaN for no rows."""
     return float(np.median(np.linalg.norm(mag_nT, axis=1))) if len(mag_nT) else float("nan")
 
 
 def attitude_of(series: Series) -> Array | None:
-    """Unit quaternions (n, 4), a held attitude interpolated between its changes; None where there is none."""
+    """Return unit quaternions (n, 4), interpolated where the attitude is held; None without attitude."""
     if series.att_q is None:
         return None
     norm = np.linalg.norm(series.att_q, axis=1)
-    known = np.isfinite(norm) & (norm > 0.5) & (norm < 2)
-    if known.sum() < LEAST_ROWS:
+    known = np.isfinite(norm) & (norm > POLICY.attitude_norm[0]) & (norm < POLICY.attitude_norm[1])
+    if known.sum() < POLICY.least_rows:
         return None
     q = series.att_q[known]
     keep = runs(q)[0] if stale(q) else np.arange(len(q))
@@ -135,9 +131,9 @@ def _unit(series: Series) -> str:
 
 
 def _spread_evenly(time_s: Array) -> Array:
-    """Times (n,) of a slower sensor's values, which the rows know to a row only: evenly between gaps."""
+    """Return times (n,) of a slower sensor's values, evenly spread between gaps: rows give times to one row."""
     step = np.diff(time_s)
-    breaks = np.flatnonzero(step > 2.5 * step.mean()) + 1
+    breaks = np.flatnonzero(step > POLICY.held_pause * step.mean()) + 1
     parts = np.split(time_s, breaks)
     return np.concatenate([np.linspace(part[0], part[-1], len(part)) for part in parts])
 
@@ -148,26 +144,26 @@ def _ellipsoid(series: Series) -> Calibration:
     return get("ellipsoid").fit(Recording(series.time_s, series.mag_nT), reference)
 
 
-def _residual(look: Look) -> Residual | None:
-    series = look.series
-    if len(look.fresh) < LEAST_ROWS:
+def _residual(data: SensorData) -> Residual | None:
+    series = data.series
+    if len(data.fresh) < POLICY.least_rows:
         return None
     q = attitude_of(series)
     if q is not None:
-        known = np.isfinite(q[look.fresh]).all(axis=1)
-        index = look.fresh[known]
-        if len(index) >= LEAST_ROWS:
+        known = np.isfinite(q[data.fresh]).all(axis=1)
+        index = data.fresh[known]
+        if len(index) >= POLICY.least_rows:
             values = _unexplained(q[index], series.mag_nT[index])
-            return Residual("attitude", index, look.fresh_s[known], values)
-    field_nT = look.corrected_nT
+            return Residual("attitude", index, data.fresh_s[known], values)
+    field_nT = data.corrected_nT
     if field_nT is not None:
-        strength = np.linalg.norm(field_nT[look.fresh], axis=1)
-        return Residual("strength", look.fresh, look.fresh_s, (strength - strength.mean())[:, None])
-    values = series.mag_nT[look.fresh]
-    return Residual("mean", look.fresh, look.fresh_s, values - values.mean(axis=0))
+        strength = np.linalg.norm(field_nT[data.fresh], axis=1)
+        return Residual("strength", data.fresh, data.fresh_s, (strength - strength.mean())[:, None])
+    values = series.mag_nT[data.fresh]
+    return Residual("mean", data.fresh, data.fresh_s, values - values.mean(axis=0))
 
 
 def _unexplained(q: Array, mag_nT: Array) -> Array:
-    """Field (n, 3) less its regression on the nine elements of R and a constant: any S, h and b of m = S R^T h + b."""
+    """Return the field (n, 3) less the fit of ``m = S R^T h + b``: a regression on the nine elements of R and 1."""
     columns = np.column_stack([Rotation.from_quat(q, scalar_first=True).as_matrix().reshape(-1, 9), np.ones(len(q))])
     return np.asarray(mag_nT - columns @ np.linalg.lstsq(columns, mag_nT, rcond=1e-10)[0])

@@ -1,58 +1,58 @@
-"""Noise floor, slow changes and tones of what a base model leaves."""
+"""Noise floor, slow changes and tones of the residual of a simple model."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from calib.numerics.noise import white_noise_std
+from calib.numerics.noise import LEAST_SAMPLES, white_noise_std
 from validation.inspection.finding import Finding, Level
-from validation.inspection.sensor_data import Look, Residual
+from validation.inspection.sensor_data import Residual, SensorData
+from validation.policy import POLICY
 from validation.signals.noise import BlockMeans, block_means
 from validation.signals.tones import Tone, mains_aliases, mains_named, spectrum, tones
 from validation.text import counted, figure, figures, listed
 
 SECTION = "noise"
 BASES = {
-    "attitude": "what the attitude leaves unexplained",
+    "attitude": "the part that the attitude does not explain",
     "strength": "the strength after the ellipsoid fit",
     "mean": "the measured field",
 }
-MOTION_RATIO = 10.0
-"""Power over the noise floor that is motion's, not noise's."""
 MOST_LISTED = 5
+"""Tones that are listed."""
 
 
-def noise_findings(look: Look) -> list[Finding]:
-    """White noise, what is left of the field, block means, tones and where the mains would appear."""
-    found = [_white(look)]
-    if look.residual is not None:
-        found += [_left(look, look.residual), *_slow(look, look.residual), *_tones(look, look.residual)]
-    if look.rate_hz > 2 and look.even:
-        found.append(_mains(look, look.rate_hz))
+def noise_findings(data: SensorData) -> list[Finding]:
+    """Return findings on white noise, residual, block means, tones and aliases of the mains."""
+    found = [_white(data)]
+    if data.residual is not None:
+        found += [_residual(data, data.residual), *_slow(data, data.residual), *_tones(data, data.residual)]
+    if data.rate_hz > POLICY.least_mains_rate_hz and data.even:
+        found.append(_mains(data, data.rate_hz))
     return [finding for finding in found if finding is not None]
 
 
-def _white(look: Look) -> Finding | None:
-    if len(look.series) < 12:
+def _white(data: SensorData) -> Finding | None:
+    if len(data.series) < LEAST_SAMPLES:
         return None
-    value, rate = look.white_nT.tolist(), look.rate_hz
-    if not np.isfinite(look.white_nT).all():
-        text = "Neighbouring samples differ by more than noise: it moved too far between them to tell the noise."
-        return Finding(SECTION, "white", value, "nT", text, "note", look.sensor)
-    steps = np.array([lattice.step if lattice else 0.0 for lattice in look.lattices])
-    if np.any(look.white_nT < 0.3 * steps):
+    value, rate = data.white_nT.tolist(), data.rate_hz
+    if not np.isfinite(data.white_nT).all():
+        text = "The noise cannot be determined: the sensor moved too far between neighbouring samples."
+        return Finding(SECTION, "white", value, "nT", text, "note", data.sensor)
+    steps = np.array([lattice.step if lattice else 0.0 for lattice in data.lattices])
+    if np.any(data.white_nT < POLICY.hidden_noise * steps):
         text = "Most neighbouring samples are equal: the noise is below the least significant bit."
-        return Finding(SECTION, "white", value, "nT", text, "note", look.sensor)
-    density = figures(look.white_nT * np.sqrt(2 / rate), 2)
-    text = f"White noise {figures(look.white_nT)} nT rms a sample ({density} nT/sqrt(Hz))"
-    if not look.settled:
+        return Finding(SECTION, "white", value, "nT", text, "note", data.sensor)
+    density = figures(data.white_nT * np.sqrt(2 / rate), 2)
+    text = f"White noise {figures(data.white_nT)} nT rms per sample ({density} nT/sqrt(Hz))"
+    if not data.settled:
         text += " at most: the estimate falls with each further difference, so the noise is not white, "
         text += "or the motion is fast"
-    return Finding(SECTION, "white", value, "nT", text + ".", "ok" if look.settled else "note", look.sensor)
+    return Finding(SECTION, "white", value, "nT", text + ".", "ok" if data.settled else "note", data.sensor)
 
 
-def _left(look: Look, residual: Residual) -> Finding | None:
-    """Rms of the residual, against the white noise in it."""
+def _residual(data: SensorData, residual: Residual) -> Finding | None:
+    """Return the rms of the residual, compared with the white noise of the residual."""
     if residual.base == "mean":
         return None
     rms = np.sqrt(np.mean(residual.values**2, axis=0))
@@ -61,74 +61,74 @@ def _left(look: Look, residual: Residual) -> Finding | None:
     ratio = float(np.max(rms / white)) if np.all(white > 0) else float("nan")
     text = f"{BASES[residual.base][0].upper()}{BASES[residual.base][1:]} is {figures(rms)} nT rms"
     text += f", {figure(ratio, 2)} times its white noise" if np.isfinite(ratio) else ""
-    level: Level = "note" if ratio > 2 else "ok"
-    return Finding(SECTION, "residual", value, "nT", text + ".", level, look.sensor)
+    level: Level = "note" if ratio > POLICY.residual_ratio else "ok"
+    return Finding(SECTION, "residual", value, "nT", text + ".", level, data.sensor)
 
 
-def _slow(look: Look, residual: Residual) -> list[Finding]:
-    """Block means against white noise, of everything but the bare field in motion."""
+def _slow(data: SensorData, residual: Residual) -> list[Finding]:
+    """Return block means compared with white noise, except of a measured field in motion."""
     if residual.base == "mean" and not _still(residual):
         return []
     found = block_means(residual.time_s, residual.values)
-    return [_slow_finding(look, residual, found)] if found else []
+    return [_slow_finding(data, residual, found)] if found else []
 
 
-def _slow_finding(look: Look, residual: Residual, found: list[BlockMeans]) -> Finding:
+def _slow_finding(data: SensorData, residual: Residual, found: list[BlockMeans]) -> Finding:
     lengths = listed([figure(blocks.length_s) for blocks in found])
     excess = listed([figure(float(np.max(blocks.excess)), 2) for blocks in found])
     coloured = any((blocks.excess > blocks.chance()).any() for blocks in found)
     text = f"Means over {lengths} s of {BASES[residual.base]} vary {excess} times as "
-    text += "much as means of white noise" + (": slow changes are left." if coloured else ".")
+    text += "much as means of white noise" + (": slow changes remain." if coloured else ".")
     level: Level = "note" if coloured else "ok"
-    return Finding(SECTION, "slow", [_as_value(blocks) for blocks in found], "", text, level, look.sensor)
+    return Finding(SECTION, "slow", [_as_value(blocks) for blocks in found], "", text, level, data.sensor)
 
 
 def _still(residual: Residual) -> bool:
-    """Whether the field varies little more than its noise."""
-    return bool(np.all(residual.values.std(axis=0) < 3 * white_noise_std(residual.values)))
+    """Return whether the field varies little more than the noise."""
+    return bool(np.all(residual.values.std(axis=0) < POLICY.still_noise * white_noise_std(residual.values)))
 
 
 def _as_value(blocks: BlockMeans) -> dict[str, object]:
     return {"length_s": blocks.length_s, "blocks": blocks.blocks, "std_nT": blocks.std, "excess": blocks.excess}
 
 
-def motion_edge_hz(look: Look) -> float:
-    """The highest frequency at which the measured field is far above its noise floor: there the vehicle moves."""
-    found = spectrum(look.fresh_s, look.series.mag_nT[look.fresh])
-    if found is None or not np.isfinite(look.white_nT).all():
+def motion_edge_hz(data: SensorData) -> float:
+    """Return the highest frequency of the motion: the measured field is ten times above the noise floor."""
+    found = spectrum(data.fresh_s, data.series.mag_nT[data.fresh])
+    if found is None or not np.isfinite(data.white_nT).all():
         return float("inf")
-    floor = 2 * look.white_nT**2 / look.rate_hz
-    above = np.any(found.background > MOTION_RATIO * floor, axis=1)
+    floor = 2 * data.white_nT**2 / data.rate_hz
+    above = np.any(found.background > POLICY.motion_ratio * floor, axis=1)
     return float(found.frequency_hz[np.flatnonzero(above)[-1]]) if above.any() else 0.0
 
 
-def _tones(look: Look, residual: Residual) -> list[Finding]:
-    if not look.even:
+def _tones(data: SensorData, residual: Residual) -> list[Finding]:
+    if not data.even:
         return []
     found = tones(residual.time_s, residual.values)
     if not found:
-        text = f"No tone stands out of {BASES[residual.base]}."
-        return [Finding(SECTION, "tones", [], "Hz", text, "ok", look.sensor)]
-    edge_hz = motion_edge_hz(look)
+        text = f"No tone in {BASES[residual.base]}."
+        return [Finding(SECTION, "tones", [], "Hz", text, "ok", data.sensor)]
+    edge_hz = motion_edge_hz(data)
     resolution = 2.0 / float(np.ptp(residual.time_s))
-    value = [_tone_value(tone, edge_hz, look.rate_hz, resolution) for tone in found]
+    value = [_tone_value(tone, edge_hz, data.rate_hz, resolution) for tone in found]
     clear = [one for one in value if not one["motion"]]
     listed = clear or value
     text = f"{counted(len(listed), 'tone')} in {BASES[residual.base]}: {_list_of(listed)}."
     text += _in_motion(len(clear), len(value) - len(clear), edge_hz)
-    return [Finding(SECTION, "tones", value, "Hz", text, "note", look.sensor)]
+    return [Finding(SECTION, "tones", value, "Hz", text, "note", data.sensor)]
 
 
 def _list_of(listed: list[dict[str, object]]) -> str:
-    """The strongest tones, and how many more there are."""
+    """Return the strongest tones in words, and the number of further tones."""
     more = f" and {len(listed) - MOST_LISTED} more" if len(listed) > MOST_LISTED else ""
     return ", ".join(_tone_text(one) for one in listed[:MOST_LISTED]) + more
 
 
 def _in_motion(clear: int, moving: int, edge_hz: float) -> str:
-    """What is said of tones at frequencies at which the vehicle moves."""
+    """Return a remark on tones at frequencies of the motion."""
     if not clear:
-        return " All are at frequencies of the motion and may belong to it."
+        return " All may belong to the motion, which has these frequencies."
     return f" {moving} more below {figure(edge_hz, 2)} Hz may belong to the motion." if moving else ""
 
 
@@ -144,10 +144,10 @@ def _tone_text(one: dict[str, object]) -> str:
     return f"{text}, where {' or '.join(mains)} would appear" if isinstance(mains, list) and mains else text
 
 
-def _mains(look: Look, rate: float) -> Finding:
+def _mains(data: SensorData, rate: float) -> Finding:
     aliases = mains_aliases(rate)
     fifty, sixty = aliases["50 Hz"], aliases["60 Hz"]
-    text = f"At {figure(rate, 4)} Hz the mains of 50 Hz appear at {figure(fifty)}, of 60 Hz at {figure(sixty)} Hz"
-    hidden = [name for name in ("50 Hz", "60 Hz") if aliases[name] < 0.002 * rate]
+    text = f"At {figure(rate, 4)} Hz, mains of 50 Hz appear at {figure(fifty)} Hz and of 60 Hz at {figure(sixty)} Hz"
+    hidden = [name for name in ("50 Hz", "60 Hz") if aliases[name] < POLICY.slow_mains * rate]
     text += f": {' and '.join(hidden)} look like a slow change of the offset" if hidden else ""
-    return Finding(SECTION, "mains", aliases, "Hz", text + ".", "note" if hidden else "ok", look.sensor)
+    return Finding(SECTION, "mains", aliases, "Hz", text + ".", "note" if hidden else "ok", data.sensor)

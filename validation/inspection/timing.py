@@ -1,4 +1,4 @@
-"""When the samples were taken: interval, jitter, gaps, order."""
+"""Time stamps: interval, jitter, gaps, order."""
 
 from __future__ import annotations
 
@@ -10,49 +10,41 @@ from recordings.units import UNITS
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding, Level
 from validation.inspection.log import RawLog, series_of
-from validation.inspection.rates import LEAST_ROWS, SECTION, rate_findings
+from validation.inspection.rates import SECTION, rate_findings
 from validation.inspection.sensor_data import attitude_of
-from validation.signals.intervals import GAP
+from validation.policy import POLICY
 from validation.signals.lattice import find_lattice
 from validation.signals.time_units import finer_unit
 from validation.text import counted, duration, figure
 
-FEW_SAMPLES = 100
-"""Below so many nothing is said of noise, tones and slow changes."""
 SLOW_S = 5.0
-"""Interval from which on no rate in Hz is said."""
-CONSTANT_JITTER = 1e-6
-"""Rms deviation of the intervals, as a share of the usual one, that is rounding."""
-JITTER_NOTE, JITTER_WARNING = 0.05, 0.3
-"""The same, from which on a user should know, and from which on spectra and filters do not hold."""
-MOST_GAPS = 0.01
-"""Share of the recording in gaps beyond which they are a warning."""
+"""Interval from which on no rate in Hz is written."""
 MOST_LISTED = 20
 """Gaps that are listed."""
-FEW_LENGTHS, RESOLUTION_DIGITS = 3, 9
-"""Different intervals that an even clock in rounded stamps has; decimals of a second that a stamp can have."""
+RESOLUTION_DIGITS = 9
+"""Decimals of a second that a time stamp can have."""
 
 
 @dataclass(frozen=True)
 class Gap:
-    """A pause: `length_s` without a sample after the time `after_s`."""
+    """Pause of `length_s` without samples after the time `after_s`."""
 
     after_s: float
     length_s: float
 
 
 def timing_findings(log: RawLog) -> list[Finding]:
-    """Samples and duration, interval, jitter, gaps, time stamps out of order, and rates of the other columns."""
+    """Return findings on samples, duration, interval, jitter, gaps, order, and rates of the other columns."""
     stamps = log.columns["time_s"]
     time_s = np.unique(stamps[np.isfinite(stamps)])
     found = [_samples(stamps, time_s), _order(stamps)]
     if len(time_s) > 2:
         found[1:1] = [_interval(time_s), _jitter(time_s), _gaps(time_s)]
-    return [*found, *rate_findings(log)] if len(time_s) >= LEAST_ROWS else found
+    return [*found, *rate_findings(log)] if len(time_s) >= POLICY.least_rate_rows else found
 
 
 def in_seconds(log: RawLog) -> tuple[RawLog, list[Finding]]:
-    """The log, with time stamps of a finer unit made seconds where a gyro tells that unit, and what is said of it."""
+    """Return the log with time stamps in seconds where a gyro confirms a finer unit, and findings on the unit."""
     series = series_of(log, log.sensors[0])
     finer = finer_unit(series.time_s, series.mag_nT, series.gyro_rad_s, attitude_of(series))
     if finer is None:
@@ -66,7 +58,7 @@ def in_seconds(log: RawLog) -> tuple[RawLog, list[Finding]]:
 
 
 def find_gaps(time_s: Array) -> list[Gap]:
-    """Pauses in increasing times (n,)."""
+    """Return pauses in increasing times (n,)."""
     step = np.diff(time_s)
     if len(step) < 2:
         return []
@@ -75,53 +67,53 @@ def find_gaps(time_s: Array) -> list[Gap]:
 
 
 def _longest_usual(step: Array) -> float:
-    """The longest of intervals (n,) that is no gap, the usual one being the larger of median and 95 % quantile."""
-    return GAP * float(max(np.median(step), np.quantile(step, 0.95)))
+    """Return the longest interval that is not a gap: 1.5 times the median, or the 95 % quantile if larger."""
+    return POLICY.gap * float(max(np.median(step), np.quantile(step, 0.95)))
 
 
 def _samples(stamps: Array, time_s: Array) -> Finding:
     length_s = float(np.ptp(time_s)) if len(time_s) else 0.0
     text = f"{counted(len(stamps), 'sample')} over {duration(length_s)}."
-    few = len(time_s) < FEW_SAMPLES
+    few = len(time_s) < POLICY.few_samples
     if few:
-        text += " Too few for statements on noise, tones and slow changes."
+        text += " Too few to judge noise, tones and slow changes."
     return Finding(SECTION, "samples", len(stamps), "", text, "note" if few else "ok")
 
 
 def _interval(time_s: Array) -> Finding:
     interval_s = float(np.median(np.diff(time_s)))
-    rate = f", {figure(1 / interval_s, 4)} Hz," if interval_s < SLOW_S else ""
-    text = f"One sample in {duration(interval_s)}{rate} in the median."
+    rate = f" ({figure(1 / interval_s, 4)} Hz)" if interval_s < SLOW_S else ""
+    text = f"The median interval is {duration(interval_s)}{rate}."
     return Finding(SECTION, "interval", interval_s, "s", text)
 
 
 def _jitter(time_s: Array) -> Finding:
-    """Rms deviation of the intervals from their median, gaps left out."""
+    """Return the rms deviation of the intervals from the median, without gaps."""
     step = np.diff(time_s)
     usual = float(np.median(step))
     kept = step[step <= _longest_usual(step)]
     jitter_s = float(np.sqrt(np.mean((kept - usual) ** 2)))
     share = jitter_s / usual
-    if share < CONSTANT_JITTER:
+    if share < POLICY.constant_jitter:
         return Finding(SECTION, "jitter", jitter_s, "s", "The interval is constant.")
     text = f"The interval varies by {100 * share:.2g} % rms, from {duration(kept.min())} to {duration(kept.max())}"
     rounding_s = _rounding_s(time_s, kept)
     if rounding_s > 0 and jitter_s < rounding_s:
         text += f": no more than the time stamps' rounding to {duration(rounding_s)}"
         return Finding(SECTION, "jitter", jitter_s, "s", text + ".")
-    level: Level = "warning" if share > JITTER_WARNING else "note" if share > JITTER_NOTE else "ok"
+    level: Level = "warning" if share > POLICY.jitter_warning else "note" if share > POLICY.jitter_note else "ok"
     if level == "warning":
-        text += ": sampling is irregular, spectra and filters that count samples do not hold"
+        text += ": sampling is irregular; spectra and filters that assume even sampling do not hold"
     return Finding(SECTION, "jitter", jitter_s, "s", text + ".", level)
 
 
 def _rounding_s(time_s: Array, intervals: Array) -> float:
-    """What the time stamps are rounded to, 0 where that does not show.
+    """Return the rounding of the time stamps in s, 0 if unknown.
 
-    An even clock in coarse stamps has a few different intervals alone, apart by the rounding.
+    An even clock with coarse stamps has two or three different intervals, apart by the rounding.
     """
     lengths = np.unique(np.round(intervals, RESOLUTION_DIGITS))
-    if 1 < len(lengths) <= FEW_LENGTHS:
+    if 1 < len(lengths) <= POLICY.few_lengths:
         step_s = float(np.diff(lengths).min())
     else:
         lattice = find_lattice(time_s)
@@ -132,7 +124,7 @@ def _rounding_s(time_s: Array, intervals: Array) -> float:
 def _gaps(time_s: Array) -> Finding:
     gaps = find_gaps(time_s)
     if not gaps:
-        return Finding(SECTION, "gaps", [], "s", "No gap: samples follow each other without a pause.")
+        return Finding(SECTION, "gaps", [], "s", "No gap between samples.")
     longest = max(gaps, key=lambda gap: gap.length_s)
     total_s = sum(gap.length_s for gap in gaps)
     text = f"{counted(len(gaps), 'gap')}, {duration(total_s)} together; the longest, {duration(longest.length_s)}, "
@@ -140,18 +132,18 @@ def _gaps(time_s: Array) -> Finding:
     listed = sorted(sorted(gaps, key=lambda gap: -gap.length_s)[:MOST_LISTED], key=lambda gap: gap.after_s)
     value = [{"after_s": gap.after_s, "length_s": gap.length_s} for gap in listed]
     share = total_s / float(np.ptp(time_s))
-    return Finding(SECTION, "gaps", value, "s", text, "warning" if share > MOST_GAPS else "note")
+    return Finding(SECTION, "gaps", value, "s", text, "warning" if share > POLICY.most_gaps else "note")
 
 
 def _order(stamps: Array) -> Finding:
-    """Missing, repeated and decreasing time stamps."""
+    """Return counts of missing, repeated and decreasing time stamps."""
     missing = int(np.count_nonzero(~np.isfinite(stamps)))
     rows = np.flatnonzero(np.isfinite(stamps))
     step = np.diff(stamps[rows])
     counts = {"missing": missing, "repeated": int(np.sum(step == 0)), "decreasing": int(np.sum(step < 0))}
     listed = [f"{number:,} {name}" for name, number in counts.items() if number]
     if not listed:
-        return Finding(SECTION, "order", counts, "", "Every time stamp is later than the one before.")
+        return Finding(SECTION, "order", counts, "", "Time stamps increase strictly.")
     text = f"Time stamps: {', '.join(listed)}"
     if (step <= 0).any():
         text += f"; the first in row {rows[int(np.argmax(step <= 0)) + 1] + 1}"

@@ -1,1 +1,1 @@
-"""Numbers that a series gives: noise, tones, value lattice, faults, conventions; no judgement."""
+"""Estimates from time series: noise, tones, converter steps, faulty samples, conventions of quaternions."""

@@ -1,4 +1,4 @@
-"""How large a series is."""
+"""Root mean squares."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from scenarios.arrays import Array
 
 
 def rms(values: ArrayLike) -> float:
-    """Root mean square of all elements."""
+    """Return the root mean square of all elements."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
 def column_rms(values: Array) -> Array:
-    """Root mean square (k,) of each column of values (n, k)."""
+    """Return the root mean square (k,) of each column of values (n, k)."""
     return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))

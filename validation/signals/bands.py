@@ -1,4 +1,4 @@
-"""The spectrum of a residual in bands that are evenly spaced in log frequency."""
+"""Spectrum of a residual in bands that are evenly spaced in log frequency."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from scipy.stats import gamma
 from scenarios.arrays import Array
 
 WINDOW_LINES = 35 / 18
-"""By how much a Hann window correlates neighbouring lines: lines over independent ones."""
+"""Lines of a Hann-windowed spectrum over independent lines: the window correlates neighbours."""
 LEAST_WHITE = 1e-4
-"""White noise over that of a sample, below which it does not show beside a slow noise and is taken for so much."""
+"""Lower limit of the fitted white noise, over the noise of a sample: slow noise hides less."""
 
 
 def hann(n: int) -> Array:
-    """The Hann window (n, 1)."""
+    """Return the Hann window (n, 1)."""
     return np.asarray(np.sin(np.pi * (np.arange(n) + 0.5) / n)[:, None] ** 2)
 
 
 def even_bands(first: int, last: int, count: int) -> list[slice]:
-    """Bands of a spectrum's lines from the first to the last, so many edges or fewer."""
+    """Return bands of spectral lines from `first` to `last`, with at most `count` edges."""
     edges = np.unique(np.geomspace(first, last, count).astype(int))
     return [slice(a, b) for a, b in itertools.pairwise(edges)]
 
@@ -38,7 +38,7 @@ class Bands:
 
     @classmethod
     def of(cls, residual: Array, interval_s: float, first_line: int, count: int) -> Bands:
-        """So many bands at most of a residual (n, q), from a line on, mean over outputs, under a Hann window."""
+        """Return at most `count` bands of a residual (n, q) from `first_line` on: Hann window, mean over outputs."""
         n, q = residual.shape
         window = hann(n)
         power = (np.abs(np.fft.rfft((residual - residual.mean(axis=0)) * window, axis=0)) ** 2).sum(axis=1)
@@ -52,13 +52,13 @@ class Bands:
         )
 
     def odds(self, ratio: Array) -> Array:
-        """Probability (m,) that noise of the expected spectrum has so many times its power in a band, or more."""
+        """Return the probability (m,) that noise has at least `ratio` times the expected power in a band."""
         return np.asarray(gamma.sf(ratio, self.shape, scale=1 / self.shape))
 
     def fit(self, level: float, slow: Array) -> tuple[float, float, float]:
-        """Greatest Whittle likelihood of ``S = w + s slow`` (slow (m,), zero: white alone), and w and s there.
+        """Return the greatest Whittle likelihood of ``S = w + s slow``, w and s; slow (m,) is zero for white noise.
 
-        level : white noise of a sample, of which w is a ten-thousandth at least: without any a likelihood has no scale.
+        level : white noise of a sample; w is at least 1e-4 of `level`, because w = 0 leaves no scale.
         """
 
         def cost(x: Array) -> float:

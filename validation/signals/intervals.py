@@ -1,4 +1,4 @@
-"""Intervals between time stamps: which samples are neighbours, and how far apart they usually are."""
+"""Intervals between time stamps: gaps and the usual interval."""
 
 from __future__ import annotations
 
@@ -6,18 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.arrays import Array
-
-GAP = 1.5
-"""Intervals, in medians, beyond which two samples are not neighbours."""
+from validation.policy import POLICY
 
 
 def gaps_after(time_s: Array) -> NDArray[np.intp]:
-    """Indices of samples after which more than GAP median intervals of time_s (n,) pass."""
+    """Return indices of samples before a gap in time_s (n,): an interval of more than 1.5 medians."""
     step = np.diff(time_s)
-    return np.flatnonzero(step > GAP * np.median(step)) if len(step) else np.zeros(0, np.intp)
+    return np.flatnonzero(step > POLICY.gap * np.median(step)) if len(step) else np.zeros(0, np.intp)
 
 
 def usual_interval(time_s: Array) -> float:
-    """Mean interval of times (n,) between gaps, s: unlike the median it is not that of rounded time stamps."""
+    """Return the mean interval of times (n,) between gaps in s; unlike the median, not biased by rounded stamps."""
     step = np.diff(time_s)
-    return float(step[step <= GAP * np.median(step)].mean()) if len(step) else float("nan")
+    return float(step[step <= POLICY.gap * np.median(step)].mean()) if len(step) else float("nan")

@@ -1,25 +1,24 @@
-"""The course of a signal by neighbouring samples, in which a sample's own error has no part."""
+"""A signal interpolated from neighbouring samples, without the error of the sample at the time."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from scenarios.arrays import Array
+from validation.policy import POLICY
 
 PLACES = (-2, -1, 1, 2)
-"""The samples that a cubic is laid through, from the one that it is read at."""
-MOST_WEIGHT = 2.0
-"""Sum of the cubic's weights' sizes beyond which uneven times make noise large: 5/3 where times are even."""
+"""Samples that a cubic passes through, relative to the sample to be interpolated."""
 
 MOST_SAMPLES = 5000
-"""Samples, spread evenly, from which it is read what of a column is linear in the signal."""
+"""Samples, evenly spread, that a column is regressed on the signal with."""
 
 
 def by_neighbours(signal: Array, time_s: Array, most: Array) -> Array:
-    """A signal (n, 3) at times (n,), each sample read from a cubic through two on either side of it.
+    """Return a signal (n, 3) at times (n,), each sample from a cubic through two neighbours on either side.
 
-    ``sum_i s_i prod_(j != i) (t - t_j) / (t_i - t_j)``. Where that is further off than `most` (3,), the signal bends
-    too fast for it and a sample stays as it is; so do the first and the last two.
+    ``sum_i s_i prod_(j != i) (t - t_j) / (t_i - t_j)``. Where the cubic differs from the sample by more than `most`
+    (3,), the signal bends too fast and the sample is kept; likewise the first and the last two samples.
     """
     out, n, edge = signal.copy(), len(signal), max(PLACES)
     if n <= 2 * edge:
@@ -28,16 +27,17 @@ def by_neighbours(signal: Array, time_s: Array, most: Array) -> Array:
     at = np.arange(n)[middle, None] + np.array(PLACES)
     weight = _weights(time_s[middle], time_s[at])
     read = np.einsum("ni,nij->nj", weight, signal[at])
-    even = (np.abs(weight).sum(axis=1) < MOST_WEIGHT)[:, None]
+    even = (np.abs(weight).sum(axis=1) < POLICY.neighbours_weight)[:, None]
     out[middle] = np.where(even & (np.abs(read - signal[middle]) < most), read, signal[middle])
     return out
 
 
 def as_iron_sees(columns: Array, read: Array, signal: Array) -> Array:
-    """Columns (n, 3, k) made of a signal as it is read (n, 3), with what is linear in that made of the signal (n, 3).
+    """Return columns (n, 3, k) computed from the interpolated signal `read`, with their linear part from `signal`.
 
-    The base has the signal itself, and would make the difference of the two, which is the sample's own error. What is
-    linear is read from some of the samples: all of a loop that never closes is.
+    The iron of the baseline multiplies the measured signal (n, 3). A linear part computed from `read` (n, 3) would
+    leave the difference, which is the error of the samples. The linear part is fitted to evenly spread samples:
+    columns of a hysteresis loop that never closes are linear throughout.
     """
     some = slice(None, None, -(-len(signal) // MOST_SAMPLES))
     design = np.column_stack([read[some], np.full(len(read[some]), np.abs(read).max())])
@@ -47,11 +47,11 @@ def as_iron_sees(columns: Array, read: Array, signal: Array) -> Array:
 
 
 def _weights(time_s: Array, there_s: Array) -> Array:
-    """Weights (n, m) of values at times (n, m) in the polynomial through them at times (n,); large for two at one."""
+    """Return weights (n, m) of values at times (n, m) in the polynomial read at times (n,); large for equal times."""
     ahead = time_s[:, None] - there_s
     apart = there_s[:, :, None] - there_s[:, None, :]
     m = there_s.shape[1]
     factors = [[j for j in range(m) if j != i] for i in range(m)]
     above = np.stack([ahead[:, others].prod(axis=1) for others in factors], axis=1)
     below = np.stack([apart[:, i, others].prod(axis=1) for i, others in enumerate(factors)], axis=1)
-    return np.asarray(np.divide(above, below, out=np.full_like(above, MOST_WEIGHT), where=below != 0))
+    return np.asarray(np.divide(above, below, out=np.full_like(above, POLICY.neighbours_weight), where=below != 0))

@@ -1,4 +1,4 @@
-"""Slow noise of a residual: block means against its white noise, and the Allan deviation."""
+"""Slow noise of a residual: block means compared with white noise, and the Allan deviation."""
 
 from __future__ import annotations
 
@@ -8,18 +8,15 @@ import numpy as np
 
 from calib.numerics.noise import LEAST_BLOCKS, LEAST_SAMPLES, white_noise_std
 from scenarios.arrays import Array
+from validation.policy import POLICY
 from validation.signals.intervals import gaps_after
-
-LENGTHS_S = (1.0, 5.0, 20.0)
-LEAST_FILLED = 0.8
-"""Share of its samples that a block must have."""
 
 
 @dataclass(frozen=True)
 class BlockMeans:
-    """Means over `length_s`: `std` (k,) of them, and its `excess` (k,) over that of white noise, which is 1.
+    """Means over `length_s`: standard deviation `std` (k,), and `excess` (k,) over means of white noise, which have 1.
 
-    excess = std sqrt(samples) / white_std;  a block has `samples`, there are `blocks`.
+    excess = std sqrt(samples) / white_std;  `blocks` blocks have `samples` samples each.
     """
 
     length_s: float
@@ -28,15 +25,17 @@ class BlockMeans:
     std: Array
     excess: Array
 
-    def chance(self, sigmas: float = 4.0) -> float:
-        """The largest excess that white noise has by chance, at so many standard deviations."""
-        return float(np.sqrt(1.0 + sigmas * np.sqrt(2.0 / max(self.blocks - 1, 1))))
+    def chance(self) -> float:
+        """Return the largest excess of white noise by chance, 4 standard deviations of the variance above 1."""
+        return float(np.sqrt(1.0 + POLICY.excess_sigma * np.sqrt(2.0 / max(self.blocks - 1, 1))))
 
 
-def block_means(time_s: Array, residual: Array, lengths_s: tuple[float, ...] = LENGTHS_S) -> list[BlockMeans]:
-    """Means of a residual (n, k) over blocks of time_s (n,), against its white noise; lengths with too few left out.
+def block_means(
+    time_s: Array, residual: Array, lengths_s: tuple[float, ...] = POLICY.mean_lengths_s
+) -> list[BlockMeans]:
+    """Return means of a residual (n, k) over blocks of time_s (n,) compared with white noise, for each length.
 
-    Blocks must hold at least two samples and LEAST_FILLED of what the median interval promises; four blocks at least.
+    A block needs two samples and 80 % of the samples that the median interval gives; a length needs four blocks.
     """
     if len(time_s) < LEAST_SAMPLES:
         return []
@@ -61,14 +60,14 @@ def _means(time_s: Array, residual: Array, length_s: float, interval_s: float) -
     sound = np.isfinite(residual).all(axis=1)
     counts = np.bincount(block[sound], minlength=int(block.max(initial=0)) + 1)
     sums = np.column_stack([np.bincount(block[sound], column[sound], minlength=len(counts)) for column in residual.T])
-    full = counts >= LEAST_FILLED * expected
+    full = counts >= POLICY.filled_mean * expected
     return sums[full] / counts[full, None], float(counts[full].mean()) if full.any() else expected
 
 
 def allan_deviation(interval_s: float, values: Array) -> tuple[Array, Array]:
-    """Averaging times (m,) in s, in octaves, and the overlapping Allan deviation (m, k) of values (n, k).
+    """Return averaging times (m,) in s and the overlapping Allan deviation (m, k) of evenly sampled values (n, k).
 
-    sigma^2(tau) = <(ybar(t + tau) - ybar(t))^2> / 2, even sampling assumed, up to a quarter of the recording.
+    sigma^2(tau) = <(ybar(t + tau) - ybar(t))^2> / 2, in octaves up to a quarter of the recording.
     """
     lengths = 2 ** np.arange(max(int(np.log2(max(len(values) // 4, 1))) + 1, 0))
     total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values - values.mean(axis=0), axis=0)])

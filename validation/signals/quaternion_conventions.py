@@ -1,4 +1,4 @@
-"""What a quaternion's four numbers mean, judged by the gyro and by directions that are fixed in the world."""
+"""Convention of a quaternion's four numbers, from the gyro and from directions that are fixed in the world."""
 
 from __future__ import annotations
 
@@ -10,35 +10,28 @@ from scipy.signal import correlate
 from scipy.spatial.transform import Rotation
 
 from scenarios.arrays import Array
-from validation.signals.intervals import GAP
+from validation.policy import POLICY
 
 BASELINE_S = 0.1
-"""Time over which rates are compared, a sample at least: shorter ones are mostly noise."""
-LEAST_RATE_RAD_S = 0.01
-LEAST_ROWS = 30
-LONGEST_LAG_S = 5.0
+"""Time over which rates are computed, one sample at least: shorter differences are mostly noise."""
 FINE_LAG = 8
-"""Rows on either side of the correlation's peak that are tried."""
-LAG_GAIN = 0.01
-"""Least gain in the share explained, for a lag to be believed."""
-SECOND_AXIS = 0.02
-"""Least share of the rate's variance about a second axis, for a rotation between two frames to be told."""
+"""Rows on either side of the correlation's peak at which the lag is refined."""
 CONVENTIONS: dict[str, tuple[tuple[int, ...], float]] = {
     "w, x, y, z, body to world": ((0, 1, 2, 3), 1.0),
     "w, x, y, z, world to body": ((0, 1, 2, 3), -1.0),
     "x, y, z, w, body to world": ((3, 0, 1, 2), 1.0),
     "x, y, z, w, world to body": ((3, 0, 1, 2), -1.0),
 }
-"""Where w, x, y, z stand among the four columns, and the sign of the vector part."""
+"""Columns of w, x, y, z, and the sign of the vector part."""
 EXPECTED = next(iter(CONVENTIONS))
 
 
 @dataclass(frozen=True)
 class RateMatch:
-    """gyro = scale R omega + bias, omega the attitude's body rate: `share` of the gyro's variance is explained.
+    """Fit ``gyro = scale R omega + bias`` with omega the attitude's body rate; `share` of the variance is explained.
 
-    angle_deg : that R turns, NaN where the rates are about one axis and do not tell it. lag_s : by which the attitude
-    comes late.
+    angle_deg : angle of R, NaN where rates about a single axis do not determine R.
+    lag_s : delay of the attitude.
     """
 
     share: float
@@ -48,15 +41,15 @@ class RateMatch:
 
 
 def read_as(q: Array, convention: str) -> Array:
-    """Quaternions (n, 4) whose columns are in a convention's order, as w, x, y, z, body to world."""
+    """Return quaternions (n, 4) given in a convention, as w, x, y, z, body to world."""
     order, sign = CONVENTIONS[convention]
     return np.asarray(q[:, order] * [1.0, sign, sign, sign])
 
 
 def match_rates(time_s: Array, q: Array, gyro: Array) -> RateMatch | None:
-    """Compare a gyro (n, 3) with the rate of an attitude (n, 4), both over BASELINE_S; None where neither turns.
+    """Compare a gyro (n, 3) with the rate of an attitude (n, 4), both over BASELINE_S; None where nothing turns.
 
-    The attitude may be late: the lag that explains most is sought within LONGEST_LAG_S.
+    The lag of the attitude, at most 5 s, is the lag with the largest explained share.
     """
     pair = _rates(time_s, q, gyro)
     if pair is None:
@@ -68,20 +61,20 @@ def match_rates(time_s: Array, q: Array, gyro: Array) -> RateMatch | None:
     if not matches:
         return None
     best = max(matches, key=lambda lag: matches[lag].share)
-    if 0 in matches and matches[best].share < matches[0].share + LAG_GAIN:
+    if 0 in matches and matches[best].share < matches[0].share + POLICY.lag_gain:
         best = 0
     return replace(matches[best], lag_s=best * interval_s)
 
 
 def _rates(time_s: Array, q: Array, gyro: Array) -> tuple[Array, Array, float] | None:
-    """Rates (m, 3) of the attitude and of the gyro over the same stretches, and the interval of their rows."""
+    """Return rates (m, 3) of attitude and gyro over equal stretches, and the median interval in s."""
     sound = np.isfinite(q).all(axis=1) & np.isfinite(gyro).all(axis=1)
     time_s, q, gyro = time_s[sound], q[sound], gyro[sound]
-    if len(time_s) < LEAST_ROWS:
+    if len(time_s) < POLICY.least_rows:
         return None
     interval_s = float(np.median(np.diff(time_s)))
     step = max(1, round(BASELINE_S / interval_s))
-    if len(time_s) < 2 * step + LEAST_ROWS:
+    if len(time_s) < 2 * step + POLICY.least_rows:
         return None
     turned = np.zeros((len(gyro), 3))
     turned[1:] = np.cumsum(0.5 * (gyro[1:] + gyro[:-1]) * np.diff(time_s)[:, None], axis=0)
@@ -93,9 +86,9 @@ def _rates(time_s: Array, q: Array, gyro: Array) -> tuple[Array, Array, float] |
 
 
 def _coarse_lag(rate: Array, gyro: Array, interval_s: float) -> int:
-    """Rows by which the size of the attitude's rate follows that of the gyro's, from their correlation."""
+    """Return the lag in rows of the attitude's rate behind the gyro's, from the correlation of their norms."""
     a, b = (np.linalg.norm(values - values.mean(axis=0), axis=1) for values in (rate, gyro))
-    most = min(round(LONGEST_LAG_S / interval_s), len(a) // 4)
+    most = min(round(POLICY.longest_lag_s / interval_s), len(a) // 4)
     correlation = correlate(a - a.mean(), b - b.mean(), method="fft")
     centre = len(a) - 1
     return int(np.argmax(correlation[centre - most : centre + most + 1])) - most
@@ -107,15 +100,15 @@ def _shifted(rate: Array, gyro: Array, lag: int) -> RateMatch | None:
 
 
 def _usual(length_s: Array) -> NDArray[np.bool_]:
-    """Stretches (n,) without a gap in them."""
-    return np.asarray(length_s < GAP * np.median(length_s), np.bool_)
+    """Return whether stretches (n,) are free of gaps."""
+    return np.asarray(length_s < POLICY.gap * np.median(length_s), np.bool_)
 
 
 def _similarity(rate: Array, gyro: Array) -> RateMatch | None:
-    """The similarity that turns rates (n, 3) into the gyro's (n, 3), by orthogonal Procrustes."""
+    """Fit the similarity from rates (n, 3) to the gyro's (n, 3): orthogonal Procrustes."""
     rate, gyro = rate - rate.mean(axis=0), gyro - gyro.mean(axis=0)
     power, total = float((rate**2).sum()), float((gyro**2).sum())
-    if len(rate) < 10 or np.sqrt(power / len(rate)) < LEAST_RATE_RAD_S or total == 0:
+    if len(rate) < POLICY.least_directions or np.sqrt(power / len(rate)) < POLICY.least_rate_rad_s or total == 0:
         return None
     left, sizes, right = np.linalg.svd(gyro.T @ rate)
     sizes[2] *= np.sign(np.linalg.det(left @ right))
@@ -124,11 +117,11 @@ def _similarity(rate: Array, gyro: Array) -> RateMatch | None:
     share = 1.0 - float(((gyro - scale * rate @ rotation.T) ** 2).sum()) / total
     variance = np.linalg.eigvalsh(rate.T @ rate)
     angle_deg = float(np.degrees(Rotation.from_matrix(rotation).magnitude()))
-    return RateMatch(share, scale, angle_deg if variance[1] > SECOND_AXIS * variance[2] else float("nan"))
+    return RateMatch(share, scale, angle_deg if variance[1] > POLICY.second_axis * variance[2] else float("nan"))
 
 
 def euler_deg(q: Array) -> Array:
-    """Yaw, pitch, roll (n, 3) in degrees of quaternions (n, 4), R_wb = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Return yaw, pitch, roll (n, 3) in degrees of quaternions (n, 4), R_wb = Rz(yaw) Ry(pitch) Rx(roll)."""
     w, x, y, z = q.T
     yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
@@ -137,27 +130,27 @@ def euler_deg(q: Array) -> Array:
 
 
 def mean_direction(q: Array, body: Array) -> Array:
-    """Mean (3,) of the directions of body vectors (n, 3) in the world; of length 1 when they are all the same."""
+    """Return the mean (3,) of the directions of body vectors (n, 3) in the world; length 1 for a fixed direction."""
     finite = np.asarray(np.isfinite(np.column_stack([q, body])).all(axis=1), np.bool_)
     length = np.linalg.norm(np.where(finite[:, None], body, 0.0), axis=1)
     rows = np.arange(len(length))[length > 0]
-    if len(rows) < 10:
+    if len(rows) < POLICY.least_directions:
         return np.zeros(3)
     unit = body[rows] / length[rows, None]
     return np.asarray(Rotation.from_quat(q[rows], scalar_first=True).apply(unit).mean(axis=0))
 
 
 def gyro_scale_from_field(time_s: Array, mag: Array, gyro: Array) -> tuple[float, float]:
-    """Scale k of the gyro and share explained, from the field alone: dm/dt = -k omega x (m - b), b a constant.
+    """Return scale k of the gyro and explained share, from ``dm/dt = -k omega x (m - b)`` with constant b.
 
-    The derivative is taken over BASELINE_S. NaN where the gyro does not turn. A soft iron makes it inexact.
+    The derivative is taken over BASELINE_S. NaN where the gyro does not turn. Soft iron biases k.
     """
     sound = np.isfinite(gyro).all(axis=1)
     time_s, mag, gyro = time_s[sound], mag[sound], gyro[sound]
-    if len(time_s) < LEAST_ROWS:
+    if len(time_s) < POLICY.least_rows:
         return float("nan"), float("nan")
     half = max(1, round(0.5 * BASELINE_S / float(np.median(np.diff(time_s)))))
-    if len(time_s) < 2 * half + 10:
+    if len(time_s) - 2 * half < POLICY.least_directions:
         return float("nan"), float("nan")
     length_s = time_s[2 * half :] - time_s[: -2 * half]
     usual = _usual(length_s)
@@ -168,7 +161,7 @@ def gyro_scale_from_field(time_s: Array, mag: Array, gyro: Array) -> tuple[float
 
 
 def _scale(slope: Array, rate: Array, mag: Array) -> tuple[float, float]:
-    """Least squares for k and k b in slope = -k rate x mag + rate x (k b)."""
+    """Fit k and k b in ``slope = -k rate x mag + rate x (k b)`` by least squares."""
     if not np.any(rate) or not np.any(slope):
         return float("nan"), float("nan")
     first = np.asarray(-np.cross(rate, mag)).reshape(-1, 1)

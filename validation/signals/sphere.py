@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from scenarios.arrays import Array
 
 BAND_DEG = 15.0
-"""Height of a band of latitude; its cells are about as wide."""
+"""Height of a band of latitude, and about the width of a cell."""
 
 
 @dataclass(frozen=True)
 class Cells:
-    """A sphere in cells of equal area, in bands of latitude from pole to pole.
+    """Cells of equal area on a sphere, in bands of latitude from pole to pole.
 
     counts : (bands,) cells in each band. edges_z : (bands + 1,) z of the bands' edges, from -1 to 1.
     """
@@ -25,18 +25,18 @@ class Cells:
 
     @property
     def total(self) -> int:
-        """Number of cells."""
+        """Return the number of cells."""
         return int(self.counts.sum())
 
     def index(self, direction: Array) -> NDArray[np.intp]:
-        """Cell of each unit vector (n, 3)."""
+        """Return the cell of each unit vector (n, 3)."""
         band = np.clip(np.searchsorted(self.edges_z, direction[:, 2], side="right") - 1, 0, len(self.counts) - 1)
         turn = np.arctan2(direction[:, 1], direction[:, 0]) / (2 * np.pi) % 1.0
         within = np.minimum((turn * self.counts[band]).astype(np.intp), self.counts[band] - 1)
         return np.asarray(np.cumsum(self.counts)[band] - self.counts[band] + within, np.intp)
 
     def edges(self) -> Array:
-        """Longitude from and to (rad), z from and to, of every cell: (total, 4)."""
+        """Return the edges (total, 4) of all cells: longitudes in rad, from and to, and z, from and to."""
         rows = []
         for band, count in enumerate(self.counts):
             longitude = 2 * np.pi * np.arange(count + 1) / count
@@ -45,7 +45,7 @@ class Cells:
         return np.concatenate(rows)
 
     def centres(self) -> Array:
-        """Unit vectors (total, 3) of the cells' middles."""
+        """Return unit vectors (total, 3) to the middles of all cells."""
         low, high, bottom, top = self.edges().T
         z, longitude = (bottom + top) / 2, (low + high) / 2
         radius = np.sqrt(1 - z**2)
@@ -53,7 +53,7 @@ class Cells:
 
 
 def cells() -> Cells:
-    """The cells that coverage is counted in: about square, in bands that are placed for equal area."""
+    """Return the cells in which coverage is counted: about square and of equal area."""
     bands = round(180 / BAND_DEG)
     latitude = np.radians(-90 + BAND_DEG * (np.arange(bands) + 0.5))
     counts = np.maximum(1, np.rint(360 / BAND_DEG * np.cos(latitude))).astype(np.intp)
@@ -61,14 +61,17 @@ def cells() -> Cells:
 
 
 def directions(vectors: Array) -> Array:
-    """Unit vectors (m, 3) of those among vectors (n, 3) that have a direction."""
+    """Return unit vectors (m, 3) of the vectors (n, 3) that are finite and not zero."""
     length = np.linalg.norm(vectors, axis=1)
     sound = np.isfinite(length) & (length > 0)
     return np.asarray(vectors[sound] / length[sound, None])
 
 
 def largest_hole(direction: Array) -> tuple[float, Array]:
-    """Angle (degrees) from the emptiest cell's middle to the nearest of unit vectors (n, 3), and that middle (3,)."""
+    """Return radius in degrees and centre (3,) of the largest hole between unit vectors (n, 3).
+
+    Centres are middles of cells; the radius is the angle to the nearest unit vector.
+    """
     middle = cells().centres()
     nearest = np.full(len(middle), -1.0)
     for start in range(0, len(direction), 65_536):

@@ -10,8 +10,8 @@ from scenarios.arrays import Array
 def envelope(time_s: Array, values: Array, buckets: int = 700) -> tuple[Array, Array]:
     """Thin a record (n,) or (n, k) for drawing: least and greatest value of each bucket of consecutive samples.
 
-    A spike of one sample stays in sight. Returns times (m,) and values (m,) or (m, k), m <= 2 buckets; a record that is
-    short enough comes back as it is. NaN (a gap) stays where a whole bucket is NaN.
+    Spikes of a single sample remain visible. Returns times (m,) and values (m,) or (m, k), m <= 2 buckets; shorter
+    records are returned unchanged. A bucket of NaN alone (a gap) gives NaN.
     """
     n = len(time_s)
     if n <= 2 * buckets:
@@ -24,5 +24,5 @@ def envelope(time_s: Array, values: Array, buckets: int = 700) -> tuple[Array, A
 
 
 def every_nth(n: int, most: int) -> slice:
-    """A stride through n samples that keeps at most `most` of them."""
+    """Return a slice that keeps at most `most` of n samples, evenly spread."""
     return slice(None, None, max(1, -(-n // most)))

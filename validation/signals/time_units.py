@@ -1,4 +1,4 @@
-"""Time stamps that are said to be seconds and are in a finer unit, judged by how fast the sensor turns."""
+"""Time stamps in a finer unit than the stated second, detected by the rate at which the sensor turns."""
 
 from __future__ import annotations
 
@@ -8,31 +8,27 @@ import numpy as np
 
 from recordings.units import UNITS
 from scenarios.arrays import Array
+from validation.policy import POLICY
 from validation.signals.direction_rate import median_rate_rad_s
-from validation.signals.quaternion_conventions import BASELINE_S, LEAST_ROWS, gyro_scale_from_field, match_rates
+from validation.signals.quaternion_conventions import BASELINE_S, gyro_scale_from_field, match_rates
 from validation.text import figure
 
 FINER = ("ms", "us", "ns")
-LEAST_INTERVAL_S = 1.0
-"""Below it the stamps are no milliseconds, unless a thousand samples a second were logged."""
-LEAST_SHARE, TOLERANCE = 0.5, 0.3
-"""Of the gyro's variance, or the field's derivative, what is explained at least; how far the scale may be from 1."""
-USUAL_RAD_S = (0.005, 2.0)
-"""Rates at which a vehicle's field turns in the median: circles at 1 degree/s have 0.009, a tumbled sensor has 1."""
-LEAST_SPREAD = 0.05
-"""Spread of the field's direction below which the sensor is at rest, and tells nothing."""
 
 
 @dataclass(frozen=True)
 class Finer:
-    """The unit that stamps look like, and the field's median rate if they are seconds; sure where a gyro says so."""
+    """Likely unit of the time stamps, and the field's median rate if the unit were seconds.
+
+    sure : whether a gyro confirms the unit.
+    """
 
     unit: str
     rate_rad_s: float
     sure: bool
 
     def words(self, column: str) -> str:
-        """What is said of it, and what to do; `column` is the file's name for the time."""
+        """Return a sentence with the unit and the option to set; `column` is the file's name for the time."""
         do = f"--map time_s={column},unit={self.unit}"
         if self.sure:
             return f"The gyro agrees with the rest of the log only if the time stamps are in {self.unit}: {do}."
@@ -41,17 +37,17 @@ class Finer:
 
 
 def finer_unit(time_s: Array, mag_nT: Array, gyro_rad_s: Array | None, att_q: Array | None) -> Finer | None:
-    """The unit in which a vehicle's log (n,) turns as its gyro says, or else as vehicles do, None if that is seconds.
+    """Return the unit of time stamps (n,) in which a log turns as fast as the gyro, or None for seconds.
 
-    mag_nT, gyro_rad_s (n, 3), att_q (n, 4) : with a gyro it alone is asked.
+    mag_nT, gyro_rad_s (n, 3), att_q (n, 4). Without a gyro the usual rates of vehicles decide.
     """
-    if len(time_s) < LEAST_ROWS or float(np.median(np.diff(time_s))) < LEAST_INTERVAL_S:
+    if len(time_s) < POLICY.least_rows or float(np.median(np.diff(time_s))) < POLICY.least_interval_s:
         return None
     rate_rad_s = _rate_rad_s(time_s, mag_nT)
     for unit in FINER:
         read_s = UNITS["time"][unit][0] * time_s
         if gyro_rad_s is None:
-            fits = USUAL_RAD_S[0] < _rate_rad_s(read_s, mag_nT) < USUAL_RAD_S[1]
+            fits = POLICY.usual_rad_s[0] < _rate_rad_s(read_s, mag_nT) < POLICY.usual_rad_s[1]
         else:
             fits = _agrees(read_s, mag_nT, gyro_rad_s, att_q)
         if fits:
@@ -60,18 +56,18 @@ def finer_unit(time_s: Array, mag_nT: Array, gyro_rad_s: Array | None, att_q: Ar
 
 
 def _agrees(time_s: Array, mag_nT: Array, gyro_rad_s: Array, att_q: Array | None) -> bool:
-    """Whether a gyro turns as fast as the attitude, or as the field without one."""
+    """Return whether a gyro turns as fast as the attitude, or as the field where there is no attitude."""
     if att_q is None:
         scale, share = gyro_scale_from_field(time_s, mag_nT, gyro_rad_s)
     else:
         match = match_rates(time_s, att_q, gyro_rad_s)
         scale, share = (0.0, 0.0) if match is None else (match.scale, match.share)
-    return share > LEAST_SHARE and abs(scale - 1) < TOLERANCE
+    return share > POLICY.least_explained and abs(scale - 1) < POLICY.scale_by_field
 
 
 def _rate_rad_s(time_s: Array, mag_nT: Array) -> float:
-    """How fast the field's direction turns in the median, 0 where it hardly does."""
+    """Return the median rate of the field's direction in rad/s, 0 for a sensor at rest."""
     u = mag_nT / np.maximum(np.linalg.norm(mag_nT, axis=1, keepdims=True), 1.0)
     long_enough = time_s[-1] - time_s[0] > 2 * BASELINE_S
-    turns = long_enough and np.linalg.norm(u.std(axis=0)) >= LEAST_SPREAD
+    turns = long_enough and np.linalg.norm(u.std(axis=0)) >= POLICY.still_spread
     return median_rate_rad_s(u, time_s, BASELINE_S) if turns else 0.0

@@ -1,4 +1,4 @@
-"""Lines in the spectrum of a residual, and what the mains would look like in it."""
+"""Lines in the spectrum of a residual, and aliases of the mains."""
 
 from __future__ import annotations
 
@@ -11,22 +11,17 @@ from scipy.stats import gamma
 
 from scenarios.arrays import Array
 from sim.effects.resampling import SPARSEST
-from validation.signals.intervals import GAP, usual_interval
+from validation.policy import POLICY
+from validation.signals.intervals import usual_interval
 
 MAINS_HZ = (50.0, 60.0)
-MAINS_DRIFT = 0.001
-"""Largest relative deviation of the mains' frequency from its nominal value."""
-MOST_MAINS_REACH = 0.02
-"""A reach beyond this share of the sampling rate would name any tone."""
 HARMONICS = (1, 2, 3)
-FALSE_ALARM = 1e-5
-"""Expected number of noise peaks in a spectrum that pass for a line, were the background known exactly."""
 NEIGHBOURHOOD = 201
-"""Bins whose median is the background of the middle one."""
+"""Bins whose median is the background of the middle bin."""
 NARROWER = (65, 21, 7)
-"""The same near zero frequency, where noise may rise steeply."""
-LEAST_SAMPLES = 64
+"""Numbers of bins near zero frequency, where noise may rise steeply."""
 MOST_TONES = 20
+"""Tones that are returned at most."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +35,7 @@ class Spectrum:
 
 @dataclass(frozen=True)
 class Tone:
-    """A line: amplitude (k,) of each axis, height over the background, and how many such peaks noise would give."""
+    """Spectral line: amplitude (k,) of each axis, height over the background, peaks as high expected by chance."""
 
     frequency_hz: float
     amplitude: Array
@@ -49,7 +44,7 @@ class Tone:
 
 
 def spectrum(time_s: Array, residual: Array) -> Spectrum | None:
-    """Spectrum of a residual (n, k) at times (n,), put on an even grid, gaps as zeros; None for too few samples."""
+    """Return the spectrum of a residual (n, k) at times (n,) on an even grid with zeros in gaps; None if too short."""
     grid = _on_grid(time_s, residual)
     if grid is None:
         return None
@@ -61,7 +56,10 @@ def spectrum(time_s: Array, residual: Array) -> Spectrum | None:
 
 
 def _background(density: Array) -> Array:
-    """Running median (m, k) over NEIGHBOURHOOD bins, as a mean; near zero frequency no less than over fewer bins."""
+    """Return the mean density (m, k) from running medians of NEIGHBOURHOOD bins, and of fewer near zero frequency.
+
+    A median of exponential variables is ln 2 times the mean.
+    """
     background = np.zeros_like(density)
     for size in (NEIGHBOURHOOD, *NARROWER):
         near = density if size == NEIGHBOURHOOD else density[: 2 * size]
@@ -72,8 +70,8 @@ def _background(density: Array) -> Array:
 
 
 def _on_grid(time_s: Array, residual: Array) -> tuple[Array, NDArray[np.bool_], float] | None:
-    """Values on an even grid less their mean, where there are any, and its interval."""
-    if len(time_s) < LEAST_SAMPLES:
+    """Return values less their mean on an even grid, a mask of filled places, and the interval in s."""
+    if len(time_s) < POLICY.least_spectrum:
         return None
     interval_s = usual_interval(time_s)
     if not interval_s > 0:
@@ -81,7 +79,7 @@ def _on_grid(time_s: Array, residual: Array) -> tuple[Array, NDArray[np.bool_], 
     place = (time_s - time_s[0]) / interval_s
     if place[-1] > SPARSEST * len(time_s):
         return None
-    if np.all(np.diff(time_s) <= GAP * interval_s):
+    if np.all(np.diff(time_s) <= POLICY.gap * interval_s):
         interval_s = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
         index = np.arange(len(time_s))
     else:
@@ -89,18 +87,18 @@ def _on_grid(time_s: Array, residual: Array) -> tuple[Array, NDArray[np.bool_], 
     values = np.zeros((int(index[-1]) + 1, residual.shape[1]))
     present = np.zeros(len(values), np.bool_)
     sound = np.isfinite(residual).all(axis=1)
-    if np.count_nonzero(sound) < LEAST_SAMPLES:
+    if np.count_nonzero(sound) < POLICY.least_spectrum:
         return None
     values[index[sound]] = residual[sound] - residual[sound].mean(axis=0)
     present[index[sound]] = True
     return values, present, interval_s
 
 
-def tones(time_s: Array, residual: Array, *, false_alarm: float = FALSE_ALARM) -> list[Tone]:
-    """Lines in the spectrum of a residual (n, k), strongest first.
+def tones(time_s: Array, residual: Array, *, false_alarm: float = POLICY.tone_alarm) -> list[Tone]:
+    """Return lines in the spectrum of a residual (n, k), strongest first.
 
-    The axes' periodograms, each over its local background, are summed: exponential variables under noise of any colour
-    that is smooth over NEIGHBOURHOOD bins. A line's expected number by chance is below `false_alarm`.
+    Periodograms of the axes are divided by the local background and summed: exponential variables for noise of any
+    colour that is smooth over NEIGHBOURHOOD bins. Fewer than `false_alarm` peaks as high are expected by chance.
     """
     found = spectrum(time_s, residual)
     if found is None:
@@ -117,14 +115,14 @@ def tones(time_s: Array, residual: Array, *, false_alarm: float = FALSE_ALARM) -
 
 
 def _highest(height: Array, reach: int = 3) -> NDArray[np.bool_]:
-    """Peaks: bins not exceeded by any within reach."""
+    """Return a mask of peaks: bins that no bin within `reach` exceeds."""
     around = np.pad(height, reach)
     best = np.max([around[k : k + len(height)] for k in range(2 * reach + 1)], axis=0)
     return np.asarray(height >= best)
 
 
 def _tone(time_s: Array, residual: Array, found: Spectrum, height: Array, peak: int, chance: float) -> Tone:
-    """Frequency from the three highest bins of the window's main lobe, amplitudes by least squares."""
+    """Return a tone: frequency from the three bins of the main lobe, amplitudes by least squares."""
     power = found.density.sum(axis=1)
     left, middle, right = np.sqrt(power[peak - 1 : peak + 2])
     shift = (2 * max(left, right) - middle) / (middle + max(left, right)) * (1 if right > left else -1)
@@ -139,22 +137,22 @@ def _tone(time_s: Array, residual: Array, found: Spectrum, height: Array, peak: 
 
 
 def alias_hz(frequency_hz: float, rate_hz: float) -> float:
-    """Where a frequency appears at a sampling rate: |f - rate round(f / rate)|."""
+    """Return the alias of a frequency at a sampling rate: |f - rate round(f / rate)|."""
     return abs(frequency_hz - rate_hz * round(frequency_hz / rate_hz))
 
 
 def mains_aliases(rate_hz: float) -> dict[str, float]:
-    """Where 50 and 60 Hz and their harmonics appear at a sampling rate, by name such as "2 x 50 Hz"."""
+    """Return aliases in Hz of 50 Hz, 60 Hz and harmonics at a sampling rate, by name as "2 x 50 Hz"."""
     names = {f"{k} x {mains:g} Hz" if k > 1 else f"{mains:g} Hz": k * mains for mains in MAINS_HZ for k in HARMONICS}
     return {name: alias_hz(frequency, rate_hz) for name, frequency in names.items()}
 
 
 def mains_named(tone: Tone, rate_hz: float, resolution_hz: float) -> tuple[str, ...]:
-    """The mains lines that a tone can be at this rate, within the mains' drift and the spectrum's resolution."""
+    """Return names of the mains lines that match a tone within the mains' drift and the resolution."""
     names = []
     for name, alias in mains_aliases(rate_hz).items():
         nominal = float(np.prod([float(part) for part in name.removesuffix(" Hz").split(" x ")]))
-        reach = resolution_hz + MAINS_DRIFT * nominal
-        if reach < MOST_MAINS_REACH * rate_hz and abs(tone.frequency_hz - alias) < reach:
+        width_hz = resolution_hz + POLICY.mains_drift * nominal
+        if width_hz < POLICY.mains_width * rate_hz and abs(tone.frequency_hz - alias) < width_hz:
             names.append(name)
     return tuple(names)

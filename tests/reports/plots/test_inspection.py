@@ -19,8 +19,8 @@ from reports.plots.inspection import (
     draw_strength,
 )
 from reports.plots.style import time_scale
-from tests.validation.inspection.recordings import FIELD_ENU_NT, look, moved, noise, rounded
-from validation.inspection.sensor_data import Look
+from tests.validation.inspection.recordings import FIELD_ENU_NT, moved, noise, rounded, sensor_data
+from validation.inspection.sensor_data import SensorData
 from validation.signals.sphere import cells, directions
 
 SAMPLES, RATE_HZ, STEP_NT, TONE_HZ = 4000, 40.0, 15.0, 13.0
@@ -29,19 +29,19 @@ GAP = slice(2000, 2200)
 
 
 @pytest.fixture(scope="module")
-def seen() -> Look:
+def seen() -> SensorData:
     """A log with a tone on x, a gap, and a converter of 15 nT."""
     tone = 8.0 * np.sin(2 * np.pi * TONE_HZ * MOTION.time_s)[:, None] * [1.0, 0.0, 0.0]
     mag_nT = rounded(MOTION.body(FIELD_ENU_NT) + noise(SAMPLES, 5.0) + tone, STEP_NT)
     keep = np.delete(np.arange(SAMPLES), GAP)
-    return look(MOTION.time_s[keep], mag_nT[keep], q=MOTION.q[keep])
+    return sensor_data(MOTION.time_s[keep], mag_nT[keep], q=MOTION.q[keep])
 
 
 def lines_of(figure: Figure, label: str) -> Any:
     return [line for axis in figure.axes for line in axis.lines if line.get_label() == label]
 
 
-def test_coverage_fills_the_cells_that_were_entered(seen: Look) -> None:
+def test_coverage_fills_the_cells_that_were_entered(seen: SensorData) -> None:
     corrected = seen.corrected_nT
     assert corrected is not None
     entered = set(cells().index(directions(corrected)).tolist())
@@ -53,7 +53,7 @@ def test_coverage_fills_the_cells_that_were_entered(seen: Look) -> None:
         assert len(filled.get_paths()) + len(empty.get_paths()) == len(half)
 
 
-def test_strength_over_time_with_the_gap_shaded_and_no_line_across_it(seen: Look) -> None:
+def test_strength_over_time_with_the_gap_shaded_and_no_line_across_it(seen: SensorData) -> None:
     figure = draw_strength(seen)
     (shade,) = figure.axes[0].patches
     low, high = MOTION.time_s[GAP.start - 1], MOTION.time_s[GAP.stop]
@@ -67,13 +67,13 @@ def test_strength_over_time_with_the_gap_shaded_and_no_line_across_it(seen: Look
     )
 
 
-def test_the_residual_is_drawn_as_it_is(seen: Look) -> None:
+def test_the_residual_is_drawn_as_it_is(seen: SensorData) -> None:
     assert seen.residual is not None
     (line,) = lines_of(draw_residual(seen), "x")
     assert np.max(np.asarray(line.get_ydata())) <= seen.residual.values[:, 0].max()
 
 
-def test_the_spectrum_marks_the_tone_and_the_mains(seen: Look) -> None:
+def test_the_spectrum_marks_the_tone_and_the_mains(seen: SensorData) -> None:
     """50 Hz appear at 10 in samples of 40 Hz, 60 Hz at 20."""
     axis = draw_spectrum(seen).axes[0]
     marked = sorted(float(line.get_xdata()[0]) for line in axis.lines if len(line.get_xdata()) == 2)
@@ -83,7 +83,7 @@ def test_the_spectrum_marks_the_tone_and_the_mains(seen: Look) -> None:
 
 
 def test_the_allan_deviation_is_that_of_allantools() -> None:
-    still = look(np.arange(SAMPLES) / RATE_HZ, noise(SAMPLES, 5.0) + 2e4)
+    still = sensor_data(np.arange(SAMPLES) / RATE_HZ, noise(SAMPLES, 5.0) + 2e4)
     assert still.residual is not None
     figure = draw_allan(still)
     (line,) = lines_of(figure, "x")
@@ -94,7 +94,7 @@ def test_the_allan_deviation_is_that_of_allantools() -> None:
     np.testing.assert_allclose(white.get_ydata(), 5 / np.sqrt(tau_s * RATE_HZ), rtol=0.06)
 
 
-def test_low_digits_are_counted(seen: Look) -> None:
+def test_low_digits_are_counted(seen: SensorData) -> None:
     """In motion every digit of the converter's last four bits comes about as often."""
     for axis in draw_low_digits(seen).axes:
         heights = [bar.get_height() for bar in axis.patches]

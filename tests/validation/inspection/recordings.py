@@ -10,7 +10,7 @@ import numpy as np
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding
 from validation.inspection.log import RawLog, Series, series_of
-from validation.inspection.sensor_data import Look, look_at
+from validation.inspection.sensor_data import SensorData, derive
 
 RATE_HZ = 50.0
 FIELD_NT = 50_000.0
@@ -97,9 +97,9 @@ def series(time_s: Array, mag_nT: Array, **columns: Array) -> Series:
     return series_of(log_of(time_s, mag_nT, **columns), None)
 
 
-def look(time_s: Array, mag_nT: Array, **columns: Array) -> Look:
+def sensor_data(time_s: Array, mag_nT: Array, **columns: Array) -> SensorData:
     """What is derived from such a log."""
-    return look_at(series(time_s, mag_nT, **columns), None)
+    return derive(series(time_s, mag_nT, **columns), None)
 
 
 def one(findings: list[Finding], name: str) -> Finding:

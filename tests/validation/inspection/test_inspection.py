@@ -70,7 +70,7 @@ def test_the_summary_is_json(sound: Path) -> None:
 def test_each_sensor_of_an_array_has_findings_of_its_own(tmp_path: Path) -> None:
     path = write(tmp_path / "two.csv", time_s=MOTION.time_s, **field("mag1"), **field("mag2", 400.0))
     found = inspect_file(path)
-    assert [look.sensor for look in found.looks] == [1, 2]
+    assert [data.sensor for data in found.sensors] == [1, 2]
     coverage = [finding.sensor for finding in found.findings if finding.name == "coverage"]
     assert coverage == [1, 2]
     assert summary(found)["sensors"] == 2
@@ -82,7 +82,7 @@ def test_a_file_that_is_refused_is_still_looked_at(tmp_path: Path) -> None:
     accepted = one(list(found.findings), "accepted")
     assert accepted.level == "warning"
     assert "magbench calibrate` refuses the file" in accepted.text
-    assert found.looks[0].unit == "uT"
+    assert found.sensors[0].unit == "uT"
     assert headline(found).startswith("uT.csv: ")
     assert "warning" in headline(found)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenarios.arrays import Array
-from tests.validation.inspection.recordings import FIELD_ENU_NT, RATE_HZ, look, moved, noise, series
+from tests.validation.inspection.recordings import FIELD_ENU_NT, RATE_HZ, moved, noise, sensor_data, series
 from validation.inspection.sensor_data import attitude_of, median_strength
 
 SAMPLES, STD_NT = 3000, 5.0
@@ -17,14 +17,14 @@ MAG_NT = MOTION.body(FIELD_ENU_NT) @ SOFT_IRON.T + [300.0, -200.0, 100.0] + nois
 
 
 def test_the_series_is_taken_in_the_unit_that_its_strength_suggests() -> None:
-    given, derived = look(MOTION.time_s, MAG_NT), look(MOTION.time_s, MAG_NT / 1e3)
+    given, derived = sensor_data(MOTION.time_s, MAG_NT), sensor_data(MOTION.time_s, MAG_NT / 1e3)
     assert (given.unit, derived.unit) == ("nT", "uT")
     np.testing.assert_allclose(derived.series.mag_nT, MAG_NT, rtol=1e-12)
     assert derived.strength_nT == pytest.approx(np.median(np.linalg.norm(MAG_NT, axis=1)))
 
 
 def test_noise_rate_and_evenness() -> None:
-    found = look(MOTION.time_s, MAG_NT)
+    found = sensor_data(MOTION.time_s, MAG_NT)
     np.testing.assert_allclose(found.white_nT, STD_NT, rtol=0.05)
     assert found.settled
     assert found.rate_hz == pytest.approx(RATE_HZ)
@@ -34,7 +34,7 @@ def test_noise_rate_and_evenness() -> None:
 
 def test_rows_that_a_slower_sensor_repeats_are_left_out() -> None:
     """12.5 Hz in rows of 50 Hz: one row in four is new, its noise is that of the sensor."""
-    found = look(MOTION.time_s, np.repeat(MAG_NT[::4], 4, axis=0))
+    found = sensor_data(MOTION.time_s, np.repeat(MAG_NT[::4], 4, axis=0))
     assert len(found.fresh) == SAMPLES // 4
     assert found.rate_hz == pytest.approx(RATE_HZ / 4, rel=1e-3)
     np.testing.assert_allclose(found.white_nT, STD_NT, rtol=0.1)
@@ -42,19 +42,19 @@ def test_rows_that_a_slower_sensor_repeats_are_left_out() -> None:
 
 def test_every_second_interval_double_is_uneven() -> None:
     keep = np.flatnonzero(np.arange(SAMPLES) % 3 != 2)
-    assert not look(MOTION.time_s[keep], MAG_NT[keep]).even
+    assert not sensor_data(MOTION.time_s[keep], MAG_NT[keep]).even
 
 
 def test_the_attitudes_base_explains_any_iron() -> None:
     """m = S R^T h + b with ten coefficients an axis: noise is left."""
-    residual = look(MOTION.time_s, MAG_NT, q=MOTION.q).residual
+    residual = sensor_data(MOTION.time_s, MAG_NT, q=MOTION.q).residual
     assert residual is not None
     assert residual.base == "attitude"
     np.testing.assert_allclose(residual.values.std(axis=0), STD_NT * np.sqrt(1 - 10 / SAMPLES), rtol=0.04)
 
 
 def test_without_attitude_the_ellipsoid_is_the_base() -> None:
-    residual = look(MOTION.time_s, MAG_NT).residual
+    residual = sensor_data(MOTION.time_s, MAG_NT).residual
     assert residual is not None
     assert residual.base == "strength"
     assert residual.values.shape == (SAMPLES, 1)
@@ -62,7 +62,7 @@ def test_without_attitude_the_ellipsoid_is_the_base() -> None:
 
 
 def test_without_enough_motion_the_mean_is() -> None:
-    residual = look(MOTION.time_s, noise(SAMPLES, STD_NT) + 2e4).residual
+    residual = sensor_data(MOTION.time_s, noise(SAMPLES, STD_NT) + 2e4).residual
     assert residual is not None
     assert residual.base == "mean"
     np.testing.assert_allclose(residual.values.mean(axis=0), 0, atol=1e-9)
@@ -70,9 +70,9 @@ def test_without_enough_motion_the_mean_is() -> None:
 
 def test_a_field_that_is_not_constant_is_not_corrected() -> None:
     """The ellipsoid fit of a field whose strength doubles has not found the field."""
-    assert look(MOTION.time_s, MAG_NT).corrected_nT is not None
+    assert sensor_data(MOTION.time_s, MAG_NT).corrected_nT is not None
     growing = MAG_NT * np.linspace(1, 2, SAMPLES)[:, None]
-    assert look(MOTION.time_s, growing).corrected_nT is None
+    assert sensor_data(MOTION.time_s, growing).corrected_nT is None
 
 
 def _angle_deg(q: Array, true: Array) -> Array:
@@ -107,7 +107,7 @@ def test_no_attitude() -> None:
 
 def test_nothing_has_no_strength() -> None:
     assert np.isnan(median_strength(np.zeros((0, 3))))
-    empty = look(np.zeros(0), np.zeros((0, 3)))
+    empty = sensor_data(np.zeros(0), np.zeros((0, 3)))
     assert empty.residual is None
     assert np.isnan(empty.rate_hz)
     assert not empty.even

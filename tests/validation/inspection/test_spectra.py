@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenarios.arrays import Array
-from tests.validation.inspection.recordings import FIELD_ENU_NT, look, moved, noise, one
+from tests.validation.inspection.recordings import FIELD_ENU_NT, moved, noise, one, sensor_data
 from validation.inspection.finding import Finding
 from validation.inspection.spectra import motion_edge_hz, noise_findings
 
@@ -17,7 +17,7 @@ FIELD_NT = MOTION.body(FIELD_ENU_NT)
 
 def findings(added_nT: Array | float = 0.0, *, attitude: bool = True) -> list[Finding]:
     columns = {"q": MOTION.q} if attitude else {}
-    return noise_findings(look(MOTION.time_s, FIELD_NT + noise(SAMPLES, STD_NT) + added_nT, **columns))
+    return noise_findings(sensor_data(MOTION.time_s, FIELD_NT + noise(SAMPLES, STD_NT) + added_nT, **columns))
 
 
 def sine(frequency_hz: float, amplitude_nT: float) -> Array:
@@ -62,11 +62,11 @@ def test_the_mains_are_named_by_their_alias(mains_hz: float, name: str) -> None:
 
 def test_tones_within_the_motion_are_said_to_be() -> None:
     """Up to the highest frequency at which the field itself is far above the noise."""
-    edge_hz = motion_edge_hz(look(MOTION.time_s, FIELD_NT + noise(SAMPLES, STD_NT)))
+    edge_hz = motion_edge_hz(sensor_data(MOTION.time_s, FIELD_NT + noise(SAMPLES, STD_NT)))
     assert 1.0 < edge_hz < 10.0
     slow = one(findings(sine(0.5, 20.0)), "tones")
     assert all(tone["motion"] for tone in slow.value)
-    assert "may belong to it" in slow.text
+    assert "may belong to the motion" in slow.text
     both = one(findings(sine(0.5, 20.0) + sine(13.0, 4.0)), "tones")
     assert f"more below {edge_hz:.2g} Hz may belong to the motion" in both.text
 
@@ -77,7 +77,7 @@ def test_a_slow_change_is_told_from_noise() -> None:
     five = next(blocks for blocks in found.value if blocks["length_s"] == 5.0)
     assert five["excess"][0] == pytest.approx(np.sqrt(1 + 50 * 5 * RATE_HZ / 25), rel=0.1)
     assert five["excess"][1] == pytest.approx(1, abs=0.5)
-    assert "slow changes are left" in found.text
+    assert "slow changes remain" in found.text
 
 
 @pytest.mark.parametrize(("times", "told"), [(1.0, True), (2.7, True), (3.3, False)])
@@ -85,14 +85,14 @@ def test_what_varies_more_than_noise_alone_may_be_motion(times: float, told: boo
     """Without attitude and ellipsoid: a field that varies so many times as much as its noise."""
     time_s = np.arange(3000) / 50.0
     slow_nT = STD_NT * np.sqrt(2 * (times**2 - 1)) * np.sin(2 * np.pi * 0.1 * time_s)
-    found = noise_findings(look(time_s, noise(3000, STD_NT) + slow_nT[:, None] + 2e4))
+    found = noise_findings(sensor_data(time_s, noise(3000, STD_NT) + slow_nT[:, None] + 2e4))
     assert any(finding.name == "slow" for finding in found) == told
 
 
 def test_where_the_mains_would_appear() -> None:
     assert one(findings(), "mains").value["50 Hz"] == pytest.approx(10.0, abs=0.01)
     time_s = np.arange(3000) / 50.0
-    hidden = noise_findings(look(time_s, noise(3000, STD_NT) + 2e4))
+    hidden = noise_findings(sensor_data(time_s, noise(3000, STD_NT) + 2e4))
     assert "50 Hz look like a slow change of the offset" in one(hidden, "mains").text
 
 
@@ -101,7 +101,7 @@ def test_noise_that_is_not_white_is_an_upper_bound() -> None:
     time_s, smooth = np.arange(6000) / 50.0, noise(6008, 40.0)
     for _ in range(8):
         smooth = (smooth[1:] + smooth[:-1]) / 2
-    found = one(noise_findings(look(time_s, smooth + 2e4)), "white")
+    found = one(noise_findings(sensor_data(time_s, smooth + 2e4)), "white")
     assert "at most" in found.text
     assert found.level == "note"
 
@@ -109,10 +109,10 @@ def test_noise_that_is_not_white_is_an_upper_bound() -> None:
 def test_noise_below_the_step_or_hidden_by_motion() -> None:
     time_s = np.arange(3000) / 50.0
     coarse = 100 * np.round((noise(3000, 1.0) + 20_000 + 8 * time_s[:, None]) / 100)
-    assert "below the least significant bit" in one(noise_findings(look(time_s, coarse)), "white").text
+    assert "below the least significant bit" in one(noise_findings(sensor_data(time_s, coarse)), "white").text
     tumbling = 5e4 * noise(3000, 1.0)
-    assert "moved too far" in one(noise_findings(look(time_s, tumbling)), "white").text
+    assert "moved too far" in one(noise_findings(sensor_data(time_s, tumbling)), "white").text
 
 
 def test_too_few_rows_for_noise() -> None:
-    assert noise_findings(look(np.arange(5.0), noise(5, 1.0) + 2e4)) == []
+    assert noise_findings(sensor_data(np.arange(5.0), noise(5, 1.0) + 2e4)) == []

@@ -11,7 +11,7 @@ from scenarios.arrays import Array
 from tests.validation.inspection.recordings import FIELD_ENU_NT, GRAVITY_M_S2, log_of, moved, noise, one
 from validation.inspection.finding import Finding
 from validation.inspection.log import series_of
-from validation.inspection.sensor_data import look_at
+from validation.inspection.sensor_data import derive
 from validation.inspection.units import unit_findings
 
 MOTION = moved(600)
@@ -22,7 +22,7 @@ STRENGTH_NT = float(np.linalg.norm(FIELD_ENU_NT))
 def findings(mag: Array, **columns: Array) -> list[Finding]:
     log = replace(log_of(MOTION.time_s, mag, **columns), sources={"mag_x_nT": "bx"})
     raw = series_of(log, None)
-    return unit_findings(log, look_at(raw, None), raw)
+    return unit_findings(log, derive(raw, None), raw)
 
 
 @pytest.mark.parametrize(("unit", "size_nT"), [("uT", 1e3), ("G", 1e5), ("mG", 1e2)])
@@ -73,4 +73,4 @@ def test_no_unit_makes_gravity_of_three() -> None:
 def test_nothing_is_said_of_no_rows() -> None:
     log = log_of(np.full(5, np.nan), np.zeros((5, 3)))
     raw = series_of(log, None)
-    assert unit_findings(log, look_at(raw, None), raw) == []
+    assert unit_findings(log, derive(raw, None), raw) == []

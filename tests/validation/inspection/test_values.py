@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenarios.arrays import Array
-from tests.validation.inspection.recordings import RATE_HZ, log_of, look, noise, one, rounded, turning
+from tests.validation.inspection.recordings import RATE_HZ, log_of, noise, one, rounded, sensor_data, turning
 from validation.inspection.finding import Finding
 from validation.inspection.values import missing_finding, value_findings
 
@@ -17,7 +17,7 @@ MAG_NT = FIELD_NT + noise(SAMPLES, STD_NT)
 
 
 def findings(mag_nT: Array, time_s: Array = TIME_S) -> list[Finding]:
-    return value_findings(look(time_s, mag_nT))
+    return value_findings(sensor_data(time_s, mag_nT))
 
 
 def test_a_sound_series_has_no_fault() -> None:
@@ -56,7 +56,7 @@ def test_the_least_significant_bit_against_the_noise(step: float, level: str) ->
 def test_values_beside_the_lattice_are_a_share() -> None:
     mag_nT = rounded(MAG_NT, 40.0)
     mag_nT[::50] += 12.0
-    assert "2 % of the values lie beside it" in one(findings(mag_nT), "step").text
+    assert "2 % of the values are not multiples" in one(findings(mag_nT), "step").text
 
 
 def test_a_log_with_few_digits() -> None:
