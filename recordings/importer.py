@@ -1,9 +1,9 @@
-"""The columns of a file under the recording's names and in its units; `checks.py` looks at their values."""
+"""The columns of a file under a recording's names and in a recording's units; `checks.py` looks at the values."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,52 +13,56 @@ from numpy.typing import NDArray
 
 from recordings.columns import RUN, group_of, is_truth, mag_names, numbers
 from recordings.decode import NotNumbersError, is_empty, is_timestamp, numbers_of, seconds_of, words_of
-from recordings.tabular import load_table
+from recordings.readers import load
+from recordings.readers.base import Wanted
 from recordings.units import ColumnMap, parse_maps
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
 LARGEST = 1e30
-"""No quantity is larger in any unit; loggers write the largest float for "no value", so beyond it is infinite."""
+"""No quantity is larger in any unit; loggers write the largest float for "no value", so larger values are infinite."""
 
 
 @dataclass(frozen=True)
 class RawColumns:
-    """A file's columns before any check: float64 (n,) with NaN where a cell is empty, words where `phase` has them."""
+    """The columns of a file before any check: float64 (n,), NaN for an empty cell; words for `phase`.
+
+    notes : what the file's reader changed, a line each, see `readers.base.FileContents`.
+    """
 
     path: Path
     named: dict[str, NDArray[Any]]
+    notes: tuple[str, ...] = ()
 
 
-def read_columns(
-    path: Path, maps: Sequence[str] = (), wanted: Callable[[str], bool] = lambda name: not is_truth(name)
-) -> RawColumns:
-    """Read a Parquet or CSV file of any origin, mapped and converted.
+def read_columns(path: Path, maps: Sequence[str] = (), wanted: Wanted = lambda name: not is_truth(name)) -> RawColumns:
+    """Read a file of any format in `readers.FORMATS`; columns are mapped and converted.
 
     maps : `TARGET=SOURCE[,unit=U][,scale=F]`; the source is renamed, converted to the target's unit, multiplied by F.
-    wanted : which of the other columns to read; none of the truth, unless the caller says so.
+    wanted : which of the other columns to read; by default all but the truth.
 
-    Time may be a timestamp and is then seconds since the first. Text, and an optional column without any value, is left
-    out. Raises InputError for a file that cannot be read, without columns of time and field, or with text in their
-    place.
+    Time may be a timestamp and becomes seconds since the first. Text, and an optional column without any value, is left
+    out. Raises InputError for a file that cannot be read, lacks a column of time or field, or has text in place of
+    numbers.
     """
-    sources = {one.source for one in parse_maps(maps)}
-    return columns_of(path, load_table(path, lambda name: name in sources or (bool(name) and wanted(name))), maps)
+    sources = {entry.source for entry in parse_maps(maps)}
+    contents = load(path, lambda name: name in sources or (bool(name) and wanted(name)))
+    return replace(raw_columns(path, contents.table, maps), notes=contents.notes)
 
 
 def sensors_in(path: Path, maps: Sequence[str] = ()) -> tuple[int, ...]:
-    """The numbers of an array's magnetometers in a file, ascending; none where there is but one magnetometer.
+    """Return the numbers of an array's magnetometers in a file, ascending; empty for a single magnetometer.
 
     Raises InputError for a file that cannot be read.
     """
-    named = parse_maps(maps)
-    table = load_table(path, lambda name: group_of(name) == "mag")
-    renamed = {one.source for one in named}
-    return numbers("mag", [*(name for name in table.column_names if name not in renamed), *(m.target for m in named)])
+    parsed = parse_maps(maps)
+    names = load(path, lambda name: group_of(name) == "mag").table.column_names
+    renamed = {entry.source for entry in parsed}
+    return numbers("mag", [*(name for name in names if name not in renamed), *(entry.target for entry in parsed)])
 
 
-def columns_of(path: Path, table: pa.Table, maps: Sequence[str] = ()) -> RawColumns:
-    """The columns of a table, mapped and converted, see `read_columns`; `path` is what messages call it."""
+def raw_columns(path: Path, table: pa.Table, maps: Sequence[str] = ()) -> RawColumns:
+    """Return the columns of a table, mapped and converted, see `read_columns`; messages call the table `path`."""
     named = _named(path, table, parse_maps(maps))
     _check_names(path, tuple(named), table.schema)
     decoded = {name: _decoded(path, name, *source) for name, source in named.items()}
@@ -69,20 +73,18 @@ Source = tuple[pa.ChunkedArray, ColumnMap | None]
 
 
 def _named(path: Path, table: pa.Table, maps: Sequence[ColumnMap]) -> dict[str, Source]:
-    """The columns under the names that they are to have; what a map replaces is gone, and the number of a run."""
-    for one in maps:
-        if one.source not in table.column_names:
-            where = f"{path}: --map {one.target}={one.source}"
-            raise InputError(
-                f"there is no column {one.source!r}", where=where, do=f"the file has {_listed(table.schema)}"
-            )
-    used = {one.source for one in maps}
-    left_out = used | {RUN.name}
+    """Return the columns under their new names, without mapped sources and without the number of the run."""
+    for entry in maps:
+        if entry.source not in table.column_names:
+            what, do = f"there is no column {entry.source!r}", f"the file has {_listed(table.schema)}"
+            raise InputError(what, where=f"{path}: --map {entry.target}={entry.source}", do=do)
+    left_out = {RUN.name, *(entry.source for entry in maps)}
     kept: dict[str, Source] = {name: (table.column(name), None) for name in table.column_names if name not in left_out}
-    return kept | {one.target: (table.column(one.source), one) for one in maps}
+    return kept | {entry.target: (table.column(entry.source), entry) for entry in maps}
 
 
 def _check_names(path: Path, names: Sequence[str], schema: pa.Schema) -> None:
+    """Raise InputError unless there are time and field, of a single magnetometer or of an array."""
     sensors = numbers("mag", names)
     if sensors and any(name in names for name in mag_names()):
         what = "holds both mag_x_nT … and mag1_x_nT …: one magnetometer or an array?"
@@ -97,7 +99,7 @@ def _check_names(path: Path, names: Sequence[str], schema: pa.Schema) -> None:
 
 
 def _check_numbers(path: Path, sensors: Sequence[int]) -> None:
-    """An array's sensors count from 1 without a gap, as results do; InputError otherwise."""
+    """Raise InputError unless an array's sensors count from 1 without a gap, as results do."""
     missing = next((k for k, sensor in enumerate(sensors, start=1) if k != sensor), None)
     if missing is not None:
         listed, name = ", ".join(map(str, sensors)), mag_names(missing)[0]
@@ -111,13 +113,15 @@ def _listed(schema: pa.Schema) -> str:
     return ", ".join(fields[:20]) + (f" and {len(fields) - 20} more" if len(fields) > 20 else "") or "no columns"
 
 
-def _decoded(path: Path, name: str, column: pa.ChunkedArray, by: ColumnMap | None) -> NDArray[Any] | None:
-    """A column as words, or as numbers in its unit; None for an optional one without values, and for text."""
+def _decoded(path: Path, name: str, column: pa.ChunkedArray, entry: ColumnMap | None) -> NDArray[Any] | None:
+    """Return a column as words, or as numbers in its unit; None for text, and for an optional column without values."""
     group = group_of(name)
     if is_empty(column) and group not in ("time", "mag", "phase"):
         return None
     try:
-        values = _cells(column, group)
+        if group == "phase":
+            return words_of(column)
+        values = seconds_of(column) if group == "time" and is_timestamp(column) else numbers_of(column)
     except NotNumbersError as error:
         if group == "channel" and not error.mixed:
             return None
@@ -125,17 +129,10 @@ def _decoded(path: Path, name: str, column: pa.ChunkedArray, by: ColumnMap | Non
     except (pa.ArrowException, ValueError, OverflowError) as error:
         reason = " ".join(str(error).split())[:160]
         raise InputError(f"cannot be read: {reason}", where=f"{path}: {name}", do="store it as numbers") from None
-    return values if group == "phase" else _bounded(values if by is None else by.convert(values))
-
-
-def _cells(column: pa.ChunkedArray, group: str) -> NDArray[Any]:
-    if group == "phase":
-        return words_of(column)
-    if group == "time" and is_timestamp(column):
-        return seconds_of(column)
-    return numbers_of(column)
+    return _bounded(values if entry is None else entry.convert(values))
 
 
 def _bounded(values: Array) -> Array:
+    """Return the values with infinity for whatever exceeds LARGEST."""
     large = np.abs(values) > LARGEST
     return np.where(large, np.copysign(np.inf, values), values) if large.any() else values

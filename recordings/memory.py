@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from recordings.assemble import recording_of
 from recordings.checks import plausible, sound
 from recordings.columns import mag_names
-from recordings.importer import RawColumns, columns_of
+from recordings.importer import RawColumns, raw_columns
 from recordings.recording import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -43,12 +43,12 @@ def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, maps: Seque
     if time_s is not None and isinstance(data, Frame | Mapping):
         raise InputError("is given beside columns", where="time_s", do="name the time_s column, or pass an array")
     if isinstance(data, Frame):
-        return columns_of(FRAME, _table(data), maps)
+        return raw_columns(FRAME, _table(data), maps)
     if isinstance(data, Mapping):
-        return columns_of(FRAME, _table({str(name): _column(str(name), one) for name, one in data.items()}), maps)
+        return raw_columns(FRAME, _table({str(name): _column(str(name), one) for name, one in data.items()}), maps)
     mag_nT = _field(data)
     time = np.arange(len(mag_nT), dtype=np.float64) if time_s is None else _times(time_s, len(mag_nT))
-    return columns_of(ARRAY, _table({"time_s": time, **dict(zip(mag_names(), mag_nT.T, strict=True))}), maps)
+    return raw_columns(ARRAY, _table({"time_s": time, **dict(zip(mag_names(), mag_nT.T, strict=True))}), maps)
 
 
 def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> Recording:

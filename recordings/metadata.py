@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from pydantic import BaseModel, Field, FiniteFloat, TypeAdapter
 
 from recordings.files import canonical_json, sha256_of, system_errors_about
-from recordings.tabular import damage_named
+from recordings.readers import parquet_errors_about
 from scenarios.files import validated
 
 METADATA_KEY = "magbench"
@@ -87,7 +87,7 @@ def run_file(path: Path, run: int, out: Path | None = None) -> RunFile:
     text = _texts(path).get(TRACKING_KEY.encode())
     where = f"{path}: metadata {TRACKING_KEY!r}"
     tracking = None if text is None else validated(_TRACKING, text, where, "remove the file, it is made anew")
-    with damage_named(path):
+    with parquet_errors_about(path):
         rows = pq.read_metadata(path).num_rows
     with system_errors_about(path, "repeat the command: it resumes"):
         listed = path.relative_to(out or path.parent).as_posix()
@@ -100,5 +100,5 @@ def digest_of(scenario: Mapping[str, Any]) -> str:
 
 
 def _texts(path: Path) -> Mapping[bytes, bytes]:
-    with damage_named(path):
+    with parquet_errors_about(path):
         return pq.read_metadata(path).metadata or {}

@@ -13,8 +13,8 @@ from recordings.checks import plausible, sound, whole_truth
 from recordings.importer import read_columns
 from recordings.manifest import file_of
 from recordings.metadata import read_metadata
+from recordings.readers import is_parquet
 from recordings.recording import Recording, Truth
-from recordings.tabular import is_parquet
 
 
 def read_recording(path: Path, *, run: int = 0, maps: Sequence[str] = ()) -> Recording:

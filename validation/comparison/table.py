@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from recordings.files import beside, system_errors_about
-from recordings.tabular import damage_named
+from recordings.readers import parquet_errors_about
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.sweep import Value
@@ -57,7 +57,7 @@ class TrialTable:
         Raises InputError for what is no such file.
         """
         file = path / TRIALS if path.is_dir() else path
-        with damage_named(file):
+        with parquet_errors_about(file):
             found = pq.read_table(file)
         missing = [name for name in KEYS if name not in found.column_names]
         if missing:

@@ -12,7 +12,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from recordings.files import beside, canonical_json, system_errors_about
-from recordings.tabular import damage_named
+from recordings.readers import parquet_errors_about
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
@@ -62,7 +62,7 @@ def read_baseline(path: Path, design: Design, calibrator: str, score: str, trial
     """
     if not path.is_file():
         raise InputError("no such file", where=str(path), do="write it with --write-baseline")
-    with damage_named(path):
+    with parquet_errors_about(path):
         table = pq.read_table(path)
     if table.schema.names != COLUMNS.names:
         raise InputError("is no baseline", where=str(path), do=ANEW)

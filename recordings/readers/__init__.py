@@ -1,0 +1,47 @@
+"""The file formats that recordings are read from: one file a format, and one entry in FORMATS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from recordings.readers.base import FileContents, FileFormat, Wanted, file_head
+from recordings.readers.parquet import PARQUET, is_parquet, parquet_errors_about
+from recordings.readers.text import TEXT
+from scenarios.errors import InputError
+
+__all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about"]
+
+FORMATS: tuple[FileFormat, ...] = (PARQUET, TEXT)
+"""Every format, in the order of recognition: by content first, by the suffix alone last."""
+CONVERTERS = {
+    ".ulg": "convert it with ulog2csv of pyulog, and join attitude and currents to the magnetometer's times",
+    ".bin": "convert it with mavlogdump.py of pymavlink, and join attitude and currents to the magnetometer's times",
+}
+"""How an autopilot's own log becomes a text table, by the suffix."""
+
+
+def load(path: Path, wanted: Wanted) -> FileContents:
+    """Read the wanted columns of a file, in the first format of FORMATS that recognises the file.
+
+    Blanks around column names are removed. Raises InputError for a file that is missing, a directory, unreadable,
+    empty, damaged, ragged or of no known format, and for two columns of the same name.
+    """
+    head = file_head(path)
+    found = next((entry for entry in FORMATS if entry.recognises(path, head)), None)
+    if found is None:
+        raise _unknown(path)
+    contents = found.read(path, wanted)
+    tables = {
+        name: table.select([column for column in table.column_names if wanted(column)])
+        for name, table in contents.tables.items()
+    }
+    return FileContents(tables, contents.notes)
+
+
+def _unknown(path: Path) -> InputError:
+    """Return the error for a file of no known format: the formats by name, and how to get a file in one of them."""
+    names = [entry.name for entry in FORMATS]
+    files = [f"{entry.summary} ({', '.join(entry.suffixes)})" for entry in FORMATS]
+    what = f"is neither {', '.join(names[:-1])} nor {names[-1]}"
+    do = f"give {', '.join(files[:-1])} or {files[-1]}"
+    return InputError(what, where=str(path), do=CONVERTERS.get(path.suffix.lower(), do))

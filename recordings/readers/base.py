@@ -1,0 +1,85 @@
+"""A file format that recordings are read from, and what all formats share: the first bytes and the column names."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pyarrow as pa
+
+from recordings.files import system_errors_about
+from scenarios.errors import InputError
+from scenarios.files import check_regular
+
+HEAD_BYTES = 1 << 16
+"""Bytes from the start of a file by which formats are recognised."""
+Wanted = Callable[[str], bool]
+"""Whether a column of this name is to be read."""
+
+
+@dataclass(frozen=True, eq=False)
+class FileContents:
+    """The columns that a reader found in a file.
+
+    Parameters
+    ----------
+    tables : by the name of a magnetometer, the main magnetometer first: the columns at that magnetometer's times.
+        Sensors sampled together share a table, as `mag1_x_nT`, `mag2_x_nT`, ...; a table format has one table.
+        Slower or faster streams are brought to the table's times by `recordings.streams.merge`.
+    notes : a line for each change that the reader made: axes turned to FLU and ENU, an autopilot's calibration undone,
+        rows removed, gaps left empty.
+    """
+
+    tables: Mapping[str, pa.Table]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def table(self) -> pa.Table:
+        """The columns of the main magnetometer."""
+        return next(iter(self.tables.values()))
+
+
+@dataclass(frozen=True)
+class FileFormat:
+    """A file format, with the functions that recognise a file by its content and read the columns.
+
+    Parameters
+    ----------
+    name : the format in messages, as in "is neither Parquet nor CSV".
+    suffixes : of the format's files, lower case, with the dot.
+    summary : a file of the format in words, as in "give a Parquet file".
+    recognises : (path, first HEAD_BYTES bytes) -> whether the file has this format.
+    read : (path, wanted) -> the contents; a reader may return columns that are not wanted. Raises InputError for a
+        file that is damaged or ragged, and for two columns of the same name.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    summary: str
+    recognises: Callable[[Path, bytes], bool]
+    read: Callable[[Path, Wanted], FileContents]
+
+
+def file_head(path: Path) -> bytes:
+    """Return the first HEAD_BYTES bytes; InputError for a missing, unreadable or empty file, and for a directory."""
+    if path.is_dir():
+        do = "give a file, or a directory that `magbench simulate` wrote"
+        raise InputError("is a directory, not a recording", where=str(path), do=do)
+    with system_errors_about(path, "check the path and the permissions"):
+        check_regular(path)
+        with path.open("rb") as file:
+            head = file.read(HEAD_BYTES)
+    if not head:
+        raise InputError("is empty", where=str(path), do="record, copy or convert it again")
+    return head
+
+
+def stripped_names(path: Path, names: Sequence[str]) -> list[str]:
+    """Return the column names without surrounding blanks; InputError where two names become the same."""
+    stripped = [name.strip() for name in names]
+    twice = [name for name, count in Counter(stripped).items() if count > 1]
+    if twice:
+        raise InputError("there are two columns of this name", where=f"{path}: {twice[0]}", do="rename one of them")
+    return stripped

@@ -1,0 +1,164 @@
+"""What every entry of FORMATS owes: its own example comes back, and whatever is damaged is refused in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from recordings import Recording, read_recording, write_recording
+from recordings.assemble import arrays_of
+from recordings.readers import FORMATS, FileFormat, load
+from scenarios.errors import InputError
+
+N = 60
+EXAMPLES: dict[str, Callable[[Recording, Path], None]] = {"Parquet": write_recording, "CSV": write_recording}
+"""How a test writes a recording in each format, from the recording alone: an entry for each entry of FORMATS."""
+FOREIGN = {
+    "nothing": b"",
+    "a zip archive": b"PK\x03\x04" + bytes(range(256)),
+    "a picture": b"\x89PNG\r\n\x1a\n" + bytes(99),
+    "noise": np.random.default_rng(5).bytes(4000),
+    "a MATLAB file": b"MATLAB 5.0 MAT-file, Platform: GLNXA64" + bytes(400),
+    "prose": b"Calibration of three-axis magnetometers,\nby the sea.\n" * 9,
+}
+formats = pytest.mark.parametrize("form", FORMATS, ids=lambda form: form.name)
+
+
+def recording() -> Recording:
+    """Everything that an instrument may give but an array."""
+    rng = np.random.default_rng(11)
+    q = rng.standard_normal((N, 4))
+    return Recording(
+        time_s=np.arange(N) * 0.05,
+        mag_nT=3e4 * rng.standard_normal((N, 3)),
+        gyro_rad_s=rng.standard_normal((N, 3)),
+        accel_m_s2=rng.standard_normal((N, 3)),
+        att_q=q / np.linalg.norm(q, axis=1, keepdims=True),
+        pos_enu_m=rng.standard_normal((N, 3)),
+        temperature_degC=rng.standard_normal(N),
+        current_A=rng.standard_normal((N, 2)),
+        phase=np.where(np.arange(N) < 20, "spiral", "comb"),
+        channels={"wheel_rad_s": rng.standard_normal(N)},
+    )
+
+
+def written(form: FileFormat, place: Path) -> Path:
+    """An example of the format, under the first of its suffixes."""
+    path = place / f"example{form.suffixes[0]}"
+    EXAMPLES[form.name](recording(), path)
+    return path
+
+
+def refusal(path: Path) -> InputError | None:
+    """The error of reading, if any; another exception than an InputError fails the test."""
+    try:
+        read_recording(path)
+    except InputError as error:
+        return error
+    return None
+
+
+def assert_read_or_refused(path: Path) -> None:
+    """A refusal is one line about the file, with advice."""
+    error = refusal(path)
+    if error is not None:
+        assert str(error).startswith(str(path))
+        assert "\n" not in str(error)
+        assert len(str(error)) < len(str(path)) + 300
+        assert error.do
+
+
+def test_every_format_has_suffixes_of_its_own_and_an_example() -> None:
+    assert EXAMPLES.keys() == {form.name for form in FORMATS}
+    suffixes = [suffix for form in FORMATS for suffix in form.suffixes]
+    assert len(set(suffixes)) == len(suffixes)
+    assert all(suffix == suffix.lower() and suffix.startswith(".") for suffix in suffixes)
+
+
+@formats
+def test_example_comes_back(form: FileFormat, tmp_path: Path) -> None:
+    expected, again = arrays_of(recording()), arrays_of(read_recording(written(form, tmp_path)))
+    assert again.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_array_equal(again[name], values, err_msg=name)
+
+
+@formats
+def test_only_wanted_columns_are_loaded(form: FileFormat, tmp_path: Path) -> None:
+    contents = load(written(form, tmp_path), lambda name: name.startswith("mag_"))
+    assert sorted(contents.table.column_names) == ["mag_x_nT", "mag_y_nT", "mag_z_nT"]
+    assert contents.notes == ()
+
+
+@formats
+def test_example_is_recognised_as_itself_alone(form: FileFormat, tmp_path: Path) -> None:
+    path = written(form, tmp_path)
+    first = next(other for other in FORMATS if other.recognises(path, path.read_bytes()))
+    assert first == form
+
+
+@formats
+@pytest.mark.parametrize("what", FOREIGN)
+def test_foreign_content_under_the_suffix_is_refused(form: FileFormat, what: str, tmp_path: Path) -> None:
+    for suffix in form.suffixes:
+        path = tmp_path / f"foreign{suffix}"
+        path.write_bytes(FOREIGN[what])
+        assert refusal(path) is not None
+        assert_read_or_refused(path)
+
+
+@formats
+def test_other_formats_under_the_suffix(form: FileFormat, tmp_path: Path) -> None:
+    for other in FORMATS:
+        written(other, tmp_path).replace(tmp_path / f"renamed{form.suffixes[0]}")
+        assert_read_or_refused(tmp_path / f"renamed{form.suffixes[0]}")
+
+
+@formats
+def test_cut_off_example(form: FileFormat, tmp_path: Path) -> None:
+    path = written(form, tmp_path)
+    whole = path.read_bytes()
+    for length in sorted({0, 1, 3, 4, 8, *np.linspace(9, len(whole) - 1, 25, dtype=int).tolist()}):
+        path.write_bytes(whole[:length])
+        assert_read_or_refused(path)
+
+
+@formats
+@pytest.mark.parametrize("seed", range(8))
+def test_example_with_damaged_bytes(form: FileFormat, seed: int, tmp_path: Path) -> None:
+    path, rng = written(form, tmp_path), np.random.default_rng(seed)
+    whole = np.frombuffer(path.read_bytes(), np.uint8).copy()
+    for share in (0.001, 0.02, 0.3):
+        hit = rng.random(len(whole)) < share
+        path.write_bytes(np.where(hit, rng.integers(0, 256, len(whole), np.uint8), whole).tobytes())
+        assert_read_or_refused(path)
+
+
+def test_unknown_format_lists_every_known_one(tmp_path: Path) -> None:
+    (tmp_path / "log.mat").write_bytes(FOREIGN["a MATLAB file"])
+    with pytest.raises(InputError) as caught:
+        read_recording(tmp_path / "log.mat")
+    for form in FORMATS:
+        assert form.name in caught.value.what
+        assert form.summary in caught.value.do
+        assert all(suffix in caught.value.do for suffix in form.suffixes)
+
+
+@pytest.mark.parametrize(("suffix", "tool"), [(".ulg", "ulog2csv"), (".BIN", "mavlogdump.py")])
+def test_log_of_an_autopilot_is_refused_with_a_converter(suffix: str, tool: str, tmp_path: Path) -> None:
+    (tmp_path / f"log{suffix}").write_bytes(b"\xa3\x95\x80\x80" * 9)
+    with pytest.raises(InputError, match=f"is neither .*convert it with {tool}"):
+        read_recording(tmp_path / f"log{suffix}")
+
+
+def test_two_columns_that_differ_by_blanks_alone(tmp_path: Path) -> None:
+    pq.write_table(pa.table({"time_s": [1.0], " time_s": [2.0]}), tmp_path / "log.parquet")
+    (tmp_path / "log.csv").write_text("time_s, time_s\n1,2\n")
+    for suffix in ("parquet", "csv"):
+        with pytest.raises(InputError, match="time_s: there are two columns of this name"):
+            load(tmp_path / f"log.{suffix}", lambda name: True)
