@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from recordings.assemble import arrays_of
 from recordings.columns import RUN, columns_of, schema
-from recordings.files import beside, canonical_json, system_errors_about
+from recordings.files import atomic_write, canonical_json, system_errors_about
 from recordings.metadata import FORMAT, METADATA_KEY, TRACKING_KEY, Tracking
 from recordings.recording import Recording
 from scenarios.errors import InputError
@@ -48,7 +48,7 @@ class RunWriter:
 
     def __enter__(self) -> RunWriter:
         with ExitStack() as stack:
-            part = stack.enter_context(beside(self._path))
+            part = stack.enter_context(atomic_write(self._path))
             with system_errors_about(self._path):
                 self._sink: pa.OSFile = stack.enter_context(pa.OSFile(str(part), "wb"))
                 self._parquet = self._open(self._sink)
@@ -139,7 +139,7 @@ def write_recording(recording: Recording, path: Path) -> None:
         words = [*table.names, *np.unique(() if recording.phase is None else recording.phase)]
         quoting = "needed" if any(set(word) & set(',"\r\n') for word in words) else "none"
         options = pyarrow.csv.WriteOptions(quoting_style=quoting, quoting_header=quoting)
-        with beside(path) as part, system_errors_about(path):
+        with atomic_write(path) as part, system_errors_about(path):
             pyarrow.csv.write_csv(batch, str(part), options)
     else:
         raise InputError(f"cannot write a recording as {path.suffix!r}", where=str(path), do="use .parquet or .csv")

@@ -9,7 +9,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from recordings.files import beside, system_errors_about
+from recordings.files import atomic_write, system_errors_about
 from recordings.manifest import Manifest
 from recordings.metadata import RunFile, TrueParameters, read_metadata
 from recordings.split import Split
@@ -38,7 +38,7 @@ def write_runs_table(out: Path, dataset: Manifest, split: Split) -> None:
     """
     schema = _schema(_parameters(out, file) for file in dataset.files)
     path = out / RUNS
-    with beside(path) as part, system_errors_about(path), pq.ParquetWriter(part, schema) as writer:
+    with atomic_write(path) as part, system_errors_about(path), pq.ParquetWriter(part, schema) as writer:
         for first in range(0, len(dataset.files), ROWS_AT_ONCE):
             rows = [_row(out, dataset, split, file) for file in dataset.files[first : first + ROWS_AT_ONCE]]
             writer.write_batch(pa.RecordBatch.from_pylist(rows, schema=schema))

@@ -10,7 +10,7 @@ from typing import Any
 
 from diagnosis.result import Diagnosis
 from diagnosis.several.result import PooledDiagnosis
-from recordings.files import beside, system_errors_about
+from recordings.files import atomic_write, system_errors_about
 from reports.pages.diagnosis import diagnosis_page
 from reports.pages.pooled import pooled_page
 from reports.viewer.diagnosis import diagnosis_recording
@@ -41,7 +41,7 @@ def _write_next(found: Diagnosis, path: Path) -> None:
         if found.onward is None:
             path.unlink(missing_ok=True)
             return
-        with beside(path) as part:
+        with atomic_write(path) as part:
             part.write_text(to_toml(found.onward.scenario), encoding="utf-8")
 
 
@@ -71,6 +71,6 @@ def write_whole(out: Path, contents: tuple[bytes, ...]) -> None:
     """Write the contents of FILES beside, and rename them once all of them are whole."""
     with ExitStack() as whole:
         for name, content in zip(FILES, contents, strict=True):
-            part = whole.enter_context(beside(out / name))
+            part = whole.enter_context(atomic_write(out / name))
             with system_errors_about(out / name):
                 part.write_bytes(content)

@@ -10,7 +10,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from recordings.files import beside, system_errors_about
+from recordings.files import atomic_write, system_errors_about
 from reports.palette import LINES, XYZ, rgb
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -39,7 +39,7 @@ def recording_bytes(name: str, blueprint: rrb.Blueprint, fill: Callable[[rr.Reco
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file beside `path` and rename it; on failure nothing is left. InputError where it cannot be written."""
-    with beside(path) as part, system_errors_about(path):
+    with atomic_write(path) as part, system_errors_about(path):
         part.write_bytes(content)
 
 

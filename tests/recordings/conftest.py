@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import os
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,11 @@ from recordings.columns import ATTITUDE, TRUE_ATTITUDE
 Block = dict[str, NDArray[Any]]
 EFFECTS = ("soft_iron", "hard_iron", "white_noise")
 SCENARIO = {"name": "small", "field": {"enu_nT": [0.0, 20_000.0, -45_000.0]}, "effects": {"hard_iron": {"x_nT": 300.0}}}
+
+
+def restrained() -> bool:
+    """Whether permissions of files hold this user back: not on Windows, and not the superuser."""
+    return hasattr(os, "geteuid") and os.geteuid() != 0
 
 
 class Run:

@@ -15,6 +15,7 @@ import pytest
 from recordings import read_recording
 from recordings.units import parse_maps
 from scenarios.errors import InputError
+from tests.recordings.conftest import restrained
 
 N = 40
 Make = Callable[[Path], Path]
@@ -270,7 +271,7 @@ def test_map_is_refused_in_one_line(maps: list[str], words: tuple[str, ...]) -> 
         assert word in str(caught.value)
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may read everything")
+@pytest.mark.skipif(not restrained(), reason="this user may read everything")
 def test_file_without_permission(tmp_path: Path) -> None:
     path = parquet()(tmp_path)
     path.chmod(0)

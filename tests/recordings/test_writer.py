@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -22,10 +20,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from recordings import RunWriter, columns, files, schema, writer
-from recordings.files import beside, canonical_json, locked_directory, sha256_of, system_errors_about, write_text
+from recordings import RunWriter, columns, schema, writer
+from recordings.files import canonical_json, sha256_of, system_errors_about, write_text
 from scenarios.errors import InputError
+from tests.recordings.conftest import restrained
 
+posix = pytest.mark.skipif(os.name == "nt", reason="the system has neither this limit nor this signal")
 SMALL_GROUP = 128
 
 
@@ -149,6 +149,7 @@ def test_full_disk(tmp_path: Path, run: Any) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@posix
 def test_full_disk_in_the_middle(tmp_path: Path) -> None:
     """The file may grow to 200 kB: some row groups are written, then no more."""
     script = textwrap.dedent("""
@@ -186,7 +187,7 @@ def test_directory_that_cannot_take_a_file(tmp_path: Path, run: Any, place: str)
     assert os.listdir(tmp_path) == ["file"]
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write everywhere")
+@pytest.mark.skipif(not restrained(), reason="this user may write everywhere")
 def test_directory_without_permission(tmp_path: Path, run: Any) -> None:
     tmp_path.chmod(0o500)
     with one_line_about(tmp_path / "r.parquet", "permission denied"):
@@ -194,6 +195,7 @@ def test_directory_without_permission(tmp_path: Path, run: Any) -> None:
     tmp_path.chmod(0o700)
 
 
+@posix
 def test_killed_while_writing_leaves_no_file_under_the_final_name(tmp_path: Path) -> None:
     script = textwrap.dedent("""
         import os, signal, sys
@@ -218,10 +220,12 @@ def run_python(script: str, path: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", script, str(path)], capture_output=True, text=True, check=False)
 
 
+@posix
 def test_memory_is_bounded_whatever_the_length(tmp_path: Path) -> None:
     table, n, blocks = columns(), 20_000, 100
     block = {c.name: np.arange(n) * 1.0 if c.group != "phase" else np.full(n, "spiral") for c in table}
     buffers = writer.ROWS_PER_GROUP * len(table) * 8
+    resource = pytest.importorskip("resource")
     resident = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     tracemalloc.start()
     with RunWriter(tmp_path / "r.parquet", schema(table), {}) as out:
@@ -254,38 +258,3 @@ def test_canonical_json_of_numpy_values_in_any_order() -> None:
         canonical_json({"a": float("nan")})
     with pytest.raises(TypeError, match="set"):
         canonical_json({"a": {1}})
-
-
-@pytest.mark.parametrize("what", ["directory", "file"])
-def test_what_another_process_writes_is_refused(tmp_path: Path, what: str) -> None:
-    """Two handles of one process exclude each other as two processes do."""
-    hold = locked_directory if what == "directory" else beside
-    with hold(tmp_path / "x") as part:
-        if part is not None:
-            part.write_text("first")
-        with pytest.raises(InputError, match=r"x: another magbench is writing"), hold(tmp_path / "x"):
-            pass
-    assert what == "directory" or (tmp_path / "x").read_text() == "first"
-    assert not (tmp_path / "x.magbench-part").exists()
-
-
-def test_directory_that_goes_between_making_and_locking_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The one before leaves it empty and removes it, twice before we have opened it, twice before we hold its lock."""
-    out, left = tmp_path / "out", {"open": 2, "flock": 2}
-
-    def removing(name: str, call: Any) -> Any:
-        def wrapped(*arguments: Any) -> Any:
-            if out.exists() and left[name]:
-                left[name] -= 1
-                out.rmdir()
-            return call(*arguments)
-
-        return wrapped
-
-    monkeypatch.setattr(files.os, "open", removing("open", os.open))
-    monkeypatch.setattr(files.fcntl, "flock", removing("flock", fcntl.flock))
-    with locked_directory(out):
-        monkeypatch.undo()
-        assert left == {"open": 0, "flock": 0}
-        (out / "mine").write_text("kept")
-    assert (out / "mine").read_text() == "kept"

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from recordings.files import beside, system_errors_about
+from recordings.files import atomic_write, system_errors_about
 from recordings.readers import parquet_errors_about
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -74,7 +74,7 @@ class TrialTable:
         for name, values in self.times.items():
             timings = timings.append_column(name, pa.array(values))
         for name, table in ((TIMINGS, timings), (TRIALS, self.columns)):
-            with beside(out / name) as part, system_errors_about(out / name):
+            with atomic_write(out / name) as part, system_errors_about(out / name):
                 pq.write_table(table, part, compression="zstd")
 
     @cached_property

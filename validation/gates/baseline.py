@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from recordings.files import beside, canonical_json, system_errors_about
+from recordings.files import atomic_write, canonical_json, system_errors_about
 from recordings.readers import parquet_errors_about
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -50,7 +50,7 @@ def rows_of(design: Design, calibrator: str, score: str, values: Array) -> pa.Ta
 
 def write_baseline(path: Path, parts: Iterable[pa.Table]) -> None:
     """Write a baseline whole or not at all; InputError where the system refuses."""
-    with beside(path) as part, system_errors_about(path):
+    with atomic_write(path) as part, system_errors_about(path):
         pq.write_table(pa.concat_tables(parts), part, compression="zstd")
 
 
