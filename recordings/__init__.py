@@ -1,4 +1,10 @@
-"""Datasets on disk: columns, writing, resuming, reading, and the import of measured logs."""
+"""Recordings: what an instrument gives, whoever wrote it.
+
+Reading: a file of any format in `readers.FORMATS`, or data in memory, becomes a Recording: columns in units, every
+value checked. `streams` brings the streams of a log to the magnetometer's times.
+Writing: runs as Parquet, datasets with a manifest, whole or not at all.
+A simulated run holds its Truth in the same file, as a type of its own that no recording contains.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +12,29 @@ from recordings.columns import Column, columns, columns_of, schema
 from recordings.manifest import Manifest, read_manifest, run_path
 from recordings.metadata import RunFile, run_file, run_metadata
 from recordings.reader import read_recording, read_run
+from recordings.readers import FORMATS, FileContents, FileFormat
 from recordings.recording import Recording, Truth
 from recordings.resume import finish_dataset, open_dataset_for_writing
+from recordings.streams import Interpolation, MergedStreams, Stream, merge
 from recordings.writer import RunWriter, write_recording
 
 __all__ = [
+    "FORMATS",
     "Column",
+    "FileContents",
+    "FileFormat",
+    "Interpolation",
     "Manifest",
+    "MergedStreams",
     "Recording",
     "RunFile",
     "RunWriter",
+    "Stream",
     "Truth",
     "columns",
     "columns_of",
     "finish_dataset",
+    "merge",
     "open_dataset_for_writing",
     "read_manifest",
     "read_recording",

@@ -26,6 +26,7 @@ from recordings.columns import (
 )
 from recordings.gaps import check_outage, filled, unit_quaternions
 from recordings.importer import RawColumns
+from recordings.streams import Interpolation
 from recordings.units import likely_unit
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -165,7 +166,7 @@ def _filled_vector(path: Path, names: Sequence[str], named: Named, rotation: boo
     if rotation:
         values = unit_quaternions(path, names, values, known)
     check_outage(path, names[0], named["time_s"], known)
-    return filled(named["time_s"], known, values, rotation=rotation)
+    return filled(named["time_s"], known, values, Interpolation.CHORD if rotation else Interpolation.LINEAR)
 
 
 def _check_moving(path: Path, names: Sequence[str], field_nT: Array) -> None:

@@ -8,31 +8,23 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.streams import MAX_GAP_INTERVALS, Interpolation, interpolated, own_interval_s
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
-MAX_GAP_INTERVALS = 5.0
-"""A stretch without values that is longer than so many of the column's own intervals is an outage."""
 _NORM_TOLERANCE = 0.02
 _UNIT_TO_ROUNDING = 1e-9
 
 
-def filled(time_s: Array, known: NDArray[np.bool_], values: Array, *, rotation: bool = False) -> Array:
-    """Values (n, k) of which the known rows stay: linear in time between these, and constant beyond them.
-
-    rotation : the rows are quaternions and take the shorter arc.
-    """
+def filled(time_s: Array, known: NDArray[np.bool_], values: Array, how: Interpolation = Interpolation.LINEAR) -> Array:
+    """Return values (n, k) with the unknown rows interpolated between the known rows, and constant beyond these."""
     if known.all():
         return values
-    nodes = _same_sign(values[known]) if rotation else values[known]
-    between = np.column_stack([np.interp(time_s, time_s[known], node) for node in nodes.T])
-    if rotation:
-        between = between / np.linalg.norm(between, axis=1, keepdims=True)
-    return np.where(known[:, None], values, between)
+    return np.where(known[:, None], values, interpolated(time_s, time_s[known], values[known], how))
 
 
 def unit_quaternions(path: Path, names: Sequence[str], q: Array, known: NDArray[np.bool_]) -> Array:
-    """Unit quaternions; what is off by more than rounding is normalised, what is off by more than 2 % refused."""
+    """Return unit quaternions (n, 4); a norm that is off by more than rounding is normalised, by over 2 % refused."""
     norm = np.where(known, np.linalg.norm(q, axis=1), 1.0)
     wrong = np.abs(norm - 1) > _NORM_TOLERANCE
     if wrong.any():
@@ -44,21 +36,13 @@ def unit_quaternions(path: Path, names: Sequence[str], q: Array, known: NDArray[
 
 
 def check_outage(path: Path, name: str, time_s: Array, known: NDArray[np.bool_]) -> None:
-    """Refuse a stretch without values much longer than the column's own interval."""
+    """Raise InputError for a stretch of unknown rows longer than MAX_GAP_INTERVALS of the column's own intervals."""
     if known.all():
         return
-    at = time_s[known]
-    interval = float(np.median(np.diff(at))) if len(at) > 1 else 0.0
-    edges = np.r_[time_s[0], at, time_s[-1]]
-    lengths = np.diff(edges)
-    longest = int(np.argmax(lengths))
-    if lengths[longest] > MAX_GAP_INTERVALS * interval:
-        row = int(np.argmax(~known & (time_s >= edges[longest]))) + 1
-        what = f"no value for {lengths[longest]:.4g} s from row {row} on, {np.count_nonzero(~known)} rows are empty"
+    edges_s = np.r_[time_s[0], time_s[known], time_s[-1]]
+    lengths_s = np.diff(edges_s)
+    longest = int(np.argmax(lengths_s))
+    if lengths_s[longest] > MAX_GAP_INTERVALS * own_interval_s(time_s[known]):
+        row = int(np.argmax(~known & (time_s >= edges_s[longest]))) + 1
+        what = f"no value for {lengths_s[longest]:.4g} s from row {row} on, {np.count_nonzero(~known)} rows are empty"
         raise InputError(what, where=f"{path}: {name}", do="fill it, cut the recording there, or remove the column")
-
-
-def _same_sign(q: Array) -> Array:
-    """q and -q are the same attitude: choose signs so that neighbours lie on the shorter arc."""
-    turns = np.sign(np.sum(q[1:] * q[:-1], axis=1))
-    return q * np.cumprod(np.r_[1.0, np.where(turns == 0, 1.0, turns)])[:, None]

@@ -119,9 +119,7 @@ def _decoded(path: Path, name: str, column: pa.ChunkedArray, entry: ColumnMap | 
     if is_empty(column) and group not in ("time", "mag", "phase"):
         return None
     try:
-        if group == "phase":
-            return words_of(column)
-        values = seconds_of(column) if group == "time" and is_timestamp(column) else numbers_of(column)
+        values = _cells(column, group)
     except NotNumbersError as error:
         if group == "channel" and not error.mixed:
             return None
@@ -129,7 +127,15 @@ def _decoded(path: Path, name: str, column: pa.ChunkedArray, entry: ColumnMap | 
     except (pa.ArrowException, ValueError, OverflowError) as error:
         reason = " ".join(str(error).split())[:160]
         raise InputError(f"cannot be read: {reason}", where=f"{path}: {name}", do="store it as numbers") from None
-    return _bounded(values if entry is None else entry.convert(values))
+    return values if group == "phase" else _bounded(values if entry is None else entry.convert(values))
+
+
+def _cells(column: pa.ChunkedArray, group: str) -> NDArray[Any]:
+    if group == "phase":
+        return words_of(column)
+    if group == "time" and is_timestamp(column):
+        return seconds_of(column)
+    return numbers_of(column)
 
 
 def _bounded(values: Array) -> Array:
