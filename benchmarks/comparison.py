@@ -5,7 +5,7 @@ from __future__ import annotations
 from benchmarks.measure import Row, cpu_s
 from sim.scenario import Scenario, load
 from sim.simulation import plan, true_motion
-from validation.calibrating.candidates import candidates
+from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design
 from validation.comparison.trial import run_trial
 
@@ -29,7 +29,7 @@ def rows() -> list[Row]:
 
 
 def _physics() -> Row:
-    design = Design.of(spiral(), candidates(TWELVE), seed=1)
+    design = Design.of(spiral(), select_calibrators(TWELVE), seed=1)
     flown_s = cpu_s(lambda: list(true_motion(plan(design.points[0].scenario, 0, 1))))
     run_trial(design, 0, 0)
     trial_s = cpu_s(lambda: run_trial(design, 0, 1))

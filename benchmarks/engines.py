@@ -16,10 +16,10 @@ from pathlib import Path
 
 from benchmarks.comparison import TWELVE, spiral
 from benchmarks.measure import Row
-from validation.calibrating.candidates import candidates
+from validation.calibrating.selection import select_calibrators
 from validation.comparison.cluster import Cluster
 from validation.comparison.design import Design
-from validation.comparison.engine import Engine, Processes, run_trials
+from validation.comparison.engine import Engine, ProcessEngine, run_trials
 from validation.comparison.journal import Journal
 
 LEAST_SECOND_CORE, LEAST_CLUSTER, MOST_OWN = 1.8, 0.9, 0.03
@@ -38,9 +38,9 @@ class Speed:
 
 def rows() -> list[Row]:
     """A row for the second process, one for a cluster of two workers on this machine, one for the engine's own work."""
-    design = Design.of(spiral(), candidates(TWELVE), seed=1)
+    design = Design.of(spiral(), select_calibrators(TWELVE), seed=1)
     with _cluster():
-        engines: dict[str, Engine] = {"one": Processes(1), "two": Processes(2), "cluster": Cluster(ADDRESS)}
+        engines: dict[str, Engine] = {"one": ProcessEngine(1), "two": ProcessEngine(2), "cluster": Cluster(ADDRESS)}
         rounds = [{name: _speed(design, engine) for name, engine in engines.items()} for _ in range(ROUNDS)]
     one, two, cluster = (statistics.median(speeds[name].trials_s for speeds in rounds) for name in engines)
     second = statistics.median(speeds["two"].trials_s / speeds["one"].trials_s for speeds in rounds)

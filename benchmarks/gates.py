@@ -17,15 +17,15 @@ from calib import Calibration, Reference
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.scenario import load
-from validation.calibrating.candidates import CalibratorEntry, candidates
-from validation.calibrating.fit import Fitted, timed
+from validation.calibrating.calibrator_entry import CalibratorEntry, TimedCalibration, time_fit
+from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design
-from validation.comparison.engine import Engine, Processes, run_trials
-from validation.comparison.table import TrialTable
-from validation.gates.budget import GateBudget, planned
+from validation.comparison.engine import Engine, ProcessEngine, run_trials
+from validation.comparison.trial_table import TrialTable
+from validation.gates.gate_file import FALSE_FAIL_RATE, Gate
+from validation.gates.gate_plan import GatePlan, plan_gate
 from validation.gates.power import verdict_probabilities
 from validation.gates.sequential import Decision, decide
-from validation.gates.spec import FALSE_FAIL_RATE, Gate
 from validation.signals.amplitude import rms
 
 SCENARIO, CUT, SOUND = "tumble", "phases.0.duration_s=40", "vector_least_squares"
@@ -79,14 +79,14 @@ class Sabotaged:
     change: str
     std_nT: float
 
-    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
+    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
         """What the sound one gives, spoilt."""
-        return timed(lambda: SABOTAGE[self.change](calib.get(SOUND).fit(recording, reference, rng), self.std_nT))
+        return time_fit(lambda: SABOTAGE[self.change](calib.get(SOUND).fit(recording, reference, rng), self.std_nT))
 
 
 def pool(trials: int, engine: Engine) -> dict[str, dict[str, Array]]:
     """Scores (trials,) of the sound and of every sabotaged calibrator in the same trials: by calibrator and column."""
-    scenario, sound = load(SCENARIO, [CUT]), candidates((SOUND,))
+    scenario, sound = load(SCENARIO, [CUT]), select_calibrators((SOUND,))
     first = _table(Design.of(scenario, sound), PILOT, engine)
     std_nT = rms(first.values("offset_error_nT", SOUND)) / 3.0**0.5
     spoilt = [CalibratorEntry(name, Sabotaged(name, std_nT), attitude_free=False) for name in SABOTAGE]
@@ -98,14 +98,14 @@ def _table(design: Design, trials: int, engine: Engine) -> TrialTable:
     return TrialTable.of(design, run_trials(design, range(trials), engine))
 
 
-def plans(limits: dict[str, float]) -> list[GateBudget]:
+def plans(limits: dict[str, float]) -> list[GatePlan]:
     """A gate for each score, as a file of them would be planned."""
     common = {"scenario": SCENARIO, "calibrator": SOUND}
     gates = [Gate(name=score, score=score, limit=limit, **common) for score, limit in limits.items()]
-    return [planned(gate, FALSE_FAIL_RATE / len(gates), f"gate.{k}") for k, gate in enumerate(gates)]
+    return [plan_gate(gate, FALSE_FAIL_RATE / len(gates), f"gate.{k}") for k, gate in enumerate(gates)]
 
 
-def gate_run(scores: dict[str, Array], gates: Sequence[GateBudget], rng: np.random.Generator) -> list[Decision]:
+def gate_run(scores: dict[str, Array], gates: Sequence[GatePlan], rng: np.random.Generator) -> list[Decision]:
     """One whole run of all gates on trials drawn from the pool: every gate on the same ones, in the same order."""
     drawn = rng.integers(len(next(iter(scores.values()))), size=max(plan.max_trials for plan in gates))
     return [decide(plan.test, scores[plan.gate.score][drawn[: plan.max_trials]] > plan.gate.factor) for plan in gates]
@@ -119,7 +119,7 @@ class Counted:
     most_trials: int
 
 
-def counted(scores: dict[str, Array], gates: Sequence[GateBudget], runs: int, seed: int) -> Counted:
+def counted(scores: dict[str, Array], gates: Sequence[GatePlan], runs: int, seed: int) -> Counted:
     """Runs of all gates on one calibrator's scores; a run fails when one of its gates does, after so many trials.
 
     The most trials are those to the first failure of runs that fail, and to the last verdict of those that pass.
@@ -141,7 +141,7 @@ def medians(scores: dict[str, Array]) -> dict[str, float]:
 
 def rows(trials: int = POOL, runs: int = RUNS, engine: Engine | None = None) -> list[Row]:
     """False failures well within and at the limit, the proof at the limit, and every sabotage."""
-    found = pool(trials, engine or Processes(JOBS))
+    found = pool(trials, engine or ProcessEngine(JOBS))
     typical = medians(found[SOUND])
     gates = plans({name: LIMIT * value for name, value in typical.items()})
     sound = counted(found[SOUND], gates, runs, seed=0)

@@ -22,7 +22,7 @@ from recordings import Recording, read_recording
 from recordings.manifest import file_of
 from scenarios.errors import told_of
 from sim.scenario import Model, ModelSpec, load_model
-from validation.calibrating.fitting import reference_of
+from validation.calibrating.reference import reference_of
 
 CONFIRM = "--confirm"
 """What names the second recording."""

@@ -12,7 +12,7 @@ import shlex
 import tempfile
 from pathlib import Path
 
-from validation.scoring.definitions import MEANINGS
+from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.text import figure
 
 PAGE = Path(__file__).parent / "peers.md"
@@ -50,7 +50,7 @@ def compared() -> list[tuple[str, ...]]:
 
 def heads() -> tuple[str, ...]:
     """The table's head: the scores as reports call them."""
-    shown = [MEANINGS[name] for name in SCORES]
+    shown = [SCORE_DEFINITIONS[name] for name in SCORES]
     return ("calibrator", *(f"{one.short}, {one.unit}" if one.unit else one.short for one in shown), "failed")
 
 

@@ -28,7 +28,7 @@ from sim.effects.base import Effect
 from sim.effects.parameters import Parameter
 from sim.scenario import SensorSpec, load
 from sim.vehicles import VEHICLES, vehicles_for
-from validation.scoring.definitions import MEANINGS
+from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.text import symbol
 
 DOCS = Path(__file__).parent
@@ -117,7 +117,7 @@ def static() -> str:
 
 def scores() -> str:
     """Every score: its name, its title in tables, its unit and what it means."""
-    rows = ((f"`{one.name}`", one.short, symbol(one.unit), one.explained) for one in MEANINGS.values())
+    rows = ((f"`{one.name}`", one.short, symbol(one.unit), one.explained) for one in SCORE_DEFINITIONS.values())
     return _table(("score", "in tables", "unit", "what it is"), rows)
 
 

@@ -81,17 +81,17 @@ def calibrate(
     Raises InputError for data that are not fit for use, an unknown calibrator, and a reference that is not known.
     """
     from magbench.results import CalibrationResult
-    from validation.calibrating.candidates import candidates
-    from validation.calibrating.fitting import fit_all, sensors
+    from validation.calibrating.fitting import fit_all, sensor_recordings
+    from validation.calibrating.selection import select_calibrators
 
     names = [with_] if isinstance(with_, str) else list(with_ or ())
     if not names:
         raise InputError("names no calibrator", where="with_", do="see `magbench list calibrators`")
-    chosen = candidates(names)
+    chosen = select_calibrators(names)
     recording = recording_from(data, time_s=time_s, maps=maps, run=run)
     reference = reference_from(data, run, field_strength_nT, field_enu_nT)
     fitted = fit_all(recording, reference, chosen)
-    views = {key: one for candidate in chosen for key, one in sensors(recording, candidate.name).items()}
+    views = {key: one for candidate in chosen for key, one in sensor_recordings(recording, candidate.name).items()}
     results = {key: CalibrationResult.of(found, views[key], reference) for key, found in fitted.items()}
     if not isinstance(with_, str):
         return results
@@ -142,12 +142,12 @@ def apply(
     Raises InputError for a calibration without an estimate, and for rows that it cannot correct.
     """
     from calib.result import Calibration
-    from validation.calibrating.correction import corrected
+    from validation.calibrating.correction import corrected_field
 
     if not isinstance(calibration, Calibration):
         do = "pass one that magbench.calibrate returned; of several, one by its name"
         raise InputError(f"is of type {type(calibration).__name__}", where="calibration", do=do)
-    return corrected(calibration, recording_from(data, time_s=time_s, maps=maps, run=run), calibration.name)
+    return corrected_field(calibration, recording_from(data, time_s=time_s, maps=maps, run=run), calibration.name)
 
 
 @in_keywords()
@@ -258,10 +258,10 @@ def run(
 
     from magbench.results import RunResult
     from reports.outputs.run import run_scenario, simulate_and_score
-    from validation.calibrating.candidates import candidates
+    from validation.calibrating.selection import select_calibrators
 
     spec = scenario_from(scenario, overrides)
-    chosen = candidates([with_] if isinstance(with_, str) else with_ or spec.calibrators)
+    chosen = select_calibrators([with_] if isinstance(with_, str) else with_ or spec.calibrators)
     if out is not None:
         return RunResult.of(run_scenario(spec, Path(out), seed=seed, chosen=chosen))
     with TemporaryDirectory(prefix="magbench-") as place:

@@ -98,7 +98,7 @@ def plan(
     """
     from magbench.bounds_results import OnwardResult, PlanResult
     from validation.bound.files import experiment_of
-    from validation.comparison.engine import Processes
+    from validation.comparison.engine import ProcessEngine
     from validation.planning.next_leg import onward
     from validation.planning.plan import planned
     from validation.planning.task import PlanningTask
@@ -111,7 +111,7 @@ def plan(
         known = experiment_of(recording_from(after, maps=maps), _reference(after, field_enu_nT), noise_std_nT)
         return OnwardResult.of(onward(task.after(known), most_s, size))
     found = planned(task, most_s, size)
-    return PlanResult.of(found.checked(trials, Processes(1)) if trials else found)
+    return PlanResult.of(found.checked(trials, ProcessEngine(1)) if trials else found)
 
 
 @in_keywords()

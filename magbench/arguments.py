@@ -11,7 +11,7 @@ from scenarios.errors import InputError
 from scenarios.names import closest, find, offered_calibrators, scenario_names
 
 if TYPE_CHECKING:
-    from validation.calibrating.candidates import CalibratorEntry
+    from validation.calibrating.calibrator_entry import CalibratorEntry
     from validation.comparison.engine import Engine
 
 ROOT = Path(scenarios.__file__).parent.parent
@@ -74,18 +74,18 @@ def chosen(
     with_: str | None, exec_: Sequence[str] | None, time_limit_s: float, otherwise: Sequence[str]
 ) -> tuple[CalibratorEntry, ...]:
     """The calibrators of --with and --exec; where neither is given those of the names in `otherwise`."""
-    from validation.calibrating.candidates import candidates
+    from validation.calibrating.selection import select_calibrators
 
     names = split(with_) if with_ else () if exec_ else otherwise
-    return candidates(names, exec_ or (), time_limit_s)
+    return select_calibrators(names, exec_ or (), time_limit_s)
 
 
 def engine(scheduler: str | None, jobs: int) -> Engine:
     """Who computes trials: the cluster of --scheduler, else so many processes."""
     from validation.comparison.cluster import Cluster
-    from validation.comparison.engine import Processes
+    from validation.comparison.engine import ProcessEngine
 
-    return Cluster(scheduler) if scheduler else Processes(jobs)
+    return Cluster(scheduler) if scheduler else ProcessEngine(jobs)
 
 
 def known_paper(key: str) -> str:

@@ -65,7 +65,7 @@ def reference_from(
 ) -> Reference:
     """The stated reference, else the field that a simulated run's file names; InputError for none."""
     from recordings.manifest import file_of
-    from validation.calibrating.fitting import reference_of, stated_reference
+    from validation.calibrating.reference import reference_of, stated_reference
 
     strength = None if field_strength_nT is None else _number("field_strength_nT", field_strength_nT)
     vector = None if field_enu_nT is None else _numbers("field_enu_nT", field_enu_nT)

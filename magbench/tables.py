@@ -15,8 +15,8 @@ from reports.text.diagnosis import headline as diagnosis_headline
 from reports.text.outcome import headline
 from reports.text.pooled import agreement_line, coefficient_rows, pooled_gap_rows
 from reports.text.pooled import headline as together_headline
-from validation.comparison.ranking import without_correction
-from validation.scoring.definitions import MEANINGS
+from validation.comparison.ranking import uncorrected_row
+from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.outcome import Outcome
 from validation.text import short, symbol
 
@@ -41,10 +41,10 @@ def show_scores(outcome: Outcome) -> None:
         figures = (short(values[name]) if name in values else "-" for name in COLUMNS)
         fitted = outcome.calibrations.get(calibrator)
         rows.append([calibrator, *figures, fitted.status.kind if fitted else "-"])
-    shown = [MEANINGS[name] for name in COLUMNS]
+    shown = [SCORE_DEFINITIONS[name] for name in COLUMNS]
     heads = [f"{one.short}, {symbol(one.unit)}" for one in shown]
     ranked_by = outcome.ranking()[1]
-    order = f", best first by {MEANINGS[ranked_by].short}" if ranked_by else ""
+    order = f", best first by {SCORE_DEFINITIONS[ranked_by].short}" if ranked_by else ""
     show_table(f"{outcome.scenario.name}: errors against truth{order}", ["calibrator", *heads, "status"], rows)
     show_text("\n".join(f"{one.short}: {one.explained}" for one in shown))
 
@@ -63,12 +63,12 @@ def show_comparison(found: Comparison) -> None:
             f"first better, of {answer.trials}",
         ]
         rows = []
-        for one in answer.standings:
+        for one in answer.calibrators:
             ends = (short(v) for v in (one.median.value, one.median.low, one.median.high))
             better = "" if one is answer.best else str(answer.against(one.calibrator).better)
             rows.append([one.calibrator, *ends, str(one.failures), better])
         ends = (short(v) for v in (answer.uncorrected.value, answer.uncorrected.low, answer.uncorrected.high))
-        rows.append([without_correction(answer.best.calibrator), *ends, "", ""])
+        rows.append([uncorrected_row(answer.best.calibrator), *ends, "", ""])
         show_table(f"{found.title}: {point_title(found.table.points[point])}", heads, rows)
 
 

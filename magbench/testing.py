@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from calib.base import Calibrator
     from calib.outside import Function
     from sim.scenario import Scenario
-    from validation.gates.progress import GateOutcome
+    from validation.gates.gate_outcome import GateOutcome
 
     Calibrating: TypeAlias = str | Calibrator | type[Calibrator] | Function
     """A name, module:object, a command with {recording} and {result}, a Calibrator or its class, or a function."""
@@ -77,7 +77,7 @@ def assert_accuracy(
     Raises AssertionError; unittest.SkipTest, which pytest knows too; InputError for wrong use.
     """
     __tracebackhide__ = True
-    from validation.gates.single import decide_alone
+    from validation.gates.single_gate import decide_single_gate
 
     skip = _skips(inconclusive)
     limits = {"limit": limit, "ratio": ratio, "baseline": baseline and str(baseline), "margin": margin}
@@ -86,7 +86,7 @@ def assert_accuracy(
     with in_keywords():
         spec = scenario_from(scenario, overrides)
         gate = {"score": score, "quantile": quantile} | limits | planning
-        outcome = decide_alone(calibrator, reference, spec, gate, options)
+        outcome = decide_single_gate(calibrator, reference, spec, gate, options)
     _tell(outcome)
     if outcome.verdict != "pass":
         _raise(outcome, skip)

@@ -13,7 +13,7 @@ import pytest
 from magbench import testing
 from tests.conftest import ROOT
 from tests.magbench.test_testing import OWN_MODULE, SCENARIO
-from validation.gates import single as alone
+from validation.gates import single_gate as alone
 from validation.gates import summary
 
 pytest_plugins = "pytester"

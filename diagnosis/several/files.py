@@ -23,7 +23,7 @@ from recordings.importer import sensors_in
 from recordings.manifest import file_of, read_manifest
 from scenarios.errors import InputError, told_of
 from sim.scenario import Model, ModelSpec, load_model
-from validation.calibrating.fitting import reference_of
+from validation.calibrating.reference import reference_of
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from examples.learn.data import read_part
 from examples.learn.network import Refiner
 from recordings import read_run
 from sim.effects import build
-from validation.scoring.holdout import Surroundings, hold_out
+from validation.scoring.hold_out import Environment, hold_out
 from validation.scoring.scores import score
 
 AMPLITUDES = ["phases.0.roll_amplitude_deg", "phases.0.pitch_amplitude_deg"]
@@ -33,7 +33,7 @@ def compared(out: Path, network: Refiner) -> pd.DataFrame:
         recording, truth = read_run(out, run=run)
         field_nT = truth.parameters["field_enu_nT"]
         effects = build(truth.parameters["effects"][0], truth.parameters["effect_order"], "run")
-        known = hold_out(effects, Surroundings.of(recording, field_nT))
+        known = hold_out(effects, Environment.of(recording, field_nT))
         fitted = CALIBRATORS["ellipsoid"]().fit(recording, Reference.of_vector(tuple(field_nT)))
         excited_deg = float(np.sqrt(np.mean(np.square(table.loc[run, AMPLITUDES].to_numpy(float)))))
         for found in (learned, fitted):

@@ -25,7 +25,7 @@ def apply(
     Example: magbench apply out/calibration.json survey.csv --with ellipsoid -o corrected.parquet
     """
     from magbench.console import emit, say, warn
-    from validation.calibrating.files import apply_file
+    from validation.calibrating.calibration_file import apply_file
 
     told = apply_file(calibration, data, out, name=with_, run=run, maps=map_ or ())
     warn(told["warning"])

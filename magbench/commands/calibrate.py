@@ -53,8 +53,9 @@ def calibrate(
     """
     from magbench.console import end_with
     from recordings.files import locked_directory
-    from validation.calibrating.files import write_calibrations
-    from validation.calibrating.fitting import fit_all, not_applicable, recording_and_reference
+    from validation.calibrating.calibration_file import write_calibrations
+    from validation.calibrating.fitting import fit_all, not_applicable
+    from validation.calibrating.reference import recording_and_reference
     from validation.cross_validation.claimed_std import claims_of
     from validation.cross_validation.workflow import worth as worth_of
 

@@ -16,8 +16,8 @@ from validation.calibrating.processes import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT
 
 if TYPE_CHECKING:
     from validation.comparison.engine import Engine
-    from validation.gates.progress import GateOutcome
-    from validation.gates.schedule import Group
+    from validation.gates.gate_groups import GateGroup
+    from validation.gates.gate_outcome import GateOutcome
 
 Gates = Annotated[
     Path | None, typer.Argument(metavar="GATES.toml", help="A file of gates.", callback=present, show_default=False)
@@ -70,15 +70,15 @@ def gate(
     from magbench.console import progress
     from reports.outputs.gates import run_gates
     from scenarios.errors import InputError
-    from validation.gates.schedule import arranged
-    from validation.gates.spec import load_gates
+    from validation.gates.gate_file import load_gates
+    from validation.gates.gate_groups import group_gates
 
     if init is not None:
         return _begin(init, out or Path("gates.toml"), json)
     if gates is None:
         raise InputError("no file of gates is named", where="GATES.toml", do="name one, or begin one with --init")
     file, who = load_gates(gates), engine(scheduler, jobs)
-    groups = arranged(file, gates, seed, time_limit_s, baselines=write_baseline is None)
+    groups = group_gates(file, gates, seed, time_limit_s, baselines=write_baseline is None)
     if write_baseline is not None:
         return _record(groups, who, write_baseline, json)
     place = out or Path("out") / gates.stem
@@ -111,7 +111,7 @@ def _show(outcomes: list[GateOutcome], place: Path, gates: Path, json: bool) -> 
     say(f"{place}: {', '.join(FILES)}")
 
 
-def _record(groups: Sequence[Group], engine: Engine, file: Path, json: bool) -> None:
+def _record(groups: Sequence[GateGroup], engine: Engine, file: Path, json: bool) -> None:
     """Write the baseline."""
     from magbench.console import emit, progress, say
     from reports.outputs.gates import record_baseline

@@ -40,7 +40,7 @@ def _items(kind: ListKind) -> dict[str, str]:
 
         return catalogue()
     if kind is ListKind.calibrators:
-        from validation.calibrating.candidates import known_names
+        from validation.calibrating.selection import known_names
 
         return known_names()
     if kind is ListKind.vehicles:

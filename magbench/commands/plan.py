@@ -90,7 +90,7 @@ def plan(
         none_of({"--field-enu-nT": enu, "--map": map_}, "speaks of a log", "name it with --after, or leave it out")
     from magbench.console import progress
     from sim.scenario import load
-    from validation.comparison.engine import Processes
+    from validation.comparison.engine import ProcessEngine
     from validation.planning.next_leg import onward
     from validation.planning.plan import planned
     from validation.planning.task import PlanningTask
@@ -104,7 +104,7 @@ def plan(
         if after is not None:
             return _tell(onward(_after(task, after, noise_std_nT, map_, enu), most_s, size), out, json)
         found = planned(task, most_s, size)
-        _tell(found.checked(trials, Processes(jobs)) if trials else found, out, json)
+        _tell(found.checked(trials, ProcessEngine(jobs)) if trials else found, out, json)
 
 
 def _asked(target: str | None, tilt_limits: str | None) -> tuple[Goal, float | None, Tilts | None]:

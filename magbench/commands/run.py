@@ -70,9 +70,9 @@ def run(
 
 def _conditions(texts: Sequence[str], calibrators: Sequence[str], sensors: int) -> list[Condition]:
     """What --fail-if says, of calibrators that take part; InputError otherwise."""
-    from validation.scoring.conditions import Condition, rows
+    from validation.scoring.conditions import Condition, row_names
 
     conditions = [Condition.parsed(text, FAIL_IF) for text in texts]
     for condition in conditions:
-        condition.check(rows(calibrators, sensors))
+        condition.check(row_names(calibrators, sensors))
     return conditions

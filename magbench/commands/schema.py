@@ -39,7 +39,7 @@ def _of(kind: SchemaKind) -> dict[str, object]:
 
         return json_schema()
     if kind is SchemaKind.gates:
-        from validation.gates.spec import json_schema as gates_schema
+        from validation.gates.gate_file import json_schema as gates_schema
 
         return gates_schema()
     from sim.scenario import json_schema as scenario_schema

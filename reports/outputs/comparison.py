@@ -25,13 +25,13 @@ from validation.bound.ratio import bound_ratio, knowledge_of
 from validation.bound.runs import RunBounds
 from validation.comparison.design import Design
 from validation.comparison.engine import Engine, run_trials
-from validation.comparison.figures import ScoreStatistic, figures
 from validation.comparison.journal import Journal
-from validation.comparison.ranking import Ranking, answer, overall
-from validation.comparison.stopping import Until, looks
-from validation.comparison.table import TrialTable
+from validation.comparison.ranking import Ranking, overall_sentence, rank_calibrators
+from validation.comparison.score_statistics import ScoreStatistic, score_statistics
+from validation.comparison.stopping import StoppingRule, interim_looks
 from validation.comparison.trial import CALIBRATORS_STREAM
-from validation.scoring.definitions import Meaning, meaning_of
+from validation.comparison.trial_table import TrialTable
+from validation.scoring.definitions import ScoreDefinition, score_definition
 from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.text import listed
 
@@ -49,17 +49,19 @@ class ComparisonQuestion:
     reference: default the best at the first point; until: None where the number of trials is given.
     """
 
-    score: Meaning
+    score: ScoreDefinition
     reference: str | None = None
-    until: Until | None = None
+    until: StoppingRule | None = None
 
 
 def comparison_question(
     rank_by: str | None = None, reference: str | None = None, until: str | None = None
 ) -> ComparisonQuestion:
-    """What users ask in words; InputError for a score that is none, and for another rule than Until's."""
+    """What users ask in words; InputError for a score that is none, and for another rule than StoppingRule's."""
     return ComparisonQuestion(
-        meaning_of(rank_by or RANKED_BY, "--rank-by"), reference, None if until is None else Until.parsed(until)
+        score_definition(rank_by or RANKED_BY, "--rank-by"),
+        reference,
+        None if until is None else StoppingRule.parsed(until),
     )
 
 
@@ -106,7 +108,7 @@ def _computed(
     """The trials that the question needs, at most so many; looked at after fixed numbers of them."""
     done, first = 0, 0
     progress(done, _pieces(design, most))
-    for number in [most] if asked.until is None else looks(most):
+    for number in [most] if asked.until is None else interim_looks(most):
         for _ in run_trials(design, range(first, number), engine, journal):
             done += 1
             progress(done, _pieces(design, most))
@@ -121,18 +123,18 @@ def _pieces(design: Design, most: int) -> int:
     return most * len(design.points) + len(SHOWN)
 
 
-def _columns(table: TrialTable, until: Until) -> list[Any]:
+def _columns(table: TrialTable, until: StoppingRule) -> list[Any]:
     return [table.values(until.score, name, point) for point in table.points for name in table.candidates]
 
 
 def _answered(design: Design, table: TrialTable, asked: ComparisonQuestion) -> Comparison:
-    answers = tuple(answer(table, asked.score, point) for point in table.points)
+    answers = tuple(rank_calibrators(table, asked.score, point) for point in table.points)
     titles = [point_title(values) for values in table.points.values()]
     return Comparison(
         title=design.points[0].scenario.name,
         table=table,
         answers=answers,
-        sentence=overall(answers, titles),
+        sentence=overall_sentence(answers, titles),
         reference=asked.reference or answers[0].best.calibrator.split("@")[0],
         looked_at=_looked_at(table, answers[0]),
         least=_least(design, table),
@@ -170,16 +172,16 @@ def summary(found: Comparison, seed: int) -> dict[str, Any]:
             "trials": first.trials,
             "answer": found.sentence,
             "ranked_by": first.score.name,
-            "ranking": [[one.calibrator for one in answer.standings] for answer in found.answers],
+            "ranking": [[one.calibrator for one in ranking.calibrators] for ranking in found.answers],
             "reference": found.reference,
             "calibrators": table.calibrators,
             "scores": table.scores,
             "points": [{"point": point, **values} for point, values in table.points.items()],
-            "table": [_row(found, one) for one in figures(table, found.reference)],
+            "table": [_row(found, one) for one in score_statistics(table, found.reference)],
             "differences": [
                 {"point": point, **vars(one)}
-                for point, answer in enumerate(found.answers)
-                for one in answer.differences
+                for point, ranking in enumerate(found.answers)
+                for one in ranking.differences
             ],
         }
     )

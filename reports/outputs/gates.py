@@ -15,22 +15,22 @@ from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
 from scenarios.toml import to_toml
 from validation.comparison.engine import Engine
-from validation.gates.baseline import write_baseline
-from validation.gates.cache import journal_of
-from validation.gates.progress import GateOutcome
-from validation.gates.proposal import Compared, gates_toml, proposals
-from validation.gates.runner import Progress, decide_gates, recorded
-from validation.gates.schedule import Group
-from validation.gates.spec import load_gates
-from validation.gates.summary import whole
-from validation.scoring.definitions import meaning_of
+from validation.gates.gate_file import load_gates
+from validation.gates.gate_groups import GateGroup
+from validation.gates.gate_journal import open_gate_journal
+from validation.gates.gate_outcome import GateOutcome
+from validation.gates.proposal import FinishedComparison, gate_proposals, gates_toml
+from validation.gates.runner import Progress, decide_gates, record_scores
+from validation.gates.score_baseline import write_baseline
+from validation.gates.summary import full_summary
+from validation.scoring.definitions import score_definition
 from validation.scoring.outcome import RANKED_BY
 
 FILES = ("junit.xml", "gates.json", "summary.md", "report.html")
 
 
 def run_gates(
-    groups: Sequence[Group],
+    groups: Sequence[GateGroup],
     engine: Engine,
     out: Path,
     title: str,
@@ -47,11 +47,11 @@ def run_gates(
     """
     with locked_directory(out):
         remove_leftovers(out)
-        journal = journal_of(groups, out)
+        journal = open_gate_journal(groups, out)
         outcomes = decide_gates(groups, engine, progress, journal)
         texts = (
             junit(outcomes, title, strict=strict),
-            json.dumps(whole(outcomes), indent=1, allow_nan=False) + "\n",
+            json.dumps(full_summary(outcomes), indent=1, allow_nan=False) + "\n",
             gates_markdown(outcomes, title),
             gates_page(outcomes, title, false_fail_rate),
         )
@@ -62,10 +62,10 @@ def run_gates(
 
 
 def record_baseline(
-    groups: Sequence[Group], engine: Engine, path: Path, progress: Progress = lambda done, total: None
+    groups: Sequence[GateGroup], engine: Engine, path: Path, progress: Progress = lambda done, total: None
 ) -> int:
     """Write the scores of every gate's calibrator in all of its trials; returns how many. InputError where refused."""
-    parts = recorded(groups, engine, progress)
+    parts = record_scores(groups, engine, progress)
     write_baseline(path, parts)
     return sum(part.num_rows for part in parts)
 
@@ -79,8 +79,8 @@ def propose_gates(comparison: Path, file: Path) -> list[str]:
     """
     if file.exists():
         raise InputError("is there already", where=str(file), do="name another file with -o, or remove it")
-    compared, score = Compared.read(comparison), meaning_of(_ranked_by(comparison / ANSWER))
-    found = proposals(compared.table, score)
+    compared, score = FinishedComparison.read(comparison), score_definition(_ranked_by(comparison / ANSWER))
+    found = gate_proposals(compared.table, score)
     if not compared.of_the_catalogue:
         write_text(file.parent / f"{compared.scenario.name}.toml", to_toml(compared.scenario))
     write_text(file, gates_toml(compared, found, score))

@@ -26,10 +26,11 @@ from sim.scenario import Scenario
 from validation.bound.files import true_experiment
 from validation.bound.ratio import Leasts, bound_ratio, knowledge_of, least_of
 from validation.bound.sensor_noise import stated_colour, stated_noise_nT
-from validation.calibrating.candidates import CalibratorEntry, candidates
-from validation.calibrating.files import write_calibrations
-from validation.scoring.definitions import MEANINGS
-from validation.scoring.evaluation import UNCORRECTED, judged
+from validation.calibrating.calibration_file import write_calibrations
+from validation.calibrating.calibrator_entry import CalibratorEntry
+from validation.calibrating.selection import select_calibrators
+from validation.scoring.definitions import SCORE_DEFINITIONS
+from validation.scoring.evaluation import UNCORRECTED, score_calibrators
 from validation.scoring.outcome import Outcome
 from validation.scoring.scores import Score
 
@@ -55,7 +56,7 @@ def run_scenario(
     an unknown calibrator, an `out` that holds another dataset or that another process writes to, and when the
     system refuses to write.
     """
-    chosen = chosen or candidates(scenario.calibrators)
+    chosen = chosen or select_calibrators(scenario.calibrators)
     with locked_directory(out):
         return _run(scenario, out, seed, chosen, progress, warn)
 
@@ -106,10 +107,10 @@ def calibrate_and_score(
 
     rng : makes the generator that each fit begins with.
     """
-    chosen = chosen or candidates(scenario.calibrators)
+    chosen = chosen or select_calibrators(scenario.calibrators)
     east, north, up = truth.parameters["field_enu_nT"]
     reference = Reference(float(np.linalg.norm([east, north, up])), (east, north, up))
-    found = judged(recording, _effects(truth), reference, chosen, rng, progress)
+    found = score_calibrators(recording, _effects(truth), reference, chosen, rng, progress)
     fits = {key: one.fit for key, one in found.items() if key.split("@")[0] != UNCORRECTED}
     usable = {key: fit for key, fit in fits.items() if fit.calibration.status.kind != "not_applicable"}
     return Outcome(
@@ -151,7 +152,7 @@ def _rows(outcome: Outcome) -> dict[str, list[dict[str, Any]]]:
     }
     least = _least(outcome, {knowledge for knowledge in told.values() if knowledge})
     return {
-        key: [_row(one, least.get((told.get(key) or "", MEANINGS[one.name].column), np.nan)) for one in scores]
+        key: [_row(one, least.get((told.get(key) or "", SCORE_DEFINITIONS[one.name].column), np.nan)) for one in scores]
         for key, scores in outcome.scores.items()
     }
 

@@ -15,10 +15,10 @@ from reports.pages.template import render_page
 from reports.plots.comparison import draw_distributions, draw_over, draw_ranks
 from scenarios.arrays import Array
 from scenarios.sweep import Value
-from validation.comparison.figures import CLAIMED_INSIDE, CLAIMED_SQUARE, ScoreStatistic, figures
-from validation.comparison.ranking import RankedCalibrator, Ranking, without_correction
+from validation.comparison.ranking import RankedCalibrator, Ranking, uncorrected_row
+from validation.comparison.score_statistics import CLAIMED_INSIDE, CLAIMED_SQUARE, ScoreStatistic, score_statistics
 from validation.comparison.statistics import Interval
-from validation.comparison.table import TrialTable
+from validation.comparison.trial_table import TrialTable
 from validation.text import counted, digits, figure, plainly
 
 PERCENT = 100.0
@@ -57,7 +57,7 @@ class Comparison:
 
 def comparison_page(found: Comparison) -> str:
     """The page as HTML; all of it is inside."""
-    known = {(one.point, one.calibrator, one.score.name): one for one in figures(found.table, found.reference)}
+    known = {(one.point, one.calibrator, one.score.name): one for one in score_statistics(found.table, found.reference)}
     score = found.answers[0].score
     return render_page(
         "comparison.html",
@@ -105,7 +105,7 @@ def point_title(values: Mapping[str, Value]) -> str:
 
 def _point(found: Comparison, point: int, known: dict[tuple[int, str, str], ScoreStatistic]) -> dict[str, Any]:
     answer, table = found.answers[point], found.table
-    rows = [_row(found, answer, one, point, known) for one in answer.standings]
+    rows = [_row(found, answer, one, point, known) for one in answer.calibrators]
     return {
         "title": point_title(table.points[point]),
         "sentence": answer.sentence,
@@ -145,7 +145,7 @@ def _row(
 def _raw_row(answer: Ranking) -> dict[str, Any]:
     """The measurement as it is."""
     rest = [SortableCell("–")] * 8
-    name = without_correction(answer.best.calibrator)
+    name = uncorrected_row(answer.best.calibrator)
     return {"name": name, "cells": [*_ends(answer.uncorrected), *rest], "reason": ""}
 
 

@@ -8,7 +8,7 @@ from reports.pages.template import render_page
 from reports.plots.gates import draw_gate_course
 from reports.plots.style import styled_data_url
 from reports.text.gates import HEADS, advice, detectable_defect, gate_rows, headline, sentence
-from validation.gates.progress import GateOutcome
+from validation.gates.gate_outcome import GateOutcome
 from validation.text import figure
 
 

@@ -11,8 +11,8 @@ from reports.palette import INK, LINES, RAW, SOFT
 from reports.plots.style import WIDTH_IN
 from scenarios.arrays import Array
 from validation.comparison.statistics import Interval, mean_ranks, median
-from validation.comparison.table import TrialTable
-from validation.scoring.definitions import Meaning
+from validation.comparison.trial_table import TrialTable
+from validation.scoring.definitions import ScoreDefinition
 
 DASHES = ("-", "--", ":", "-.")
 DECADE = 10.0
@@ -20,7 +20,7 @@ BOX = (5, 25, 50, 75, 95)
 """Percentiles that a calibrator's distribution is drawn by: whiskers, box, median."""
 
 
-def draw_over(table: TrialTable, score: Meaning, key: str) -> Figure:
+def draw_over(table: TrialTable, score: ScoreDefinition, key: str) -> Figure:
     """Median of a score with its interval over a swept value, a line a calibrator, and the uncorrected measurement."""
     figure = Figure(figsize=(WIDTH_IN, 4.4), layout="constrained")
     axis: Any = figure.subplots()
@@ -64,7 +64,7 @@ def _line_of_points(table: TrialTable, key: str) -> dict[int, dict[str, Any]]:
     }
 
 
-def draw_distributions(table: TrialTable, score: Meaning, point: int) -> Figure:
+def draw_distributions(table: TrialTable, score: ScoreDefinition, point: int) -> Figure:
     """Each calibrator's score over the trials: 5th to 95th percentile as a line, quarters as a bar, median as a dot."""
     names = table.calibrators
     figure = Figure(figsize=(WIDTH_IN, 0.36 * len(names) + 1.1), layout="constrained")
@@ -84,7 +84,7 @@ def draw_distributions(table: TrialTable, score: Meaning, point: int) -> Figure:
     return figure
 
 
-def draw_ranks(table: TrialTable, score: Meaning, point: int) -> Figure:
+def draw_ranks(table: TrialTable, score: ScoreDefinition, point: int) -> Figure:
     """Mean rank of each calibrator over the trials; bars join those whose difference may be chance (Nemenyi)."""
     ranks = mean_ranks({name: table.values(score.column, name, point) for name in table.candidates})
     ordered = sorted(ranks.mean.items(), key=lambda item: item[1])
@@ -101,7 +101,7 @@ def draw_ranks(table: TrialTable, score: Meaning, point: int) -> Figure:
     return figure
 
 
-def _title(score: Meaning) -> str:
+def _title(score: ScoreDefinition) -> str:
     return f"{score.short} ({score.unit})" if score.unit else score.short
 
 

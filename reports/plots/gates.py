@@ -10,7 +10,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from reports.palette import INK, LINES, RAW
 from reports.plots.style import WIDTH_IN
-from validation.gates.progress import GateOutcome
+from validation.gates.gate_outcome import GateOutcome
 
 KEPT, OVER = LINES[0], LINES[1]
 
@@ -41,7 +41,7 @@ def _draw_values(axis: Any, outcome: GateOutcome) -> None:
         axis.yaxis.set_major_formatter(ScalarFormatter())
         axis.yaxis.set_minor_formatter(NullFormatter())
     unit = gate.unit or ("" if gate.kind == "limit" else f"x {gate.reference or 'baseline'}")
-    axis.set_ylabel(", ".join(filter(None, (gate.meaning.short, unit))))
+    axis.set_ylabel(", ".join(filter(None, (gate.score_definition.short, unit))))
     axis.legend(loc="upper right", ncols=3)
 
 

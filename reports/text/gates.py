@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from validation.gates.gate_outcome import GateOutcome
 from validation.gates.power import MOST_TRIALS
-from validation.gates.progress import GateOutcome
 from validation.text import counted, figure
 
 MARKS = {"pass": "✅", "fail": "❌", "inconclusive": "❔"}
@@ -44,7 +44,7 @@ def sentence(outcome: GateOutcome) -> str:
     quantile = "median" if gate.quantile == 0.5 else f"{100 * gate.quantile:g} % quantile of"
     measured = f"is {value_with_unit(outcome, outcome.measured)}" if np.isfinite(outcome.measured) else "has no value"
     limit, trials = value_with_unit(outcome, gate.factor), counted(outcome.decision.trials, "trial")
-    text = f"{quantile} {gate.meaning.name} {measured}, the limit {limit}, exceeded in {k} of {trials}"
+    text = f"{quantile} {gate.score_definition.name} {measured}, the limit {limit}, exceeded in {k} of {trials}"
     if outcome.troubles:
         text += f" (no estimate in {outcome.troubles.total()}, for instance {outcome.trouble})"
     return text

@@ -14,7 +14,7 @@ from scenarios.arrays import Array
 from scenarios.names import scenario_names
 from sim.tracking import warning
 from sim.vehicles import VEHICLES
-from validation.scoring.definitions import MEANINGS, Meaning
+from validation.scoring.definitions import SCORE_DEFINITIONS, ScoreDefinition
 from validation.scoring.outcome import Outcome
 from validation.scoring.recommendation import Recommendation
 from validation.scoring.scores import Score
@@ -99,14 +99,14 @@ def score_table(outcome: Outcome) -> dict[str, Any]:
     """
     by = outcome.ranking()[1]
     given = {s.name for s in _every_score(outcome)}
-    meanings = sorted((one for one in MEANINGS.values() if one.name in given), key=lambda one: one.name != by)
+    meanings = sorted((one for one in SCORE_DEFINITIONS.values() if one.name in given), key=lambda one: one.name != by)
     shown = [one for one in meanings if one.name not in SHOWN_ELSEWHERE]
     return {
         "heads": [_head(one, by) for one in shown],
         "rows": [_table_row(outcome, name, shown) for name in outcome.rows()],
-        "by": MEANINGS[by].short if by else "",
+        "by": SCORE_DEFINITIONS[by].short if by else "",
         "aligned": any(s.rotation_removed for s in _every_score(outcome)),
-        "time": MEANINGS["wall_time"],
+        "time": SCORE_DEFINITIONS["wall_time"],
         "meanings": [one for one in meanings if one.name != "failure"],
     }
 
@@ -119,7 +119,7 @@ def _every_score(outcome: Outcome) -> Iterator[Score]:
     return itertools.chain.from_iterable(outcome.scores.values())
 
 
-def _head(one: Meaning, by: str) -> dict[str, Any]:
+def _head(one: ScoreDefinition, by: str) -> dict[str, Any]:
     """The head of a score's column."""
     return {
         "name": one.short,
@@ -130,7 +130,7 @@ def _head(one: Meaning, by: str) -> dict[str, Any]:
     }
 
 
-def _table_row(outcome: Outcome, name: str, shown: Sequence[Meaning]) -> dict[str, Any]:
+def _table_row(outcome: Outcome, name: str, shown: Sequence[ScoreDefinition]) -> dict[str, Any]:
     """The row of a calibrator, or of the raw measurement."""
     scores = {s.name: s for s in outcome.scores.get(name, [])}
     cells = [_cell(scores.get(one.name)) for one in shown]

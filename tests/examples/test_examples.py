@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from calib import Calibration, Reference
 from recordings import Recording
 from tests.conftest import ROOT
-from validation.calibrating.candidates import candidates
+from validation.calibrating.selection import select_calibrators
 
 STRENGTH_NT = 50_000.0
 OFFSET_NT = np.array([4_000.0, -6_000.0, 9_000.0])
@@ -68,7 +68,7 @@ def test_the_joint_map_of_field_force_and_rate(measured: Measured) -> None:
 
 
 def answer(command: str, recording: Recording) -> Calibration:
-    (candidate,) = candidates((), [command])
+    (candidate,) = select_calibrators((), [command])
     return candidate.fit(recording, Reference(STRENGTH_NT))
 
 
@@ -80,7 +80,7 @@ def here(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("here")
 def test_ten_lines_of_numpy(measured: Measured) -> None:
-    (candidate,) = candidates(["examples.ellipsoid_numpy:fit"])
+    (candidate,) = select_calibrators(["examples.ellipsoid_numpy:fit"])
     offset_nT, matrix = error_of(candidate.fit(measured(SOFT), Reference(STRENGTH_NT)), SOFT)
     assert offset_nT < 1e-4
     assert matrix < 1e-8

@@ -79,7 +79,7 @@ tuple[magbench.recordings.recording.Recording, magbench.recordings.recording.Tru
 tuple[list[str], str]
 int
 float
-magbench.validation.gates.progress.Outcome
+magbench.validation.gates.gate_outcome.GateOutcome
 """
 """What a type checker says to each reveal_type in TYPED, in parts."""
 

@@ -14,7 +14,7 @@ import pytest
 
 from magbench.cli import main
 from tests.validation.gates.conftest import gate_text
-from validation.comparison.engine import Here
+from validation.comparison.engine import SerialEngine
 from validation.comparison.journal import JOURNAL
 
 CUT = "phases.0.duration_s=40"
@@ -24,7 +24,7 @@ CUT = "phases.0.duration_s=40"
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A directory to work in; trials are computed in this process, since another takes longer to start than they do."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("validation.comparison.engine.Processes", lambda jobs: Here())
+    monkeypatch.setattr("validation.comparison.engine.ProcessEngine", lambda jobs: SerialEngine())
 
 
 def written(*texts: str) -> str:

@@ -14,9 +14,9 @@ from magbench.testing import LISTENERS, assert_accuracy
 from recordings import Recording
 from scenarios.errors import InputError
 from sim.scenario import load
-from validation.calibrating.candidates import candidate
+from validation.calibrating.selection import select_calibrator
 from validation.comparison.design import Design
-from validation.gates.baseline import rows_of, write_baseline
+from validation.gates.score_baseline import rows_of, write_baseline
 
 HARD_IRON = (3000.0, -1500.0, 2000.0)
 MISS_NT = 7.0
@@ -120,7 +120,7 @@ def test_the_raw_measurement_is_a_reference_and_has_the_whole_hard_iron(scenario
 
 
 def test_a_baseline_is_kept_or_not(scenario: str) -> None:
-    design = Design.of(load(Path(scenario)), [candidate(always)])
+    design = Design.of(load(Path(scenario)), [select_calibrator(always)])
     for was, verdict in ((MISS_NT, "pass"), (MISS_NT / 2, "fail")):
         write_baseline(Path("base.parquet"), [rows_of(design, "always", "offset_error", np.full(60, was))])
 

@@ -26,8 +26,8 @@ from sim.scenario import Scenario
 from sim.simulation import PreparedRun, plan
 from validation.bound.experiment import Experiment
 from validation.bound.sensor_noise import stated_colour, stated_noise_nT
-from validation.calibrating.fitting import reference_of
-from validation.scoring.holdout import Surroundings, hold_out
+from validation.calibrating.reference import reference_of
+from validation.scoring.hold_out import Environment, hold_out
 from validation.signals.intervals import gaps_after
 
 VECTOR = "vector_least_squares"
@@ -72,7 +72,7 @@ def true_experiment(
 
     Raises InputError where there is no noise.
     """
-    sensor = hold_out(effects, Surroundings.of(recording, field_enu_nT))
+    sensor = hold_out(effects, Environment.of(recording, field_enu_nT))
     residual_nT = recording.mag_nT - truth.field_nT @ sensor.matrix.T - sensor.offset_nT
     noise = _white(residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
     known = _along(truth.field_nT, sensor.matrix, noise, recording.time_s, _turns_of(truth.q), where)

@@ -12,7 +12,7 @@ from scenarios.names import closest
 from validation.bound.experiment import Experiment
 from validation.bound.knowledge import PLACES
 from validation.bound.score_bounds import ROWS, rows_of
-from validation.scoring.definitions import MEANINGS
+from validation.scoring.definitions import SCORE_DEFINITIONS
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Goal:
     @property
     def short(self) -> str:
         """Its name in a sentence."""
-        return MEANINGS[self.score].short
+        return SCORE_DEFINITIONS[self.score].short
 
     def factor(self, known: Experiment, knowledge: str) -> Array:
         """B (k, q), so that the figure's mean square is tr B^T C B, C the covariance of the parameters."""
@@ -38,7 +38,10 @@ class Goal:
 
 
 OFFSET = Goal("offset_rms_nT", "offset_error", "nT")
-GOALS = {goal.name: goal for goal in (OFFSET, *(Goal(MEANINGS[n].column, n, MEANINGS[n].unit) for n in ROWS))}
+GOALS = {
+    goal.name: goal
+    for goal in (OFFSET, *(Goal(SCORE_DEFINITIONS[n].column, n, SCORE_DEFINITIONS[n].unit) for n in ROWS))
+}
 
 
 def parsed_target(text: str, where: str) -> tuple[Goal, float]:

@@ -18,7 +18,7 @@ from validation.bound.information import directed
 from validation.bound.knowledge import COLOURED
 from validation.bound.score_bounds import uses
 from validation.bound.sensor_noise import stated_noise_nT
-from validation.scoring.definitions import MEANINGS
+from validation.scoring.definitions import SCORE_DEFINITIONS
 
 OTHER_SENSORS = {"scalar", "array"}
 """What tells a method more than one magnetometer does: no bound is known for it."""
@@ -69,7 +69,7 @@ def least_of(known: Experiment, knowledges: set[str]) -> Leasts:
 
 
 def _leasts(known: Experiment, bound: Bound) -> Leasts:
-    least = {(bound.knowledge, MEANINGS["offset_error"].column): bound.offset_rms_nT}
+    least = {(bound.knowledge, SCORE_DEFINITIONS["offset_error"].column): bound.offset_rms_nT}
     return least | {(bound.knowledge, one.meaning.column): one.value for one in uses(known, bound)}
 
 

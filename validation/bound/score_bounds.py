@@ -13,8 +13,8 @@ from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.information import FULL, Places, jacobian
 from validation.bound.knowledge import PLACES
-from validation.scoring.definitions import MEANINGS, Meaning
-from validation.scoring.holdout import (
+from validation.scoring.definitions import SCORE_DEFINITIONS, ScoreDefinition
+from validation.scoring.hold_out import (
     LEVEL_ATTITUDES,
     MANOEUVRE_SAMPLES,
     SPHERE_ATTITUDES,
@@ -34,7 +34,7 @@ DRAWS = 400
 class Use:
     """A score, and the least of it that any method can reach on the average over recordings; infinite: no limit."""
 
-    meaning: Meaning
+    meaning: ScoreDefinition
     value: float
 
 
@@ -45,9 +45,11 @@ def uses(known: Experiment, bound: Bound) -> tuple[Use, ...]:
     of the sensor is not told, the symmetric part of S^-1 dS stands for it, as in the scores.
     """
     names = [STRENGTH] if known.field_enu_nT is None else list(ROWS)
-    found = [Use(MEANINGS[name], _rms(bound.variance(rows_of(name, known, bound.knowledge)))) for name in names]
+    found = [
+        Use(SCORE_DEFINITIONS[name], _rms(bound.variance(rows_of(name, known, bound.knowledge)))) for name in names
+    ]
     if known.field_enu_nT is not None:
-        found.append(Use(MEANINGS["figure_of_merit"], _figure_of_merit(known, bound)))
+        found.append(Use(SCORE_DEFINITIONS["figure_of_merit"], _figure_of_merit(known, bound)))
     return tuple(found)
 
 

@@ -11,7 +11,7 @@ from scenarios.arrays import Array
 from scenarios.errors import InputError
 
 
-def corrected(calibration: Calibration, recording: Recording, where: str) -> Array:
+def corrected_field(calibration: Calibration, recording: Recording, where: str) -> Array:
     """The corrected field (n, 3), nT, body frame.
 
     Raises InputError, about `where`, for a calibration without an estimate, for one with a singular matrix, and where

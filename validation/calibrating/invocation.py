@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
-from validation.calibrating.candidates import BuiltIn, CalibratorEntry, own_name
-from validation.calibrating.command import PLACEHOLDER, ExternalCommand
-from validation.calibrating.python_object import Imported
+from validation.calibrating.calibrator_entry import BuiltIn, CalibratorEntry
+from validation.calibrating.external_command import PLACEHOLDER, ExternalCommand
+from validation.calibrating.python_object import ImportedObject, default_name
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Invocation:
         match found.method:
             case BuiltIn(name):
                 return cls(name)
-            case Imported(name, spec, time_limit_s):
-                return cls(spec if name == own_name(spec) else f"{name}={spec}", time_limit_s=time_limit_s)
+            case ImportedObject(name, spec, time_limit_s):
+                return cls(spec if name == default_name(spec) else f"{name}={spec}", time_limit_s=time_limit_s)
             case ExternalCommand(name, words, time_limit_s, needs=needs):
                 return cls(name, words, time_limit_s, needs)
         return None

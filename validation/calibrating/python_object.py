@@ -9,13 +9,13 @@ import numpy as np
 
 from calib import Reference, from_json
 from recordings import Recording
-from validation.calibrating.fit import Fitted, failed
-from validation.calibrating.host import Lost, host
-from validation.calibrating.server import Request
+from validation.calibrating.calibrator_entry import TimedCalibration, failed
+from validation.calibrating.object_process import ProcessLostError, process_of
+from validation.calibrating.object_server import FitRequest
 
 
 @dataclass(frozen=True)
-class Imported:
+class ImportedObject:
     """The object that `spec` names (module:object).
 
     time_limit_s : the time that a fit may take; sha256 : of its module's file, by which a comparison that goes on later
@@ -29,11 +29,16 @@ class Imported:
     time_limit_s: float
     sha256: str
 
-    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
+    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
         """The calibration that the object answers with; a failure of whatever kind is its status."""
         try:
-            answer, cpu_s = host(self.spec).fit(Request(recording, reference, rng, self.time_limit_s))
-        except Lost as lost:
-            return Fitted(failed(self.name, str(lost)), lost.cpu_s)
+            answer, cpu_s = process_of(self.spec).fit(FitRequest(recording, reference, rng, self.time_limit_s))
+        except ProcessLostError as lost:
+            return TimedCalibration(failed(self.name, str(lost)), lost.cpu_s)
         found = from_json(json.dumps(answer), where=self.name)
-        return Fitted(replace(found, name=self.name), cpu_s)
+        return TimedCalibration(replace(found, name=self.name), cpu_s)
+
+
+def default_name(spec: str) -> str:
+    """Return the name of `module:object` where the user gives none: the last part of the object's path."""
+    return spec.partition(":")[2].rpartition(".")[2]

@@ -14,30 +14,30 @@ from calib.base import Calibrator
 from calib.outside import Outside, fitted, outside
 from recordings import Recording
 from scenarios.errors import InputError
-from validation.calibrating.fit import Fitted, timed
+from validation.calibrating.calibrator_entry import TimedCalibration, time_fit
 
 NAME = re.compile(r"[A-Za-z][\w.-]*")
 REGISTERED: dict[str, Outside] = {}
 
 
 @dataclass(frozen=True)
-class InThisProcess:
+class RegisteredObject:
     """A registered object, called in the process that fits; another process gets it by its module and name."""
 
     name: str
     method: Outside
 
-    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
+    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
         """The calibration that the object answers with; what it raises, this raises."""
-        return timed(lambda: fitted(self.method, recording, reference, rng, self.name))
+        return time_fit(lambda: fitted(self.method, recording, reference, rng, self.name))
 
-    def __reduce__(self) -> tuple[type[InThisProcess], tuple[str, Outside]]:
+    def __reduce__(self) -> tuple[type[RegisteredObject], tuple[str, Outside]]:
         """What another process makes it of; InputError for an object that it would not find."""
         if not _found_elsewhere(self.method):
             what = "is registered in this process, and other processes do not find it"
             do = "put it into a module and name it module:object, or use one job"
             raise InputError(what, where=self.name, do=do)
-        return InThisProcess, (self.name, self.method)
+        return RegisteredObject, (self.name, self.method)
 
 
 def register(found: object, name: str | None = None) -> None:

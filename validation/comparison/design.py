@@ -15,7 +15,7 @@ from scenarios.sweep import Sweep, Value, points, swept
 from scenarios.toml import as_dict
 from sim.scenario import Scenario
 from sim.simulation import plan
-from validation.calibrating.candidates import CalibratorEntry
+from validation.calibrating.calibrator_entry import CalibratorEntry
 from validation.calibrating.invocation import Invocation
 from validation.scoring.evaluation import UNCORRECTED
 
@@ -23,7 +23,7 @@ FORMAT = 2
 
 
 @dataclass(frozen=True)
-class Point:
+class DesignPoint:
     """One combination of the swept values, and the scenario with them."""
 
     values: Mapping[str, Value]
@@ -39,7 +39,7 @@ class Design:
     every point run k has the same noise and errors, and every candidate the same recording.
     """
 
-    points: tuple[Point, ...]
+    points: tuple[DesignPoint, ...]
     candidates: tuple[CalibratorEntry, ...]
     seed: int
     packages: Mapping[str, str] = field(default_factory=lambda: versions())
@@ -59,7 +59,7 @@ class Design:
         """
         _check_names([one.name for one in candidates])
         seed = scenario.seed if seed is None else seed
-        found = tuple(Point(values, swept(scenario, values) if values else scenario) for values in points(sweeps))
+        found = tuple(DesignPoint(values, swept(scenario, values) if values else scenario) for values in points(sweeps))
         for point in found:
             plan(point.scenario, 0, seed)
         return cls(found, tuple(candidates), seed)

@@ -11,7 +11,7 @@ from scenarios.errors import InputError
 from sim.pool import map_unordered
 from validation.comparison.design import Design
 from validation.comparison.journal import Journal
-from validation.comparison.trial import PendingTrial, Trial, compute, lost
+from validation.comparison.trial import PendingTrial, Trial, compute, failed_trial
 from validation.text import counted
 
 ENDED = "every process that computed this trial was ended: a calibrator crashes, or memory does not suffice"
@@ -28,7 +28,7 @@ class GoneError(InputError):
 class Engine(Protocol):
     """Computes tasks in any order; a worker that dies costs a repeat."""
 
-    def trials(self, tasks: Iterable[PendingTrial], lost: Callable[[PendingTrial], Trial]) -> Trials:
+    def trials(self, tasks: Iterable[PendingTrial], on_loss: Callable[[PendingTrial], Trial]) -> Trials:
         """The trial of every task, as they land; tasks are taken as they are needed, a bounded number ahead.
 
         lost : what is told of a task that ended its worker again and again.
@@ -36,23 +36,23 @@ class Engine(Protocol):
 
 
 @dataclass(frozen=True)
-class Here:
+class SerialEngine:
     """This process: for a few small trials. A calibrator that crashes takes it down."""
 
-    def trials(self, tasks: Iterable[PendingTrial], lost: Callable[[PendingTrial], Trial]) -> Trials:
+    def trials(self, tasks: Iterable[PendingTrial], on_loss: Callable[[PendingTrial], Trial]) -> Trials:
         """One after the other."""
         yield from map(compute, tasks)
 
 
 @dataclass(frozen=True)
-class Processes:
+class ProcessEngine:
     """So many processes of this machine."""
 
     jobs: int
 
-    def trials(self, tasks: Iterable[PendingTrial], lost: Callable[[PendingTrial], Trial]) -> Trials:
+    def trials(self, tasks: Iterable[PendingTrial], on_loss: Callable[[PendingTrial], Trial]) -> Trials:
         """As `sim.pool.map_unordered`."""
-        with closing(map_unordered(compute, tasks, self.jobs, lost)) as found:
+        with closing(map_unordered(compute, tasks, self.jobs, on_loss)) as found:
             yield from (trial for _, trial in found)
 
 
@@ -66,17 +66,20 @@ def run_trials(design: Design, runs: Sequence[int], engine: Engine, journal: Jou
     if journal is not None:
         yield from (trial for trial in journal if trial.run in wanted)
     tasks = (PendingTrial(design.sent, point, run) for run in runs for point in points)
-    yield from computed(tasks, engine, lambda task: lost(design, task.point, task.run, ENDED), journal)
+    yield from computed(tasks, engine, lambda task: failed_trial(design, task.point, task.run, ENDED), journal)
 
 
 def computed(
-    tasks: Iterable[PendingTrial], engine: Engine, lost: Callable[[PendingTrial], Trial], journal: Journal | None = None
+    tasks: Iterable[PendingTrial],
+    engine: Engine,
+    on_loss: Callable[[PendingTrial], Trial],
+    journal: Journal | None = None,
 ) -> Trials:
     """The trials of tasks as they land, but for those that the journal has kept already; all others it keeps."""
     there = set() if journal is None else set(journal.there)
     todo = (task for task in tasks if (task.point, task.run) not in there)
     try:
-        with closing(engine.trials(todo, lost)) as found:
+        with closing(engine.trials(todo, on_loss)) as found:
             for trial in found:
                 if journal is not None:
                     journal.add(trial)

@@ -10,8 +10,8 @@ import numpy as np
 
 from scenarios.arrays import Array
 from validation.comparison.statistics import Difference, Interval, differences, median, rate
-from validation.comparison.table import TrialTable
-from validation.scoring.definitions import Meaning
+from validation.comparison.trial_table import TrialTable
+from validation.scoring.definitions import ScoreDefinition
 from validation.scoring.evaluation import UNCORRECTED
 from validation.text import counted, figure, listed
 
@@ -39,9 +39,9 @@ class RankedCalibrator:
 class Ranking:
     """The calibrators at one point, best first, with every pair's difference and what is left without any."""
 
-    score: Meaning
+    score: ScoreDefinition
     trials: int
-    standings: tuple[RankedCalibrator, ...]
+    calibrators: tuple[RankedCalibrator, ...]
     differences: tuple[Difference, ...]
     uncorrected: Interval
     better_than_none: int
@@ -50,12 +50,12 @@ class Ranking:
     @property
     def best(self) -> RankedCalibrator:
         """The first."""
-        return self.standings[0]
+        return self.calibrators[0]
 
     @property
     def rivals(self) -> list[str]:
         """Those of which it is not clear that they are worse than the best."""
-        usable = [one.calibrator for one in self.standings[1:] if not one.place[0]]
+        usable = [one.calibrator for one in self.calibrators[1:] if not one.place[0]]
         return [name for name in usable if not self.against(name).clear]
 
     def against(self, other: str) -> Difference:
@@ -86,10 +86,10 @@ class Ranking:
     def _compared(self) -> str:
         """The best beside the next one, or beside no correction where it is alone."""
         n = self.trials
-        if len(self.standings) == 1:
+        if len(self.calibrators) == 1:
             return f"better than no correction in {self.better_than_none} of {n} trials"
         if not self.rivals:
-            second = self.standings[1].calibrator
+            second = self.calibrators[1].calibrator
             return f"better than {second} in {self.against(second).better} of {n} trials"
         wins = [f"better than {name} in {self.against(name).better} of {n} trials" for name in self.rivals]
         return f"no clear difference ({best_of(self.best.calibrator, wins)})"
@@ -104,17 +104,17 @@ def best_of(name: str, wins: list[str]) -> str:
     return f"{name} {listed(wins)}"
 
 
-def answer(table: TrialTable, score: Meaning, point: int = 0) -> Ranking:
+def rank_calibrators(table: TrialTable, score: ScoreDefinition, point: int = 0) -> Ranking:
     """Who stands where by one score at one point."""
     values = {name: table.values(score.column, name, point) for name in table.candidates}
-    standings = sorted((_standing(table, name, values[name], point) for name in values), key=lambda one: one.place)
-    best = standings[0].calibrator
-    raw = table.values(score.column, without_correction(best), point)
+    calibrators = sorted((_standing(table, name, values[name], point) for name in values), key=lambda one: one.place)
+    best = calibrators[0].calibrator
+    raw = table.values(score.column, uncorrected_row(best), point)
     better = int(np.sum(values[best] < raw))
-    return Ranking(score, len(raw), tuple(standings), tuple(differences(values)), median(raw), better)
+    return Ranking(score, len(raw), tuple(calibrators), tuple(differences(values)), median(raw), better)
 
 
-def without_correction(name: str) -> str:
+def uncorrected_row(name: str) -> str:
     """The row of the raw measurement beside a calibrator's, of the same sensor."""
     _, at, sensor = name.partition("@")
     return f"{UNCORRECTED}{at}{sensor}"
@@ -127,7 +127,7 @@ def _standing(table: TrialTable, name: str, values: Array, point: int) -> Ranked
     return RankedCalibrator(name, median(values), failures, rate(failures, len(values)), reason)
 
 
-def overall(answers: Sequence[Ranking], points: Sequence[str]) -> str:
+def overall_sentence(answers: Sequence[Ranking], points: Sequence[str]) -> str:
     """The first sentence of a comparison: of one point its own, of several who is best where, then each."""
     if len(answers) == 1:
         return answers[0].sentence

@@ -101,7 +101,7 @@ def differences(scores: Mapping[str, Array]) -> list[Difference]:
     pairs = list(itertools.combinations(scores, 2))
     counts = [_compared(scores[one], scores[other]) for one, other in pairs]
     raw = [binomtest(better, better + worse).pvalue if better + worse else 1.0 for better, worse, _ in counts]
-    return [Difference(*pair, *count, p) for pair, count, p in zip(pairs, counts, corrected(raw), strict=True)]
+    return [Difference(*pair, *count, p) for pair, count, p in zip(pairs, counts, holm_corrected(raw), strict=True)]
 
 
 def _compared(one: Array, other: Array) -> tuple[int, int, int]:
@@ -110,7 +110,7 @@ def _compared(one: Array, other: Array) -> tuple[int, int, int]:
     return better, worse, len(one) - better - worse
 
 
-def corrected(p: Sequence[float]) -> list[float]:
+def holm_corrected(p: Sequence[float]) -> list[float]:
     """Probabilities of m tests made together, by Holm: max over those before of (m - rank) p, at most 1."""
     order = np.argsort(p, kind="stable")
     stepped = np.maximum.accumulate(np.asarray(p, dtype=float)[order] * np.arange(len(p), 0, -1)) if len(p) else order

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from validation.comparison.statistics import Interval, median
-from validation.scoring.definitions import meaning_of
+from validation.scoring.definitions import score_definition
 
 FIRST_LOOK = 20
 GROWTH = 1.5
@@ -19,7 +19,7 @@ EXAMPLE = '"median offset_error_nT +-5%", or +-0.2 for a width in the score\'s u
 
 
 @dataclass(frozen=True)
-class Until:
+class StoppingRule:
     """The median of a score (a table's column) is to be known to within a width: a part of it, or in its unit."""
 
     score: str
@@ -27,7 +27,7 @@ class Until:
     relative: bool
 
     @classmethod
-    def parsed(cls, text: str) -> Until:
+    def parsed(cls, text: str) -> StoppingRule:
         """Read `median SCORE +-WIDTH` with or without %; InputError for anything else."""
         found = FORM.fullmatch(text)
         try:
@@ -37,7 +37,7 @@ class Until:
         if not found or not width > 0:
             raise InputError(f"{text!r} is no rule to stop by", where="--until", do=f"write {EXAMPLE}")
         relative = found["percent"] is not None
-        return cls(meaning_of(found["score"], "--until").column, width / 100 if relative else width, relative)
+        return cls(score_definition(found["score"], "--until").column, width / 100 if relative else width, relative)
 
     def reached(self, columns: Iterable[Array]) -> bool:
         """Whether every column (n,), a calibrator's score at one point, has its median known well enough.
@@ -53,7 +53,7 @@ class Until:
         return max(found.high - found.value, found.value - found.low) <= allowed
 
 
-def looks(most: int) -> Iterator[int]:
+def interim_looks(most: int) -> Iterator[int]:
     """Numbers of trials after which the rule is asked, up to `most`: the same however the trials are computed."""
     number = FIRST_LOOK
     while number < most:

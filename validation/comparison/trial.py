@@ -13,8 +13,8 @@ from sim.memory_run import run_in_memory
 from sim.motion_cache import MotionCache
 from sim.simulation import plan
 from validation.comparison.design import Design, received
-from validation.scoring.definitions import MEANINGS
-from validation.scoring.evaluation import ScoredCalibration, has_estimate, judged
+from validation.scoring.definitions import SCORE_DEFINITIONS
+from validation.scoring.evaluation import ScoredCalibration, has_estimate, score_calibrators
 
 NOT_KEPT = ("failure", "wall_time")
 """Scores that a row has no column for: its status says the one, and the other is never the same twice."""
@@ -73,7 +73,7 @@ def run_trial(design: Design, point: int, run: int) -> Trial:
         recording, _ = run_in_memory(ready, FLIGHTS.motions(ready))
         east, north, up = ready.field_enu_nT.tolist()
         reference = Reference(float(np.linalg.norm(ready.field_enu_nT)), (east, north, up))
-        found = judged(
+        found = score_calibrators(
             recording,
             ready.effects,
             reference,
@@ -83,7 +83,7 @@ def run_trial(design: Design, point: int, run: int) -> Trial:
     return Trial(point, run, tuple(_row(found[name]) for name in design.calibrators))
 
 
-def lost(design: Design, point: int, run: int, reason: str) -> Trial:
+def failed_trial(design: Design, point: int, run: int, reason: str) -> Trial:
     """The trial of a worker that did not live to tell: every candidate failed, for this reason."""
     rows = (TrialRow(name, "not_converged", reason, {}, 0.0, 0.0) for name in design.calibrators)
     return Trial(point, run, tuple(rows))
@@ -91,7 +91,9 @@ def lost(design: Design, point: int, run: int, reason: str) -> Trial:
 
 def _row(one: ScoredCalibration) -> TrialRow:
     calibration: Calibration = one.fit.calibration
-    scores = {MEANINGS[score.name].column: float(score.value) for score in one.scores if score.name not in NOT_KEPT}
+    scores = {
+        SCORE_DEFINITIONS[score.name].column: float(score.value) for score in one.scores if score.name not in NOT_KEPT
+    }
     finite = {name: value for name, value in scores.items() if np.isfinite(value)}
     kept = finite if has_estimate(calibration) else {}
     status = calibration.status

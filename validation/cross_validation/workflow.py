@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from calib import Reference, get
 from recordings import Recording
 from scenarios.errors import InputError
-from validation.calibrating.fitting import sensors
+from validation.calibrating.fitting import sensor_recordings
 from validation.cross_validation.extensions import extras
 from validation.cross_validation.legs import LegPartition, legs_of
 from validation.cross_validation.models import Model, offset, with_iron
@@ -41,7 +41,7 @@ def worth(recording: Recording, reference: Reference) -> tuple[Worth, ...]:
         what = f"{len(recording)} samples are too few to hold some of them out"
         raise InputError(what, where="--worth", do=f"record {LEAST_SAMPLES} or more")
     thinned = recording.taken(every_nth(len(recording), MOST_SAMPLES))
-    return tuple(_of_sensor(key, one, reference) for key, one in sensors(thinned, "sensor").items())
+    return tuple(_of_sensor(key, one, reference) for key, one in sensor_recordings(thinned, "sensor").items())
 
 
 def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> Worth:

@@ -21,11 +21,11 @@ from validation.calibrating.processes import TIME_LIMIT_S
 from validation.comparison.design import FORMAT
 from validation.comparison.journal import COMPARISON, JOURNAL
 from validation.comparison.statistics import rate
-from validation.comparison.table import TrialTable
+from validation.comparison.trial_table import TrialTable
+from validation.gates.gate_file import FALSE_FAIL_RATE, POWER, QUANTILE
 from validation.gates.power import MOST_TRIALS, factor_seen, fewest_trials, smallest_exceedance, trials_to_pass
 from validation.gates.sequential import SequentialTest
-from validation.gates.spec import FALSE_FAIL_RATE, POWER, QUANTILE
-from validation.scoring.definitions import Meaning
+from validation.scoring.definitions import ScoreDefinition
 from validation.scoring.evaluation import UNCORRECTED
 from validation.text import counted, figure
 
@@ -39,7 +39,7 @@ ANEW = "compare anew"
 
 
 @dataclass(frozen=True)
-class Step:
+class ProposedLimit:
     """A limit, and the trials within which a calibrator as bad as what was measured allows keeps it.
 
     trials: with the gates' power; usually: in half of the runs.
@@ -51,7 +51,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Proposal:
+class GateProposal:
     """A gate for one calibrator.
 
     reference : None where the limit is in the score's unit. values (n,) : what the limit is held against.
@@ -62,8 +62,8 @@ class Proposal:
     reference: str | None
     values: Array
     test: SequentialTest
-    step: Step
-    stricter: Step | None
+    step: ProposedLimit
+    stricter: ProposedLimit | None
 
     @property
     def max_trials(self) -> int:
@@ -76,7 +76,7 @@ class Proposal:
         return factor_seen(self.values / self.step.limit, smallest_exceedance(self.test, self.max_trials, POWER))
 
 
-def proposals(table: TrialTable, score: Meaning) -> list[Proposal]:
+def gate_proposals(table: TrialTable, score: ScoreDefinition) -> list[GateProposal]:
     """A gate for every calibrator that gives an estimate in most trials, the best first; the others refer to it.
 
     One that is worse than the best by more than the ladder has gets a limit of its own.
@@ -100,29 +100,29 @@ def proposals(table: TrialTable, score: Meaning) -> list[Proposal]:
     return found
 
 
-def _proposal(name: str, reference: str | None, values: Array, unit: float, test: SequentialTest) -> Proposal:
+def _proposal(name: str, reference: str | None, values: Array, unit: float, test: SequentialTest) -> GateProposal:
     """The lowest limit of the ladder that can be afforded, else the highest."""
-    stricter: Step | None = None
+    stricter: ProposedLimit | None = None
     for rung in LADDER:
         step = _step(rung * unit, values, test)
         if step.trials is not None and step.trials <= AFFORDABLE:
             break
         if rung != LADDER[-1]:
             stricter = step if step.limit > np.median(values) else None
-    return Proposal(name, reference, values, test, step, stricter)
+    return GateProposal(name, reference, values, test, step, stricter)
 
 
-def _step(wanted: float, values: Array, test: SequentialTest) -> Step:
+def _step(wanted: float, values: Array, test: SequentialTest) -> ProposedLimit:
     limit = float(f"{wanted:.3g}")
     # the upper end: what so few trials leave open counts against the limit
     over = rate(int(np.count_nonzero(values > limit)), len(values)).high
     if over >= test.allowed:
-        return Step(limit, None, None)
-    return Step(limit, trials_to_pass(test, over, POWER), trials_to_pass(test, over, USUALLY))
+        return ProposedLimit(limit, None, None)
+    return ProposedLimit(limit, trials_to_pass(test, over, POWER), trials_to_pass(test, over, USUALLY))
 
 
 @dataclass(frozen=True)
-class Compared:
+class FinishedComparison:
     """What a comparison's directory holds: its table, its first point's scenario, its seed, who took part.
 
     asked : by the calibrator's name; None for one that no words name.
@@ -134,7 +134,7 @@ class Compared:
     asked: Mapping[str, Invocation | None]
 
     @classmethod
-    def read(cls, out: Path) -> Compared:
+    def read(cls, out: Path) -> FinishedComparison:
         """InputError for a directory that no comparison wrote, or another version's, and for one of several points."""
         table = TrialTable.read(out)
         if len(table.points) > 1:
@@ -167,7 +167,7 @@ class Compared:
         return replace(found, calibrator=found.calibrator + at + sensor)
 
 
-def gates_toml(compared: Compared, found: Sequence[Proposal], score: Meaning) -> str:
+def gates_toml(compared: FinishedComparison, found: Sequence[GateProposal], score: ScoreDefinition) -> str:
     """The file, with what each limit costs as comments."""
     document = tomlkit.document()
     trials = counted(len(compared.table.runs()), "trial")
@@ -184,7 +184,7 @@ def gates_toml(compared: Compared, found: Sequence[Proposal], score: Meaning) ->
     return str(tomlkit.dumps(document))
 
 
-def _table(one: Proposal, compared: Compared, score: Meaning) -> tomlkit.items.Table:
+def _table(one: GateProposal, compared: FinishedComparison, score: ScoreDefinition) -> tomlkit.items.Table:
     table, asked = tomlkit.table(), compared.asked_for(one.calibrator)
     for line in _comments(one, compared, score):
         table.add(tomlkit.comment(line))
@@ -205,7 +205,7 @@ def _table(one: Proposal, compared: Compared, score: Meaning) -> tomlkit.items.T
     return table
 
 
-def _comments(one: Proposal, compared: Compared, score: Meaning) -> list[str]:
+def _comments(one: GateProposal, compared: FinishedComparison, score: ScoreDefinition) -> list[str]:
     """What was measured, what the limit costs, what it catches, and what a stricter one would cost."""
     of = score.unit if one.reference is None else f"x {one.reference}"
     median = float(np.median(one.values))
@@ -219,7 +219,7 @@ def _comments(one: Proposal, compared: Compared, score: Meaning) -> list[str]:
     return lines
 
 
-def _cost(step: Step) -> str:
+def _cost(step: ProposedLimit) -> str:
     if step.trials is None:
         return f"Passing takes more than {MOST_TRIALS:,} trials"
     return (

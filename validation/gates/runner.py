@@ -12,10 +12,10 @@ import pyarrow as pa
 from validation.comparison.design import received
 from validation.comparison.engine import ENDED, Engine, Trials, computed
 from validation.comparison.journal import Journal
-from validation.comparison.trial import PendingTrial, Trial, TrialRow, lost
-from validation.gates.baseline import rows_of
-from validation.gates.progress import GateOutcome
-from validation.gates.schedule import Group, value_of
+from validation.comparison.trial import PendingTrial, Trial, TrialRow, failed_trial
+from validation.gates.gate_groups import GateGroup, value_of
+from validation.gates.gate_outcome import GateOutcome
+from validation.gates.score_baseline import rows_of
 
 Progress = Callable[[float, int], object]
 """Told (trials looked at, trials in all at most)."""
@@ -24,7 +24,7 @@ Rows = dict[str, TrialRow]
 
 
 def decide_gates(
-    groups: Sequence[Group],
+    groups: Sequence[GateGroup],
     engine: Engine,
     progress: Progress = lambda done, total: None,
     journal: Journal | None = None,
@@ -38,27 +38,29 @@ def decide_gates(
     with closing(_in_order(groups, engine, journal)) as trials:
         for group, run, rows in trials:
             for entry in group.entries:
-                if not entry.course.finished:
-                    entry.course.take(entry.reading(run, rows))
+                if not entry.progress.finished:
+                    entry.progress.take(entry.reading(run, rows))
             progress(sum(group.looked for group in groups), total)
             if all(group.finished for group in groups):
                 break
     progress(total, total)
-    return [GateOutcome.of(entry.course) for group in groups for entry in group.entries]
+    return [GateOutcome.of(entry.progress) for group in groups for entry in group.entries]
 
 
-def recorded(groups: Sequence[Group], engine: Engine, progress: Progress = lambda done, total: None) -> list[pa.Table]:
+def record_scores(
+    groups: Sequence[GateGroup], engine: Engine, progress: Progress = lambda done, total: None
+) -> list[pa.Table]:
     """The score of every gate's calibrator in each of its max_trials trials, decided or not: rows of a baseline."""
     total = sum(group.most for group in groups)
-    values = [[np.full(entry.course.plan.max_trials, np.inf) for entry in group.entries] for group in groups]
+    values = [[np.full(entry.progress.plan.max_trials, np.inf) for entry in group.entries] for group in groups]
     with closing(_in_order(groups, engine)) as trials:
         for done, (group, run, rows) in enumerate(trials, start=1):
             for entry, column in zip(group.entries, values[group.number], strict=True):
                 if run < len(column):
-                    column[run] = value_of(rows[entry.calibrator], entry.course.plan.gate)
+                    column[run] = value_of(rows[entry.calibrator], entry.progress.plan.gate)
             progress(done, total)
     return [
-        rows_of(group.design, entry.calibrator, entry.course.plan.gate.meaning.name, column)
+        rows_of(group.design, entry.calibrator, entry.progress.plan.gate.score_definition.name, column)
         for group in groups
         for entry, column in zip(group.entries, values[group.number], strict=True)
     ]
@@ -80,8 +82,8 @@ class _Landing:
 
 
 def _in_order(
-    groups: Sequence[Group], engine: Engine, journal: Journal | None = None
-) -> Generator[tuple[Group, int, Rows], None, None]:
+    groups: Sequence[GateGroup], engine: Engine, journal: Journal | None = None
+) -> Generator[tuple[GateGroup, int, Rows], None, None]:
     """Group, run and rows of every trial, those of a group in the order of runs."""
     landing = [_Landing() for _ in groups]
     with closing(_landed(groups, engine, journal)) as trials:
@@ -90,14 +92,14 @@ def _in_order(
                 yield groups[trial.point], run, rows
 
 
-def _landed(groups: Sequence[Group], engine: Engine, journal: Journal | None) -> Trials:
+def _landed(groups: Sequence[GateGroup], engine: Engine, journal: Journal | None) -> Trials:
     """Trials as they land: first those that are kept."""
     if journal is not None:
         yield from journal
     yield from computed(_tasks(groups), engine, _lost, journal)
 
 
-def _tasks(groups: Sequence[Group]) -> Iterator[PendingTrial]:
+def _tasks(groups: Sequence[GateGroup]) -> Iterator[PendingTrial]:
     """Asked for as workers come free, so that a group whose gates are decided takes no more."""
     for group in groups:
         for run in range(group.most):
@@ -107,4 +109,4 @@ def _tasks(groups: Sequence[Group]) -> Iterator[PendingTrial]:
 
 
 def _lost(task: PendingTrial) -> Trial:
-    return lost(received(task.sent), task.point, task.run, ENDED)
+    return failed_trial(received(task.sent), task.point, task.run, ENDED)

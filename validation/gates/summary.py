@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from scenarios.plain import json_ready
-from validation.gates.progress import GateOutcome
+from validation.gates.gate_outcome import GateOutcome
 from validation.gates.sequential import Verdict
 
 
-def together(outcomes: Sequence[GateOutcome]) -> Verdict:
+def overall_verdict(outcomes: Sequence[GateOutcome]) -> Verdict:
     """`fail` where one gate failed, else `inconclusive` where one was left undecided."""
     verdicts = {outcome.verdict for outcome in outcomes}
     worst: tuple[Verdict, ...] = ("fail", "inconclusive")
@@ -21,12 +21,12 @@ def together(outcomes: Sequence[GateOutcome]) -> Verdict:
 def summary(outcomes: Sequence[GateOutcome]) -> dict[str, Any]:
     """All verdicts; what is not finite becomes None."""
     found: dict[str, Any] = json_ready(
-        {"verdict": together(outcomes), "gates": [_of_gate(outcome) for outcome in outcomes]}
+        {"verdict": overall_verdict(outcomes), "gates": [_of_gate(outcome) for outcome in outcomes]}
     )
     return found
 
 
-def whole(outcomes: Sequence[GateOutcome]) -> dict[str, Any]:
+def full_summary(outcomes: Sequence[GateOutcome]) -> dict[str, Any]:
     """The same with every trial that was looked at, in the order of runs, and the evidence after it."""
     found = summary(outcomes)
     for gate, outcome in zip(found["gates"], outcomes, strict=True):
@@ -42,7 +42,7 @@ def _of_gate(outcome: GateOutcome) -> dict[str, Any]:
         "verdict": outcome.verdict,
         "scenario": gate.scenario,
         "calibrator": gate.calibrator,
-        "score": gate.meaning.column,
+        "score": gate.score_definition.column,
         "quantile": gate.quantile,
         "measured": outcome.measured,
         "limit": gate.factor,

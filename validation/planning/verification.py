@@ -8,10 +8,10 @@ import numpy as np
 
 from sim.scenario import Scenario
 from validation.bound.goal import Goal
-from validation.calibrating.candidates import candidates
+from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design
 from validation.comparison.engine import Engine, run_trials
-from validation.scoring.definitions import MEANINGS
+from validation.scoring.definitions import SCORE_DEFINITIONS
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ def confirmed(scenario: Scenario, goal: Goal, trials: int, engine: Engine) -> Co
     Raises InputError where the vehicle cannot do the motion.
     """
     (name,) = scenario.calibrators
-    design = Design.of(scenario, candidates([name]))
-    column = MEANINGS[goal.score].column
+    design = Design.of(scenario, select_calibrators([name]))
+    column = SCORE_DEFINITIONS[goal.score].column
     rows = [row for trial in run_trials(design, range(trials), engine) for row in trial.rows if row.calibrator == name]
     errors = [row.scores[column] for row in rows if row.status == "ok" and column in row.scores]
     error = float(np.sqrt(np.mean(np.square(errors)))) if errors else np.inf

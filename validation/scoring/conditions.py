@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from scenarios.errors import InputError
 from scenarios.names import closest
-from validation.scoring.definitions import Meaning, meaning_of
+from validation.scoring.definitions import ScoreDefinition, score_definition
 from validation.scoring.scores import Score
 from validation.text import figure
 
@@ -19,7 +19,7 @@ FORM = re.compile(r"\s*(?P<calibrator>\S+)\.(?P<score>\w+)\s*(?P<sign>[<>]=?)\s*
 EXAMPLE = "write 'ellipsoid.heading_rms > 0.1', with <, <=, > or >="
 
 
-def rows(calibrators: Iterable[str], sensors: int) -> list[str]:
+def row_names(calibrators: Iterable[str], sensors: int) -> list[str]:
     """What scores are kept under: a calibrator's name, or of an array its name@1, name@2 ..."""
     if sensors == 1:
         return list(calibrators)
@@ -35,7 +35,7 @@ class Condition:
 
     text: str
     calibrator: str
-    score: Meaning
+    score: ScoreDefinition
     sign: str
     limit: float
     where: str
@@ -50,7 +50,7 @@ class Condition:
             limit = math.nan
         if not found or math.isnan(limit):
             raise InputError(f"{text!r} is no condition on a score", where=where, do=EXAMPLE)
-        score = meaning_of(found["score"], f"{where} {text}")
+        score = score_definition(found["score"], f"{where} {text}")
         if found["unit"] not in (None, score.unit):
             unit = score.unit or "no unit"
             raise InputError(f"{score.name} is in {unit}, not in {found['unit']}", where=where, do=f"write {unit}")

@@ -10,9 +10,9 @@ import numpy as np
 from calib import Calibration, Reference, Status
 from recordings import Recording
 from sim.effects.base import Effect
-from validation.calibrating.candidates import CalibratorEntry
-from validation.calibrating.fitting import SensorFit, fits, sensors
-from validation.scoring.holdout import Surroundings, hold_out
+from validation.calibrating.calibrator_entry import CalibratorEntry
+from validation.calibrating.fitting import SensorFit, sensor_fits, sensor_recordings
+from validation.scoring.hold_out import Environment, hold_out
 from validation.scoring.scores import Score, score
 
 UNCORRECTED = "uncorrected"
@@ -27,7 +27,7 @@ class ScoredCalibration:
     scores: list[Score]
 
 
-def judged(
+def score_calibrators(
     recording: Recording,
     effects: Sequence[Sequence[Effect]],
     reference: Reference,
@@ -40,10 +40,10 @@ def judged(
     effects : each sensor's true ones, in the chain's order; rng : makes the generator that each fit begins with.
     """
     assert reference.field_enu_nT is not None
-    surroundings = Surroundings.of(recording, reference.field_enu_nT)
+    surroundings = Environment.of(recording, reference.field_enu_nT)
     truths = [hold_out(one, surroundings) for one in effects]
-    free = {key: one.attitude_free for one in chosen for key in sensors(recording, one.name)}
-    found = [*fits(recording, reference, chosen, rng, progress), *_uncorrected(recording)]
+    free = {key: one.attitude_free for one in chosen for key in sensor_recordings(recording, one.name)}
+    found = [*sensor_fits(recording, reference, chosen, rng, progress), *_uncorrected(recording)]
     return {
         fit.key: ScoredCalibration(
             fit, score(fit.calibration, fit.recording, truths[fit.sensor], free.get(fit.key, False))
@@ -62,5 +62,5 @@ def has_estimate(calibration: Calibration) -> bool:
 
 def _uncorrected(recording: Recording) -> list[SensorFit]:
     nothing = Calibration(name=UNCORRECTED, status=Status("ok"))
-    parts = sensors(recording, UNCORRECTED)
+    parts = sensor_recordings(recording, UNCORRECTED)
     return [SensorFit(key, sensor, one, nothing, 0.0) for sensor, (key, one) in enumerate(parts.items())]

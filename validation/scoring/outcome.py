@@ -12,7 +12,7 @@ from recordings.metadata import Tracking
 from recordings.recording import Recording, Truth
 from scenarios.arrays import Array
 from sim.scenario import Scenario
-from validation.scoring.recommendation import Recommendation, answer
+from validation.scoring.recommendation import Recommendation, recommend
 from validation.scoring.scores import Score
 
 RANKED_BY = "holdout_level_component_rms"
@@ -48,7 +48,7 @@ class Outcome:
     def answer(self) -> Recommendation:
         """Which calibrator this run speaks for."""
         order, by = self.ranking()
-        return answer(self.calibrations, self.scores, by, order)
+        return recommend(self.calibrations, self.scores, by, order)
 
     @property
     def sensors(self) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from calib import Calibration, Status
-from validation.scoring.definitions import MEANINGS
+from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.evaluation import UNCORRECTED
 from validation.scoring.scores import Score
 from validation.text import quantity
@@ -78,7 +78,7 @@ class MethodScore:
     def expected(self, by: str) -> str:
         """ "1.3 nT on a level survey, heading 0.02°"."""
         ranking, heading = self.score(by), self.score(HEADING)
-        parts = [f"{quantity(ranking.value, ranking.unit)} {MEANINGS[by].setting}"] if ranking else []
+        parts = [f"{quantity(ranking.value, ranking.unit)} {SCORE_DEFINITIONS[by].setting}"] if ranking else []
         if heading and by != HEADING:
             turned = " after one alignment with the vehicle" if heading.rotation_removed else ""
             parts.append(f"heading {quantity(heading.value, heading.unit)}{turned}")
@@ -86,7 +86,7 @@ class MethodScore:
         return ", ".join(parts) + worst
 
 
-def answer(calibrations: Calibrations, scores: Scores, by: str, ranking: Sequence[str]) -> Recommendation:
+def recommend(calibrations: Calibrations, scores: Scores, by: str, ranking: Sequence[str]) -> Recommendation:
     """Which calibrator to use: the best by a score among those that are "ok" on every sensor, if it is worth it.
 
     ranking : the calibrations' keys, best first.
@@ -121,9 +121,10 @@ def _closer(
 ) -> tuple[str, ...]:
     """What to think of those that failed, though they are closer to the truth than what is to be used."""
     than = "no correction" if other.name == UNCORRECTED else other.name
+    unit = SCORE_DEFINITIONS[by].unit
     return tuple(
-        f"{one.name} has a smaller error here than {than}, {quantity(one.error(by), MEANINGS[by].unit)}, but says "
-        f"itself that {_confession(one, failed)}, so it cannot be known beforehand"
+        f"{one.name} has a smaller error here than {than}, {quantity(one.error(by), unit)}, but says itself that "
+        f"{_confession(one, failed)}, so it cannot be known beforehand"
         for one in unusable
         if one.error(by) < other.error(by) < math.inf
     )

@@ -10,7 +10,7 @@ import numpy as np
 from calib import Calibration
 from recordings import Recording
 from scenarios.arrays import Array
-from validation.scoring.holdout import MANOEUVRE_SAMPLES, HoldOut, Pairs
+from validation.scoring.hold_out import MANOEUVRE_SAMPLES, HoldOut, HoldOutMotion
 from validation.signals.amplitude import rms
 
 CHI2_3_95 = 7.814727903251179
@@ -104,7 +104,7 @@ def _turned_scores(calibration: Calibration, truth: HoldOut, turn: Array, free: 
     return [*scores, Score("heading_rms", rms(heading_deg), "deg", rotation_removed=free)]
 
 
-def heading_error_rad(field_nT: Array, data: Pairs) -> Array:
+def heading_error_rad(field_nT: Array, data: HoldOutMotion) -> Array:
     """Error (n,) of the heading that a compass with true tilt would show from a corrected field (n, 3).
 
     The field turned to the world by the true attitude points off magnetic north by as much as the heading is wrong.

@@ -13,23 +13,23 @@ from reports.outputs.comparison import compare, comparison_question, summary
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from sim.scenario import Scenario, load
-from validation.calibrating.candidates import candidates
+from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design
-from validation.comparison.engine import Here
-from validation.comparison.table import TrialTable
+from validation.comparison.engine import SerialEngine
+from validation.comparison.trial_table import TrialTable
 
 SHORT = ["phases.0.duration_s=120"]
 
 
 @pytest.fixture(scope="module")
 def design() -> Design:
-    return Design.of(load("standard-full", SHORT), candidates(["ellipsoid", "vector_least_squares"]), seed=3)
+    return Design.of(load("standard-full", SHORT), select_calibrators(["ellipsoid", "vector_least_squares"]), seed=3)
 
 
 @pytest.fixture(scope="module")
 def out(design: Design, tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("comparison")
-    compare(design, 6, place, Here())
+    compare(design, 6, place, SerialEngine())
     return place
 
 
@@ -60,7 +60,7 @@ def test_each_trial_is_over_the_bound_of_its_own_run(tmp_path: Path):
     """Noise between 1 and 100 nT: over the first run's bound, six trials would be off by whatever that run drew."""
     vary = {"effects.white_noise.std_nT": {"uniform": [1.0, 100.0]}}
     scenario = Scenario.model_validate(as_dict(load("standard-full", SHORT)) | {"vary": vary})
-    found = compare(Design.of(scenario, candidates(["ellipsoid"]), seed=3), 6, tmp_path, Here())
+    found = compare(Design.of(scenario, select_calibrators(["ellipsoid"]), seed=3), 6, tmp_path, SerialEngine())
     least = found.least[0, "ellipsoid", "offset_error_nT"]
     assert least.max() / least.min() > 1.5
     (ratio,) = [
@@ -82,15 +82,15 @@ def test_a_trial_that_is_shown_twice_is_fitted_once(design: Design, tmp_path: Pa
     monkeypatch.setattr(
         comparison, "calibrate_and_score", lambda *given, **more: (scored.append(1), score(*given, **more))[1]
     )
-    compare(design, 1, tmp_path, Here())
+    compare(design, 1, tmp_path, SerialEngine())
     assert len(scored) == 1
     assert len(list((tmp_path / "recordings").iterdir())) == 3
 
 
 def test_a_larger_number_extends_and_a_smaller_one_reads_less(out: Path, design: Design):
     before = TrialTable.read(out).values("offset_error", "ellipsoid")
-    assert summary(compare(design, 4, out, Here()), 3)["trials"] == 4
-    after = compare(design, 8, out, Here()).table.values("offset_error", "ellipsoid")
+    assert summary(compare(design, 4, out, SerialEngine()), 3)["trials"] == 4
+    after = compare(design, 8, out, SerialEngine()).table.values("offset_error", "ellipsoid")
     np.testing.assert_array_equal(after[:6], before)
     assert len(after) == 8
 
@@ -98,7 +98,7 @@ def test_a_larger_number_extends_and_a_smaller_one_reads_less(out: Path, design:
 def test_it_ends_when_the_medians_are_known(design: Design, tmp_path: Path):
     seen: list[tuple[float, int]] = []
     asked = comparison_question(until="median holdout_sphere_component_rms +-60%")
-    found = compare(design, 200, tmp_path, Here(), lambda *told: seen.append(told), asked)
+    found = compare(design, 200, tmp_path, SerialEngine(), lambda *told: seen.append(told), asked)
     assert 20 <= found.answers[0].trials < 200
     trials = found.answers[0].trials
     assert {total for _, total in seen} == {203}, "two hundred trials, three recordings"
@@ -107,7 +107,7 @@ def test_it_ends_when_the_medians_are_known(design: Design, tmp_path: Path):
 
 def test_questions_that_cannot_be_answered_are_refused(design: Design, tmp_path: Path):
     with pytest.raises(InputError, match="choose among ellipsoid, vector_least_squares"):
-        compare(design, 2, tmp_path, Here(), asked=comparison_question(reference="sphere"))
+        compare(design, 2, tmp_path, SerialEngine(), asked=comparison_question(reference="sphere"))
     with pytest.raises(InputError, match="offset_error_nT"):
         comparison_question(rank_by="offset_eror")
     assert not list(tmp_path.iterdir())

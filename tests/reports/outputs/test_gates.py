@@ -15,15 +15,15 @@ from reports.outputs.gates import FILES, github_lines, junit, propose_gates, run
 from scenarios.errors import InputError
 from sim.scenario import load
 from tests.validation.gates.conftest import Scripted, gate_text, groups_in, row
-from validation.calibrating.candidates import candidates
+from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design
 from validation.comparison.journal import JOURNAL, Journal
-from validation.comparison.table import TrialTable
 from validation.comparison.trial import Trial, TrialRow
-from validation.gates.progress import GateOutcome
+from validation.comparison.trial_table import TrialTable
+from validation.gates.gate_file import load_gates
+from validation.gates.gate_outcome import GateOutcome
 from validation.gates.runner import decide_gates
-from validation.gates.spec import load_gates
-from validation.scoring.definitions import meaning_of
+from validation.scoring.definitions import score_definition
 from validation.scoring.outcome import RANKED_BY
 
 SPREAD = np.exp(0.5 * np.random.default_rng(4).standard_normal((3, 400)))
@@ -123,9 +123,9 @@ def comparison(tmp_path: Path) -> Path:
     place.mkdir()
     (place / ANSWER).write_text(json.dumps({"ranked_by": RANKED_BY}))
     names = ("ellipsoid", "twostep", "ml_newton", "sphere", "kalman")
-    design = Design.of(load("tumble", ["sampling.rate_hz=5"]), candidates(names), seed=3)
+    design = Design.of(load("tumble", ["sampling.rate_hz=5"]), select_calibrators(names), seed=3)
     Journal.open(place, design.identity())
-    column = meaning_of(RANKED_BY).column
+    column = score_definition(RANKED_BY).column
 
     def scored(one: TrialRow) -> TrialRow:
         scores = {column: one.scores["offset_error_nT"]} if one.scores else {}

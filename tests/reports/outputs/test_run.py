@@ -19,7 +19,7 @@ from tests.reports import outcome_example as example
 from validation.bound.bound import Bound
 from validation.bound.files import run_experiment
 from validation.bound.sensor_noise import stated_noise_nT
-from validation.calibrating.candidates import candidates
+from validation.calibrating.selection import select_calibrators
 from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.scoring.scores import Score
 
@@ -87,7 +87,7 @@ def test_who_finds_eddy_currents_too_is_held_against_what_they_cost() -> None:
     scenario = load("quad-comb")
     run = plan(scenario)
     outcome = calibrate_and_score(
-        scenario, *run_in_memory(run), chosen=candidates(["vector_least_squares", "vector_lm"])
+        scenario, *run_in_memory(run), chosen=select_calibrators(["vector_least_squares", "vector_lm"])
     )
     known = run_experiment(run, stated_noise_nT(run.effects[0]))
     assert Bound.of(known, "vector+eddy").offset_rms_nT > 3 * Bound.of(known, "vector").offset_rms_nT

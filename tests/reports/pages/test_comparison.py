@@ -11,8 +11,8 @@ import pytest
 from reports.pages.comparison import Comparison, comparison_page, point_title
 from tests.reports.page import figures, plots, without_scripts
 from tests.validation.comparison.example import table_of
-from validation.comparison.ranking import answer, overall
-from validation.scoring.definitions import MEANINGS
+from validation.comparison.ranking import overall_sentence, rank_calibrators
+from validation.scoring.definitions import SCORE_DEFINITIONS
 
 RNG = np.random.default_rng(9)
 GOOD = RNG.lognormal(0.0, 0.1, 40)
@@ -22,8 +22,8 @@ GOOD = RNG.lognormal(0.0, 0.1, 40)
 def text() -> str:
     points = [{"good": k * GOOD, "<b>poor": 5 * k * GOOD, "uncorrected": 900 * k * GOOD} for k in (1.0, 4.0)]
     table = table_of(*points, sweep=[10.0, 40.0], failing=["<b>poor"])
-    answers = tuple(answer(table, MEANINGS["offset_error"], point) for point in table.points)
-    sentence = overall(answers, [point_title(values) for values in table.points.values()])
+    answers = tuple(rank_calibrators(table, SCORE_DEFINITIONS["offset_error"], point) for point in table.points)
+    sentence = overall_sentence(answers, [point_title(values) for values in table.points.values()])
     return comparison_page(Comparison("somewhere", table, answers, sentence, "good", "run 3"))
 
 
@@ -48,4 +48,4 @@ def test_each_point_has_its_pictures_and_the_sweep_one(text):
 def test_reasons_and_all_scores_are_told(text):
     shown = html.unescape(without_scripts(text))
     assert "flat motion" in shown
-    assert MEANINGS["offset_error"].explained in shown
+    assert SCORE_DEFINITIONS["offset_error"].explained in shown

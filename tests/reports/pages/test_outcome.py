@@ -20,7 +20,7 @@ from scenarios.paths import Ability
 from sim.vehicles import VEHICLES
 from tests.reports import outcome_example as example
 from tests.reports.page import figures, plots, without_scripts
-from validation.scoring.definitions import MEANINGS
+from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.scoring.scores import Score
 from validation.text import digits, plainly
@@ -75,8 +75,8 @@ def test_tells_everything(outcome: Outcome, page: str) -> None:
     for effect in outcome.effects:
         assert effect.replace("_", " ") in text
     for score in (s for scores in outcome.scores.values() for s in scores if s.name not in ("failure", "wall_time")):
-        assert MEANINGS[score.name].short in text
-        assert MEANINGS[score.name].explained in text
+        assert SCORE_DEFINITIONS[score.name].short in text
+        assert SCORE_DEFINITIONS[score.name].explained in text
         assert digits(score.value) in text or plainly(score.value) in text
     assert all(c.status.reason in text for c in outcome.calibrations.values())
 
@@ -100,7 +100,7 @@ def test_in_sample_scores_are_marked_and_never_order(outcome: Outcome) -> None:
     other = dataclasses.replace(outcome, scores=flattering)
     assert other.ranking() == outcome.ranking()
     heads = score_table(outcome)["heads"]
-    assert [h["name"] for h in heads if h["in_sample"]] == [MEANINGS["in_sample_norm_rms"].short]
+    assert [h["name"] for h in heads if h["in_sample"]] == [SCORE_DEFINITIONS["in_sample_norm_rms"].short]
     assert not any(h["ranks"] for h in heads if h["in_sample"])
     only = {n: [s for s in scores if s.in_sample] for n, scores in outcome.scores.items()}
     assert dataclasses.replace(outcome, scores=only).ranking()[1] == ""

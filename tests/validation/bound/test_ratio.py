@@ -16,7 +16,7 @@ from sim.simulation import plan
 from validation.bound.files import run_experiment
 from validation.bound.ratio import bound_ratio, knowledge_of, least_of
 from validation.bound.runs import RunBounds
-from validation.calibrating.candidates import candidates
+from validation.calibrating.selection import select_calibrators
 
 SHORT = ["phases.0.duration_s=120"]
 
@@ -45,16 +45,16 @@ def test_what_a_calibrator_is_told_follows_from_what_it_needs() -> None:
     [("mine", "norm"), ("mine:gyro", "norm+gyro"), ("mine:accel,gyro", "norm+gyro+accel"), ("mine:accel", "norm")],
 )
 def test_a_program_is_told_what_its_user_says(said: str, knowledge: str) -> None:
-    (one,) = candidates((), (f"{said}=true {{recording}} {{result}}",))
+    (one,) = select_calibrators((), (f"{said}=true {{recording}} {{result}}",))
     assert one.name == "mine"
     assert knowledge_of(one.name, one.needs, attitude_free=one.attitude_free) == knowledge
-    (by_attitude,) = candidates((), ("mine:attitude=true {recording} {result}",))
+    (by_attitude,) = select_calibrators((), ("mine:attitude=true {recording} {result}",))
     assert not by_attitude.attitude_free
 
 
 def test_a_program_cannot_need_what_is_no_part_of_a_recording() -> None:
     with pytest.raises(InputError, match="gyro, accel, attitude"):
-        candidates((), ("mine:giro=true {recording} {result}",))
+        select_calibrators((), ("mine:giro=true {recording} {result}",))
 
 
 @pytest.mark.parametrize("std_nT", [10.0, 0.0])

@@ -15,7 +15,7 @@ from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.knowledge import KNOWLEDGE
 from validation.bound.score_bounds import uses
-from validation.scoring.holdout import Surroundings, hold_out
+from validation.scoring.hold_out import Environment, hold_out
 from validation.scoring.scores import score
 
 DRAWS = 120
@@ -35,7 +35,7 @@ def drawn_scores(known: Experiment, bound: Bound) -> dict[str, np.ndarray]:
         BY_NAME["soft_iron"](matrix=tuple(map(tuple, STRETCHED - np.eye(3)))),  # type: ignore[call-arg]
         BY_NAME["hard_iron"](offset_nT=tuple(standard.HARD_NT)),  # type: ignore[call-arg]
     )
-    truth = hold_out(iron, Surroundings(ENU_NT))
+    truth = hold_out(iron, Environment(ENU_NT))
     np.testing.assert_allclose(truth.matrix, STRETCHED, atol=1e-9)
     drawn = np.random.default_rng(5).normal(size=(DRAWS, len(bound.covariance)))
     white = np.linalg.qr(drawn)[0] * np.sqrt(DRAWS)  # of exactly unit covariance: nothing is left to chance

@@ -9,8 +9,8 @@ from calib import Reference
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
 from calib.methods.sphere import SphereCalibrator
 from recordings import Recording
-from validation.calibrating.candidates import candidates
 from validation.calibrating.fitting import fit_all
+from validation.calibrating.selection import select_calibrators
 
 REFERENCE = Reference(50_000.0)
 
@@ -24,7 +24,7 @@ def recording():
 
 def test_each_sensor_by_itself_and_its_part_of_the_whole():
     measured = recording()
-    results = fit_all(measured, REFERENCE, candidates(["sphere", "least_squares_gradiometer"]))
+    results = fit_all(measured, REFERENCE, select_calibrators(["sphere", "least_squares_gradiometer"]))
     keys = [f"{name}@{k}" for name in ("sphere", "least_squares_gradiometer") for k in (1, 2, 3, 4)]
     assert list(results) == keys
     alone = SphereCalibrator().fit(measured.sensor(2), REFERENCE)
@@ -37,5 +37,5 @@ def test_each_sensor_by_itself_and_its_part_of_the_whole():
 
 
 def test_single_sensor_is_no_array():
-    results = fit_all(recording().sensor(0), REFERENCE, candidates(["least_squares_gradiometer"]))
+    results = fit_all(recording().sensor(0), REFERENCE, select_calibrators(["least_squares_gradiometer"]))
     assert results["least_squares_gradiometer"].status.kind == "not_applicable"

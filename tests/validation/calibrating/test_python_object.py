@@ -13,8 +13,9 @@ from calib import Reference
 from recordings import Recording
 from scenarios.errors import InputError
 from tests.validation.calibrating.conftest import OFFSET_NT
-from validation.calibrating.candidates import CalibratorEntry, candidates
-from validation.calibrating.server import loaded
+from validation.calibrating.calibrator_entry import CalibratorEntry
+from validation.calibrating.object_server import load_object
+from validation.calibrating.selection import select_calibrators
 
 MODULE = """
 import os, time
@@ -58,11 +59,11 @@ def here(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def sphere() -> CalibratorEntry:
-    return candidates(["mine=somebodys:sphere"], time_limit_s=0.5)[0]
+    return select_calibrators(["mine=somebodys:sphere"], time_limit_s=0.5)[0]
 
 
 def test_an_object_of_this_directory_fits(sphere: CalibratorEntry, recording: Recording, reference: Reference) -> None:
-    found = sphere.timed(recording, reference)
+    found = sphere.fit_timed(recording, reference)
     assert (sphere.name, sphere.attitude_free, sphere.whole_array) == ("mine", True, False)
     assert (found.calibration.name, found.calibration.status.kind) == ("mine", "ok")
     np.testing.assert_allclose(found.calibration.offset_nT, OFFSET_NT, atol=1.0)
@@ -91,10 +92,10 @@ def test_what_goes_wrong_costs_one_fit(
 
 def test_what_an_object_says_of_itself_is_heard_also_when_it_has_changed(here: Path) -> None:
     (here / "changing.py").write_text(MODULE, encoding="utf-8")
-    (needy,) = candidates(["changing:needy"])
+    (needy,) = select_calibrators(["changing:needy"])
     assert (needy.name, needy.attitude_free, needy.whole_array) == ("needy", False, True)
     (here / "changing.py").write_text(MODULE.replace('"attitude"', '"gyro"'), encoding="utf-8")
-    (other,) = candidates(["changing:needy"])
+    (other,) = select_calibrators(["changing:needy"])
     assert (other.attitude_free, repr(other) == repr(needy)) == (True, False)
 
 
@@ -110,7 +111,7 @@ def test_what_an_object_says_of_itself_is_heard_also_when_it_has_changed(here: P
 def test_what_cannot_be_loaded_says_why(spec: str, told: str, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(here)
     with pytest.raises(InputError, match=told):
-        loaded(spec)
+        load_object(spec)
 
 
 @pytest.mark.parametrize(
@@ -123,4 +124,4 @@ def test_what_cannot_be_loaded_says_why(spec: str, told: str, here: Path, monkey
 )
 def test_what_cannot_be_had_is_refused(spec: str, told: str) -> None:
     with pytest.raises(InputError, match=told):
-        candidates([spec])
+        select_calibrators([spec])

@@ -14,13 +14,13 @@ from recordings import Recording
 from scenarios.errors import InputError
 from tests.validation.calibrating.conftest import OFFSET_NT
 from validation.calibrating import registry
-from validation.calibrating.candidates import candidates, known_names
+from validation.calibrating.selection import known_names, select_calibrators
 
 
 @pytest.fixture(autouse=True)
 def _nothing_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "REGISTERED", registered := {})
-    monkeypatch.setattr("validation.calibrating.candidates.REGISTERED", registered)
+    monkeypatch.setattr("validation.calibrating.selection.REGISTERED", registered)
 
 
 def exact(recording: Recording, reference: Reference) -> tuple[object, object]:
@@ -29,7 +29,7 @@ def exact(recording: Recording, reference: Reference) -> tuple[object, object]:
 
 def test_a_function_is_known_by_its_name(recording: Recording, reference: Reference) -> None:
     assert magbench.register(exact) is exact
-    (candidate,) = candidates(["exact"])
+    (candidate,) = select_calibrators(["exact"])
     np.testing.assert_array_equal(candidate.fit(recording, reference).offset_nT, OFFSET_NT)
     assert known_names()["exact"] == "registered in this process"
     assert list(magbench.calibrate(recording, 50_000.0, with_=["exact", "sphere"])) == ["exact", "sphere"]
@@ -41,7 +41,7 @@ def test_decorators_and_instances(recording: Recording, reference: Reference) ->
         raise ValueError("no pivot")
 
     magbench.register(SphereCalibrator(attitude_std_rad=0.1), name="my-sphere")
-    mine, sphere = candidates(["mine", "my-sphere"])
+    mine, sphere = select_calibrators(["mine", "my-sphere"])
     assert mine.fit(recording, reference).status.reason == "ValueError: no pivot"
     assert sphere.fit(recording, reference).status.kind == "ok"
 
@@ -49,7 +49,7 @@ def test_decorators_and_instances(recording: Recording, reference: Reference) ->
 def test_what_another_process_would_not_find_is_refused() -> None:
     magbench.register(lambda recording, reference: None, name="nameless")
     magbench.register(SphereCalibrator(), name="my-sphere")
-    nameless, sphere = candidates(["nameless", "my-sphere"])
+    nameless, sphere = select_calibrators(["nameless", "my-sphere"])
     assert pickle.loads(pickle.dumps(sphere)) == sphere
     with pytest.raises(InputError, match="module:object"):
         pickle.dumps(nameless)
@@ -67,4 +67,4 @@ def test_what_cannot_be_registered(found: object, name: str | None, told: str) -
 def test_two_of_one_name_are_refused() -> None:
     magbench.register(exact, name="true")
     with pytest.raises(InputError, match="two calibrators are called 'true'"):
-        candidates(["true"], ["true {recording} {result}"])
+        select_calibrators(["true"], ["true {recording} {result}"])

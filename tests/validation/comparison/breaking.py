@@ -12,7 +12,7 @@ import numpy as np
 from calib import Reference, Status
 from calib.result import Calibration
 from recordings import Recording
-from validation.calibrating.candidates import CalibratorEntry, Fitted
+from validation.calibrating.calibrator_entry import CalibratorEntry, TimedCalibration
 
 
 @dataclass(frozen=True)
@@ -22,13 +22,15 @@ class Killer:
     victim_nT: float
     once: str = ""
 
-    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
+    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
         hit = recording.mag_nT[0, 0] == self.victim_nT
         if hit and not (self.once and Path(self.once).exists()):
             if self.once:
                 Path(self.once).touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        return Fitted(Calibration(name="killer", status=Status("ok"), offset_nT=recording.mag_nT.mean(axis=0)), 0.0)
+        return TimedCalibration(
+            Calibration(name="killer", status=Status("ok"), offset_nT=recording.mag_nT.mean(axis=0)), 0.0
+        )
 
 
 def killer(victim_nT: float, once: str = "") -> CalibratorEntry:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pyarrow as pa
 
-from validation.comparison.table import TrialTable
+from validation.comparison.trial_table import TrialTable
 
 SCORE = "offset_error_nT"
 

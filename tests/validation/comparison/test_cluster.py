@@ -12,9 +12,9 @@ from reports.outputs.comparison import compare
 from scenarios.errors import InputError
 from validation.comparison.cluster import Cluster
 from validation.comparison.design import Design
-from validation.comparison.engine import Here, run_trials
+from validation.comparison.engine import SerialEngine, run_trials
 from validation.comparison.journal import Journal
-from validation.comparison.table import TRIALS
+from validation.comparison.trial_table import TRIALS
 
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
 
@@ -29,7 +29,7 @@ def cluster() -> Iterator[object]:
 
 def test_the_same_bytes_as_here(design: Design, cluster, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     files = []
-    for name, engine in (("here", Here()), ("cluster", Cluster(cluster.scheduler_address, patience_s=20.0))):
+    for name, engine in (("here", SerialEngine()), ("cluster", Cluster(cluster.scheduler_address, patience_s=20.0))):
         compare(design, 3, tmp_path / name, engine)
         files.append((tmp_path / name / TRIALS).read_bytes())
     assert files[0] == files[1]

@@ -21,21 +21,21 @@ from tests.short import cuts
 from tests.validation.comparison.breaking import killer
 from tests.validation.comparison.conftest import small
 from validation.comparison.design import Design
-from validation.comparison.engine import Here, Processes, run_trials
+from validation.comparison.engine import ProcessEngine, SerialEngine, run_trials
 from validation.comparison.journal import JOURNAL, Journal
-from validation.comparison.table import TRIALS
+from validation.comparison.trial_table import TRIALS
 
 NUMBER = 6
 
 
-def table(design: Design, out: Path, engine: Here | Processes, trials: int = NUMBER) -> bytes:
+def table(design: Design, out: Path, engine: SerialEngine | ProcessEngine, trials: int = NUMBER) -> bytes:
     compare(design, trials, out, engine)
     return (out / TRIALS).read_bytes()
 
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    return table(small(), tmp_path_factory.mktemp("here"), Here())
+    return table(small(), tmp_path_factory.mktemp("here"), SerialEngine())
 
 
 def victim_nT(design: Design, run: int) -> float:
@@ -44,7 +44,7 @@ def victim_nT(design: Design, run: int) -> float:
 
 
 def test_processes_give_what_this_process_gives(design: Design, expected: bytes, tmp_path: Path) -> None:
-    assert table(design, tmp_path / "2", Processes(2)) == expected
+    assert table(design, tmp_path / "2", ProcessEngine(2)) == expected
 
 
 @pytest.mark.slow
@@ -52,10 +52,10 @@ def test_a_killed_worker_changes_nothing_and_a_deadly_trial_is_a_failed_one(desi
     field_nT = victim_nT(design, 1)
     once, always = (small(chosen=(killer(field_nT, file),)) for file in (str(tmp_path / "done"), ""))
     (tmp_path / "done").touch()
-    whole = table(once, tmp_path / "here", Here(), 3)
+    whole = table(once, tmp_path / "here", SerialEngine(), 3)
     (tmp_path / "done").unlink()
-    assert table(once, tmp_path / "killed", Processes(2), 3) == whole
-    trials = list(run_trials(always, range(3), Processes(2)))
+    assert table(once, tmp_path / "killed", ProcessEngine(2), 3) == whole
+    trials = list(run_trials(always, range(3), ProcessEngine(2)))
     failed = {(trial.point, trial.run) for trial in trials if trial.rows[0].status == "not_converged"}
     assert failed == {(0, 1)}
     assert len(trials) == 6
@@ -65,23 +65,23 @@ def test_a_killed_worker_changes_nothing_and_a_deadly_trial_is_a_failed_one(desi
 
 def test_what_is_there_is_not_computed_again(design: Design, expected: bytes, tmp_path: Path) -> None:
     """More trials than before extend a comparison; fewer show a part of it."""
-    table(design, tmp_path, Here(), 4)
+    table(design, tmp_path, SerialEngine(), 4)
     before = (tmp_path / JOURNAL).read_bytes()
-    assert table(design, tmp_path, Here()) == expected
+    assert table(design, tmp_path, SerialEngine()) == expected
     assert (tmp_path / JOURNAL).read_bytes().startswith(before)
     whole = (tmp_path / JOURNAL).read_bytes()
-    table(design, tmp_path, Here(), 2)
-    assert table(design, tmp_path, Here()) == expected
+    table(design, tmp_path, SerialEngine(), 2)
+    assert table(design, tmp_path, SerialEngine()) == expected
     assert (tmp_path / JOURNAL).read_bytes() == whole
 
 
 @pytest.mark.parametrize("damage", [lambda text: text[:-40], lambda text: text.replace(b'"run":1', b'"run":x', 1)])
 def test_a_torn_or_damaged_line_is_computed_again(design: Design, expected: bytes, tmp_path: Path, damage) -> None:  # type: ignore[no-untyped-def]
-    table(design, tmp_path, Here(), 3)
+    table(design, tmp_path, SerialEngine(), 3)
     (tmp_path / JOURNAL).write_bytes(damage((tmp_path / JOURNAL).read_bytes()))
-    with closing(run_trials(design, range(3), Here(), Journal.open(tmp_path, design.identity()))) as trials:
+    with closing(run_trials(design, range(3), SerialEngine(), Journal.open(tmp_path, design.identity()))) as trials:
         assert len(list(trials)) == 6
-    assert table(design, tmp_path, Here()) == expected
+    assert table(design, tmp_path, SerialEngine()) == expected
 
 
 @pytest.mark.slow
@@ -106,9 +106,9 @@ def _lines(path: Path) -> int:
 
 
 def test_another_comparison_in_the_same_place_is_refused(design: Design, tmp_path: Path) -> None:
-    table(design, tmp_path, Here(), 1)
+    table(design, tmp_path, SerialEngine(), 1)
     with pytest.raises(InputError, match=r"holds another comparison: comparison\.calibrators"):
-        table(small("ellipsoid"), tmp_path, Here(), 1)
+        table(small("ellipsoid"), tmp_path, SerialEngine(), 1)
     (tmp_path / JOURNAL).write_text("what\n")
     with pytest.raises(InputError, match="no journal"):
-        table(design, tmp_path, Here(), 1)
+        table(design, tmp_path, SerialEngine(), 1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2
 
-from validation.comparison.statistics import corrected, differences, mean_ranks, mean_square, median, rate
+from validation.comparison.statistics import differences, holm_corrected, mean_ranks, mean_square, median, rate
 
 REPEATS = 4000
 RNG = np.random.default_rng(7)
@@ -65,8 +65,8 @@ def test_claims_of_the_right_size_hold_three_and_too_small_ones_do_not():
 
 def test_holm_as_in_his_paper():
     """His step-down: 0.01 x 4, then 0.02 x 3 = 0.06, then max(0.06, 0.022 x 2), then 0.5."""
-    assert corrected([0.5, 0.022, 0.01, 0.02]) == pytest.approx([0.5, 0.06, 0.04, 0.06])
-    assert corrected([]) == []
+    assert holm_corrected([0.5, 0.022, 0.01, 0.02]) == pytest.approx([0.5, 0.06, 0.04, 0.06])
+    assert holm_corrected([]) == []
 
 
 def test_differences_of_equals_are_found_in_five_of_a_hundred_comparisons_at_most():

@@ -9,15 +9,15 @@ import pytest
 
 from scenarios.errors import InputError
 from validation.comparison.statistics import median
-from validation.comparison.stopping import FIRST_LOOK, GROWTH, Until, looks
+from validation.comparison.stopping import FIRST_LOOK, GROWTH, StoppingRule, interim_looks
 
 RNG = np.random.default_rng(3)
 
 
 def test_words_become_a_rule():
-    assert Until.parsed("median offset_error_nT +-5%") == Until("offset_error_nT", 0.05, True)
-    assert Until.parsed(" median heading_rms ±0.2 ") == Until("heading_rms_deg", 0.2, False)
-    assert Until.parsed("median matrix_error +/-1e-3") == Until("matrix_error", 1e-3, False)
+    assert StoppingRule.parsed("median offset_error_nT +-5%") == StoppingRule("offset_error_nT", 0.05, True)
+    assert StoppingRule.parsed(" median heading_rms ±0.2 ") == StoppingRule("heading_rms_deg", 0.2, False)
+    assert StoppingRule.parsed("median matrix_error +/-1e-3") == StoppingRule("matrix_error", 1e-3, False)
 
 
 @pytest.mark.parametrize(
@@ -25,28 +25,28 @@ def test_words_become_a_rule():
 )
 def test_other_words_are_refused_with_an_example(words):
     with pytest.raises(InputError, match="median offset_error_nT"):
-        Until.parsed(words)
+        StoppingRule.parsed(words)
 
 
 def test_a_score_that_is_none_is_told_the_near_ones():
     with pytest.raises(InputError, match="offset_error_nT"):
-        Until.parsed("median offset_eror +-5%")
+        StoppingRule.parsed("median offset_eror +-5%")
 
 
 def test_looks_grow_and_end_at_the_most():
-    found = list(looks(1000))
+    found = list(interim_looks(1000))
     assert found[0] == FIRST_LOOK
     assert found[-1] == 1000
     assert all(b <= a * GROWTH for a, b in itertools.pairwise(found))
-    assert list(looks(5)) == [5]
+    assert list(interim_looks(5)) == [5]
 
 
 def test_the_median_is_as_near_as_was_asked_when_it_ends():
     """Stopping where the interval happens to be short costs coverage a little: 93 of 100 at the least."""
-    rule, near, trials = Until.parsed("median offset_error +-10%"), 0, []
+    rule, near, trials = StoppingRule.parsed("median offset_error +-10%"), 0, []
     for _ in range(300):
         values = RNG.lognormal(0.0, 0.5, size=2000)
-        n = next(n for n in looks(2000) if rule.reached([values[:n]]))
+        n = next(n for n in interim_looks(2000) if rule.reached([values[:n]]))
         near += abs(median(values[:n]).value - 1.0) <= 0.1
         trials.append(n)
     assert near / 300 > 0.93
@@ -54,6 +54,6 @@ def test_the_median_is_as_near_as_was_asked_when_it_ends():
 
 
 def test_what_never_gives_an_estimate_ends_nothing_and_delays_nothing():
-    rule = Until.parsed("median offset_error +-10%")
+    rule = StoppingRule.parsed("median offset_error +-10%")
     assert rule.reached([np.full(20, np.inf), np.ones(20)])
     assert not rule.reached([np.r_[np.ones(12), np.full(8, np.inf)]])

@@ -15,10 +15,10 @@ from reports.outputs.run import calibrate_and_score
 from scenarios.errors import InputError
 from sim.dataset_writer import generate
 from tests.short import short
-from validation.calibrating.candidates import candidates
+from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design, received
-from validation.comparison.trial import PendingTrial, compute, lost, run_trial
-from validation.scoring.definitions import MEANINGS
+from validation.comparison.trial import PendingTrial, compute, failed_trial, run_trial
+from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.evaluation import UNCORRECTED, has_estimate
 
 
@@ -26,11 +26,11 @@ def test_a_trial_is_the_run_of_that_number_judged_from_its_files(tmp_path: Path)
     scenario = short("turntable-twelve-stops")
     names = ("vector_least_squares", "ellipsoid", "tolles_lawson")
     generate(scenario, tmp_path, runs=3, seed=9)
-    outcome = calibrate_and_score(scenario, *read_run(tmp_path, run=2), chosen=candidates(names))
-    trial = run_trial(Design.of(scenario, candidates(names), seed=9), 0, 2)
+    outcome = calibrate_and_score(scenario, *read_run(tmp_path, run=2), chosen=select_calibrators(names))
+    trial = run_trial(Design.of(scenario, select_calibrators(names), seed=9), 0, 2)
     assert [row.calibrator for row in trial.rows] == [*names, UNCORRECTED] == list(outcome.scores)
     for row in trial.rows:
-        scores = {MEANINGS[one.name].column: one.value for one in outcome.scores[row.calibrator]}
+        scores = {SCORE_DEFINITIONS[one.name].column: one.value for one in outcome.scores[row.calibrator]}
         kept = {name: value for name, value in scores.items() if name not in ("failure", "wall_time_s")}
         fitted = outcome.calibrations.get(row.calibrator)
         assert row.scores == (kept if fitted is None or has_estimate(fitted) else {})
@@ -39,7 +39,7 @@ def test_a_trial_is_the_run_of_that_number_judged_from_its_files(tmp_path: Path)
 
 
 def test_every_sensor_of_an_array_has_its_row() -> None:
-    design = Design.of(short("gradiometer-turntable"), candidates(["sphere"]))
+    design = Design.of(short("gradiometer-turntable"), select_calibrators(["sphere"]))
     trial = run_trial(design, 0, 0)
     assert tuple(row.calibrator for row in trial.rows) == design.calibrators
     assert design.calibrators[-1] == f"{UNCORRECTED}@4"
@@ -63,7 +63,7 @@ def test_points_share_their_noise(design: Design) -> None:
 
 
 def test_a_lost_trial_is_failed_for_all(design: Design) -> None:
-    rows = lost(design, 0, 4, "why").rows
+    rows = failed_trial(design, 0, 4, "why").rows
     assert [(row.calibrator, row.status, row.reason, row.scores) for row in rows] == [
         (name, "not_converged", "why", {}) for name in design.calibrators
     ]
@@ -85,6 +85,6 @@ def test_a_worker_with_other_versions_refuses(design: Design) -> None:
 
 @pytest.mark.parametrize("names", [["sphere", "sphere"], [UNCORRECTED], []])
 def test_a_design_has_one_calibrator_of_a_name(names: list[str]) -> None:
-    (sphere,) = candidates(["sphere"])
+    (sphere,) = select_calibrators(["sphere"])
     with pytest.raises(InputError, match="--with"):
         Design.of(short("tumble"), [replace(sphere, name=name) for name in names])

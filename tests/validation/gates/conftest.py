@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from validation.comparison.trial import PendingTrial, Trial, TrialRow
-from validation.gates.schedule import Group, arranged
-from validation.gates.spec import load_gates
+from validation.gates.gate_file import load_gates
+from validation.gates.gate_groups import GateGroup, group_gates
 
 ROWS = dict[str, TrialRow]
 
@@ -58,13 +58,13 @@ def gate_text(name: str, calibrator: str = "ellipsoid", scenario: str = "tumble"
     return "[[gate]]\n" + "\n".join(lines) + "\n"
 
 
-def groups_in(path: Path, *texts: str, **options: object) -> tuple[Group, ...]:
+def groups_in(path: Path, *texts: str, **options: object) -> tuple[GateGroup, ...]:
     """The groups of a file with this text."""
     path.write_text("\n".join(texts))
-    return arranged(load_gates(path), path, **options)  # type: ignore[arg-type]
+    return group_gates(load_gates(path), path, **options)  # type: ignore[arg-type]
 
 
 @pytest.fixture
-def groups_of(tmp_path: Path) -> Callable[..., tuple[Group, ...]]:
+def groups_of(tmp_path: Path) -> Callable[..., tuple[GateGroup, ...]]:
     """`groups_in` a file of the test's own."""
     return partial(groups_in, tmp_path / "gates.toml")

@@ -9,11 +9,11 @@ import pytest
 
 from tests.validation.gates.conftest import Scripted, gate_text, row
 from validation.comparison.trial import TrialRow
-from validation.gates.runner import decide_gates, recorded
-from validation.gates.schedule import Group
+from validation.gates.gate_groups import GateGroup
+from validation.gates.runner import decide_gates, record_scores
 from validation.gates.sequential import decide
 
-Groups = Callable[..., tuple[Group, ...]]
+Groups = Callable[..., tuple[GateGroup, ...]]
 SCORES = np.exp(0.5 * np.random.default_rng(11).standard_normal(5000))
 
 
@@ -108,7 +108,7 @@ def test_a_failure_rate_is_a_score_too(groups_of: Groups) -> None:
 
 def test_what_is_recorded_is_every_trial(groups_of: Groups) -> None:
     groups = groups_of(gate_text("a", limit=50.0, max_trials=40), gate_text("b", "twostep", limit=50.0, max_trials=25))
-    one, other = recorded(groups, Scripted(alternating, window=5))
+    one, other = record_scores(groups, Scripted(alternating, window=5))
     assert one["value"].to_pylist() == SCORES[:40].tolist()
     assert other["value"].to_pylist()[:11] == [SCORES[0], *[None] * 9, SCORES[10]]
     assert other.num_rows == 25

@@ -14,7 +14,7 @@ from tests.validation.bound.experiments import of_motion
 from validation.bound.bound import Bound
 from validation.bound.files import scenario_experiment
 from validation.bound.limit import Tilts
-from validation.comparison.engine import Here
+from validation.comparison.engine import SerialEngine
 from validation.planning.linked import linked
 from validation.planning.manoeuvre import Leg
 from validation.planning.next_leg import onward
@@ -72,7 +72,7 @@ def test_many_legs_tell_more_than_a_few_that_are_held() -> None:
 @pytest.mark.slow
 def test_a_level_vehicle_s_plan_is_far_below_its_circles_and_is_flown_so() -> None:
     """The standard level motion of six minutes tells 68.5 nT with the same gyro and tilts."""
-    found = planned(task(), 360.0).checked(100, Here())
+    found = planned(task(), 360.0).checked(100, SerialEngine())
     assert found.least.value < found.error < 0.7 * 68.5
     assert "no motion is below it" in headline(found)
     assert found.confirmed is not None

@@ -16,7 +16,7 @@ from tests.reports.page import figures
 from validation.bound.goal import GOALS, parsed_target
 from validation.bound.limit import Tilts
 from validation.bound.query import BoundQuery
-from validation.comparison.engine import Here
+from validation.comparison.engine import SerialEngine
 from validation.planning.manoeuvre import Leg
 from validation.planning.plan import Plan, planned
 from validation.planning.refinement import refined
@@ -112,7 +112,7 @@ def test_attitudes_that_are_moved_are_no_worse_and_stay_within_time_and_tilts() 
 @pytest.mark.parametrize("vehicle", ["auv", "quadrotor", "turntable"])
 @pytest.mark.parametrize("knowledge", ["norm", "vector"])
 def test_trials_confirm_the_prediction(vehicle: str, knowledge: str) -> None:
-    found = plan_of(vehicle, 600.0, knowledge).checked(200, Here())
+    found = plan_of(vehicle, 600.0, knowledge).checked(200, SerialEngine())
     assert found.error < MOST_RATIO * found.least.value
     assert found.confirmed is not None
     assert found.confirmed.failures == 0
@@ -145,7 +145,7 @@ def test_what_is_written_flies_as_it_is_promised(auv: Plan, tmp_path: Path) -> N
 
 def test_trials_of_a_few_seconds(auv: Plan) -> None:
     """The rms of six trials of three axes is within a factor of two of the bound, all but never otherwise."""
-    found = auv.checked(6, Here())
+    found = auv.checked(6, SerialEngine())
     assert found.confirmed is not None
     assert 0.5 < found.confirmed.error / auv.error < 2.0
     assert "flown 6 times" in headline(found)

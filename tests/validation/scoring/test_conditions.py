@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from scenarios.errors import InputError
-from validation.scoring.conditions import Condition, rows
+from validation.scoring.conditions import Condition, row_names
 from validation.scoring.scores import Score
 
 SCORES = {"ellipsoid": [Score("heading_rms", 0.25, "deg"), Score("offset_error", 3.0, "nT")], "twostep": []}
@@ -51,7 +51,7 @@ def test_what_is_no_condition_is_refused(text: str, says: str) -> None:
 def test_a_calibrator_that_is_not_in_the_run_is_refused() -> None:
     condition = Condition.parsed("elipsoid.heading_rms > 0.1", "--fail-if")
     with pytest.raises(InputError, match="did you mean ellipsoid"):
-        condition.check(rows(["sphere", "ellipsoid"], 1))
+        condition.check(row_names(["sphere", "ellipsoid"], 1))
     with pytest.raises(InputError, match="no calibrator 'ellipsoid'"):
-        Condition.parsed("ellipsoid.heading_rms > 0.1", "--fail-if").check(rows(["ellipsoid"], 2))
-    Condition.parsed("ellipsoid@2.heading_rms > 0.1", "--fail-if").check(rows(["ellipsoid"], 2))
+        Condition.parsed("ellipsoid.heading_rms > 0.1", "--fail-if").check(row_names(["ellipsoid"], 2))
+    Condition.parsed("ellipsoid@2.heading_rms > 0.1", "--fail-if").check(row_names(["ellipsoid"], 2))

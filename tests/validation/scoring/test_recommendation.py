@@ -7,7 +7,7 @@ import pytest
 from calib import Calibration, Status
 from validation.scoring.evaluation import UNCORRECTED
 from validation.scoring.outcome import RANKED_BY
-from validation.scoring.recommendation import Recommendation, answer
+from validation.scoring.recommendation import Recommendation, recommend
 from validation.scoring.scores import Score
 
 OK = Status("ok")
@@ -22,7 +22,7 @@ def level(error_nT: float, heading_deg: float | None = None, turned: bool = Fals
 
 def told(statuses: dict[str, Status], scores: dict[str, list[Score]]) -> Recommendation:
     fits = {name: Calibration(name=name, status=status) for name, status in statuses.items()}
-    return answer(fits, scores, RANKED_BY, list(fits))
+    return recommend(fits, scores, RANKED_BY, list(fits))
 
 
 def test_the_best_of_those_that_are_ok_is_to_be_used_and_what_to_expect_is_said() -> None:

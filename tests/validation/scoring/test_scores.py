@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 from calib import CALIBRATORS, Calibration, Reference, Status
 from recordings import Recording
 from sim.effects import EFFECTS, build
-from validation.calibrating.candidates import candidates
-from validation.scoring.holdout import (
+from validation.calibrating.selection import select_calibrators
+from validation.scoring.hold_out import (
     DIPOLE_PEAK_NT,
-    Surroundings,
+    Environment,
     hold_out,
     survey_line,
     uniform_attitudes,
@@ -26,7 +26,7 @@ SOFT = np.array([[0.05, 0.01, -0.02], [0.015, -0.03, 0.004], [-0.01, 0.02, 0.04]
 HARD_NT = np.array([900.0, -400.0, 1500.0])
 TABLES = {"soft_iron": {"matrix": SOFT.tolist()}, "hard_iron": {"offset_nT": HARD_NT.tolist()}}
 CHANNELS = {"temperature_degC": 10.0, "current_1_A": 2.0, "current_2_A": 3.0}
-AROUND = Surroundings(FIELD_ENU_NT, time_s=100.0, channels=CHANNELS)
+AROUND = Environment(FIELD_ENU_NT, time_s=100.0, channels=CHANNELS)
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +149,7 @@ def test_anomaly_is_spoiled_by_an_uncorrected_magnetometer(truth, recording):
 def test_figure_of_merit_of_a_horizontal_offset_in_a_vertical_field(axis, amplitude_deg, recording):
     """Only the tilt towards the offset is seen: |F + d| swings by 2 d sin(amplitude) on each of four headings."""
     left_nT = 10.0
-    truth = hold_out(build({}, None, ""), Surroundings(np.array([0.0, 0.0, -50_000.0])))
+    truth = hold_out(build({}, None, ""), Environment(np.array([0.0, 0.0, -50_000.0])))
     off = exact(offset_nT=left_nT * np.eye(3)[axis], matrix=np.eye(3))
     expected_nT = 4 * 2 * left_nT * np.sin(np.radians(amplitude_deg))
     assert values(off, recording, truth)["figure_of_merit"] == pytest.approx(expected_nT, rel=1e-3, abs=0.01)
@@ -195,13 +195,13 @@ def test_degenerate_fit_wins_in_sample_and_loses_on_the_hold_out(truth, recordin
 @pytest.mark.parametrize("name", list(CALIBRATORS))
 def test_every_calibrator_can_be_scored(name, truth, recording):
     reference = Reference.of_vector(tuple(FIELD_ENU_NT))
-    (candidate,) = candidates([name])
+    (candidate,) = select_calibrators([name])
     for s in score(candidate.fit(recording, reference), recording, truth, candidate.attitude_free):
         assert np.isfinite(s.value), s
 
 
 def test_surroundings_are_the_means_of_the_recording(recording):
     warm = replace(recording, temperature_degC=np.linspace(0, 10, 400), current_A=np.tile([1.0, 2.0], (400, 1)))
-    around = Surroundings.of(warm, FIELD_ENU_NT)
+    around = Environment.of(warm, FIELD_ENU_NT)
     assert around.time_s == pytest.approx(399 / 20)
     assert around.channels == pytest.approx({"temperature_degC": 5.0, "current_1_A": 1.0, "current_2_A": 2.0})

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from calib import CALIBRATORS, Reference, get
 from recordings import Recording
 from scenarios.errors import InputError
-from validation.calibrating.candidates import CalibratorEntry, Fitted, candidates
+from validation.calibrating.calibrator_entry import CalibratorEntry, TimedCalibration
+from validation.calibrating.selection import select_calibrators
 
 REFERENCE = Reference(50_000.0)
 
@@ -27,7 +28,7 @@ def recording() -> Recording:
 
 
 def test_every_built_in_calibrator_is_a_candidate_that_can_be_sent() -> None:
-    found = candidates(list(CALIBRATORS))
+    found = select_calibrators(list(CALIBRATORS))
     assert [candidate.name for candidate in found] == list(CALIBRATORS)
     assert pickle.loads(pickle.dumps(found)) == found
     facts = {candidate.name: (candidate.attitude_free, candidate.whole_array) for candidate in found}
@@ -37,26 +38,26 @@ def test_every_built_in_calibrator_is_a_candidate_that_can_be_sent() -> None:
 
 
 def test_a_built_in_candidate_fits_as_its_calibrator_does(recording: Recording) -> None:
-    (candidate,) = candidates(["pso"])
+    (candidate,) = select_calibrators(["pso"])
     there = candidate.fit(recording, REFERENCE, np.random.default_rng(3))
     here = get("pso").fit(recording, REFERENCE, np.random.default_rng(3))
     np.testing.assert_array_equal(there.offset_nT, here.offset_nT)
 
 
 def test_a_name_given_twice_is_one_candidate_and_an_unknown_one_is_refused() -> None:
-    assert len(candidates(["sphere", "sphere"])) == 1
+    assert len(select_calibrators(["sphere", "sphere"])) == 1
     with pytest.raises(InputError, match=r"'cube'.*twostep.*module:object"):
-        candidates(["sphere", "cube"])
+        select_calibrators(["sphere", "cube"])
 
 
 @dataclass(frozen=True)
 class Broken:
-    def fit(self, *_: object) -> Fitted:
+    def fit(self, *_: object) -> TimedCalibration:
         raise ValueError("no pivot")
 
 
 def test_an_exception_becomes_the_reason(recording: Recording) -> None:
-    fitted = CalibratorEntry("broken", Broken(), attitude_free=True).timed(recording, REFERENCE)
+    fitted = CalibratorEntry("broken", Broken(), attitude_free=True).fit_timed(recording, REFERENCE)
     assert fitted.calibration.status.kind == "not_converged"
     assert fitted.calibration.status.reason == "ValueError: no pivot"
     assert fitted.calibration.name == "broken"

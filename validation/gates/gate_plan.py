@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from scenarios.errors import InputError
+from validation.gates.gate_file import SMALLEST_DEFECT, Gate
 from validation.gates.power import MOST_TRIALS, exceedance_of, fewest_trials, trials_to_fail
 from validation.gates.sequential import SequentialTest
-from validation.gates.spec import SMALLEST_DEFECT, Gate
 
 
 @dataclass(frozen=True)
-class GateBudget:
+class GatePlan:
     """A gate, the test that decides it, and the trials after which it is left undecided."""
 
     gate: Gate
@@ -19,7 +19,7 @@ class GateBudget:
     max_trials: int
 
 
-def planned(gate: Gate, false_fail_rate: float, where: str) -> GateBudget:
+def plan_gate(gate: Gate, false_fail_rate: float, where: str) -> GatePlan:
     """The plan of a gate with that rate of false failures of its own.
 
     Without max_trials it may take as many trials as its smallest defect does. Raises InputError, naming `where` the
@@ -31,8 +31,8 @@ def planned(gate: Gate, false_fail_rate: float, where: str) -> GateBudget:
         what = f"within {gate.max_trials} trials nothing fails at a rate of false failures of {false_fail_rate:.2g}"
         raise InputError(what, where=f"{where}.max_trials", do=f"allow {fewest} or more")
     if gate.max_trials is not None and gate.smallest_defect is None:
-        return GateBudget(gate, test, gate.max_trials)
-    return GateBudget(gate, test, _enough(gate, test, where))
+        return GatePlan(gate, test, gate.max_trials)
+    return GatePlan(gate, test, _enough(gate, test, where))
 
 
 def _enough(gate: Gate, test: SequentialTest, where: str) -> int:
@@ -43,6 +43,8 @@ def _enough(gate: Gate, test: SequentialTest, where: str) -> int:
     if needed is None or needed > most:
         takes = f"{needed:,}" if needed else f"more than {MOST_TRIALS:,}"
         what = f"a defect of {defect:g} times the limit takes {takes} trials, max_trials is {most:,}"
-        do = f"allow more, name a greater defect, or state the spread of ln({gate.meaning.name}) if it is below "
-        raise InputError(what, where=f"{where}.smallest_defect", do=f"{do}{gate.spread:g}")
+        spread = f"the spread of ln({gate.score_definition.name}) if it is below {gate.spread:g}"
+        raise InputError(
+            what, where=f"{where}.smallest_defect", do=f"allow more, name a greater defect, or state {spread}"
+        )
     return gate.max_trials or needed

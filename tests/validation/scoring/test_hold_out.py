@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from validation.scoring.holdout import Pairs, Surroundings, dipole_enu_nT, hold_out, survey_line
+from validation.scoring.hold_out import Environment, HoldOutMotion, dipole_enu_nT, hold_out, survey_line
 from validation.scoring.scores import heading_error_rad
 
 FIELD_ENU_NT = np.array([-4000.0, 20000.0, -45000.0])
@@ -43,7 +43,7 @@ def test_dipole_is_the_textbooks_with_a_peak_of_100_nT() -> None:
 
 def test_anomaly_is_the_dipoles_part_along_the_earths_field() -> None:
     """|F + b| - |F| = b . F / |F| to first order; the next is below b^2 / (2 F) = 0.1 nT."""
-    truth = hold_out((), Surroundings(FIELD_ENU_NT))
+    truth = hold_out((), Environment(FIELD_ENU_NT))
     pos_m = survey_line()[0]
     along = dipole_enu_nT(pos_m, FIELD_ENU_NT) @ FIELD_ENU_NT / np.linalg.norm(FIELD_ENU_NT)
     np.testing.assert_allclose(truth.line_anomaly_nT, along, atol=0.11)
@@ -59,5 +59,5 @@ def test_heading_error_is_the_angle_by_which_the_field_was_turned() -> None:
     steeper = np.tile(FIELD_ENU_NT, (len(turns), 1)) + np.outer(rng.normal(size=len(turns)), [0.0, 0.0, 1e4])
     turned = Rotation.from_rotvec(np.outer(turns, [0.0, 0.0, -1.0])).apply(steeper)
     true_nT, turned_nT = (np.einsum("nij,ni->nj", R_wb, world) for world in (0 * turned + FIELD_ENU_NT, turned))
-    pairs = Pairs(R_wb, true_nT, np.zeros_like(true_nT))
+    pairs = HoldOutMotion(R_wb, true_nT, np.zeros_like(true_nT))
     assert heading_error_rad(turned_nT, pairs) == pytest.approx(turns, abs=1e-12)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from scenarios.arrays import Array
-from validation.gates.budget import GateBudget
+from validation.gates.gate_plan import GatePlan
 from validation.gates.power import factor_seen, more_trials, smallest_exceedance
 from validation.gates.sequential import Decision, Verdict, decide
 
@@ -31,7 +31,7 @@ class GateTrial:
 class GateProgress:
     """A gate's trials so far, in the order of runs; none is taken in after the one that decides."""
 
-    plan: GateBudget
+    plan: GatePlan
     trials: list[GateTrial] = field(default_factory=list)
     exceeded: list[bool] = field(default_factory=list)
     decided: bool = False
@@ -54,21 +54,21 @@ class GateProgress:
 class GateOutcome:
     """A gate's verdict with everything that it rests on; scores and others (n,) as in `GateTrial`."""
 
-    plan: GateBudget
+    plan: GatePlan
     decision: Decision
     scores: Array
     others: Array
     troubles: Counter[str]
 
     @classmethod
-    def of(cls, course: GateProgress) -> GateOutcome:
-        """What a course came to."""
+    def of(cls, progress: GateProgress) -> GateOutcome:
+        """What a progress came to."""
         return cls(
-            course.plan,
-            decide(course.plan.test, course.exceeded),
-            np.array([trial.score for trial in course.trials]),
-            np.array([trial.other for trial in course.trials]),
-            Counter(trial.trouble for trial in course.trials if trial.trouble),
+            progress.plan,
+            decide(progress.plan.test, progress.exceeded),
+            np.array([trial.score for trial in progress.trials]),
+            np.array([trial.other for trial in progress.trials]),
+            Counter(trial.trouble for trial in progress.trials if trial.trouble),
         )
 
     @property

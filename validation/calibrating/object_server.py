@@ -24,7 +24,7 @@ from calib.reference import Reference
 from recordings import Recording
 from recordings.files import sha256_of
 from scenarios.errors import InputError
-from validation.calibrating.fit import failed, timed
+from validation.calibrating.calibrator_entry import failed, time_fit
 from validation.calibrating.program import MAX_FILE_BYTES
 
 ALARM_S = 5.0
@@ -32,7 +32,7 @@ ALARM_S = 5.0
 
 
 @dataclass(frozen=True)
-class Request:
+class FitRequest:
     """One fit: what is fitted, and how long it may take."""
 
     recording: Recording
@@ -42,7 +42,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Facts:
+class ObjectFacts:
     """What an object says of itself, the file of its module, and which content of it was loaded."""
 
     needs: tuple[str, ...]
@@ -58,10 +58,10 @@ def serve(handle: int, spec: str) -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (MAX_FILE_BYTES, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
     sys.path.insert(0, os.getcwd())  # after our own packages are imported, which those here may share names with
     try:
-        method = loaded(spec)
+        method = load_object(spec)
         file = sys.modules[spec.partition(":")[0]].__file__ or ""
         whole_array, eddy = (bool(getattr(method, fact, False)) for fact in ("whole_array", "eddy"))
-        facts = Facts(needs_of(method, spec), whole_array, eddy, file, content_of(file))
+        facts = ObjectFacts(needs_of(method, spec), whole_array, eddy, file, content_of(file))
     except InputError as error:
         _send(connection, refused={"what": error.what, "do": error.do})
         return
@@ -71,11 +71,11 @@ def serve(handle: int, spec: str) -> None:
             request = connection.recv_bytes()
         except EOFError:
             return
-        answer = timed(partial(_answer, method, pickle.loads(request), spec))
+        answer = time_fit(partial(_answer, method, pickle.loads(request), spec))
         _send(connection, calibration=to_dict(answer.calibration), fit_cpu_s=answer.cpu_s)
 
 
-def loaded(spec: str) -> Outside:
+def load_object(spec: str) -> Outside:
     """The calibrator or function that `module:object` names; InputError says why it cannot be had."""
     module, _, path = spec.partition(":")
     try:
@@ -94,7 +94,7 @@ def content_of(file: str) -> str:
     return sha256_of(Path(file)) if os.path.isfile(file) else ""
 
 
-def _answer(method: Outside, request: Request, spec: str) -> Calibration:
+def _answer(method: Outside, request: FitRequest, spec: str) -> Calibration:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_REAL, request.time_limit_s + ALARM_S)
     try:

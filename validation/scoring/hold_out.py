@@ -32,7 +32,7 @@ MANOEUVRE_SAMPLES = 41
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class Environment:
     """The run's mean surroundings: field_enu_nT (3,), middle of the run, mean of each channel."""
 
     field_enu_nT: Array
@@ -40,7 +40,7 @@ class Surroundings:
     channels: Mapping[str, float] = field(default_factory=lambda: {TEMPERATURE: NOMINAL_DEGC})
 
     @classmethod
-    def of(cls, recording: Recording, field_enu_nT: Sequence[float] | Array) -> Surroundings:
+    def of(cls, recording: Recording, field_enu_nT: Sequence[float] | Array) -> Environment:
         """Surroundings of a recording, in the middle of it; a temperature that it does not hold is the nominal one."""
         mean = {name: float(np.nanmean(values)) for name, values in scalars_of(recording).items()}
         return cls(
@@ -51,7 +51,7 @@ class Surroundings:
 
 
 @dataclass(frozen=True)
-class Pairs:
+class HoldOutMotion:
     """Attitudes R_wb (n, 3, 3), true field (n, 3) and what the instrument would show (n, 3), body frame, nT."""
 
     R_wb: Array
@@ -75,30 +75,30 @@ class HoldOut:
 
     matrix: Array
     offset_nT: Array
-    sphere: Pairs
-    level: Pairs
-    line: Pairs
+    sphere: HoldOutMotion
+    level: HoldOutMotion
+    line: HoldOutMotion
     line_anomaly_nT: Array
-    manoeuvres: Pairs
+    manoeuvres: HoldOutMotion
 
 
-def hold_out(effects: Sequence[Effect], surroundings: Surroundings) -> HoldOut:
+def hold_out(effects: Sequence[Effect], surroundings: Environment) -> HoldOut:
     """The hold-out of one magnetometer with these effects (in the chain's order) in these surroundings."""
-    sphere = pairs(effects, surroundings, uniform_attitudes(SPHERE_ATTITUDES))
+    sphere = simulate_motion(effects, surroundings, uniform_attitudes(SPHERE_ATTITUDES))
     matrix, offset_nT = _linear(sphere)
     pos_m, attitudes = survey_line()
     anomaly_enu_nT = dipole_enu_nT(pos_m, surroundings.field_enu_nT)
-    line = pairs(effects, surroundings, attitudes, anomaly_enu_nT)
+    line = simulate_motion(effects, surroundings, attitudes, anomaly_enu_nT)
     strength_nT = float(np.linalg.norm(surroundings.field_enu_nT))
     total_nT = np.linalg.norm(surroundings.field_enu_nT + anomaly_enu_nT, axis=1)
-    level = pairs(effects, surroundings, level_attitudes(LEVEL_ATTITUDES))
-    swung = pairs(effects, surroundings, manoeuvres())
+    level = simulate_motion(effects, surroundings, level_attitudes(LEVEL_ATTITUDES))
+    swung = simulate_motion(effects, surroundings, manoeuvres())
     return HoldOut(matrix, offset_nT, sphere, level, line, np.asarray(total_nT - strength_nT), swung)
 
 
-def pairs(
-    effects: Sequence[Effect], surroundings: Surroundings, attitudes: Rotation, extra_enu_nT: Array | None = None
-) -> Pairs:
+def simulate_motion(
+    effects: Sequence[Effect], surroundings: Environment, attitudes: Rotation, extra_enu_nT: Array | None = None
+) -> HoldOutMotion:
     """True field, Earth's and extra_enu_nT (n, 3), and the measurement of it through the static effects."""
     n = len(attitudes)
     world_nT = np.tile(surroundings.field_enu_nT, (n, 1)) + (0.0 if extra_enu_nT is None else extra_enu_nT)
@@ -108,10 +108,10 @@ def pairs(
     for effect in effects:
         if effect.static:
             signal_nT, _ = ChainLink(effect, np.random.default_rng(0)).step(state, signal_nT)
-    return Pairs(state.R_wb, true_nT, signal_nT)
+    return HoldOutMotion(state.R_wb, true_nT, signal_nT)
 
 
-def _at_rest(surroundings: Surroundings, attitudes: Rotation) -> State:
+def _at_rest(surroundings: Environment, attitudes: Rotation) -> State:
     """n attitudes at one instant, standing still, at the origin."""
     n, none = len(attitudes), np.zeros((len(attitudes), 3))
     return State(
@@ -127,7 +127,7 @@ def _at_rest(surroundings: Surroundings, attitudes: Rotation) -> State:
     )
 
 
-def _linear(data: Pairs) -> tuple[Array, Array]:
+def _linear(data: HoldOutMotion) -> tuple[Array, Array]:
     """S (3, 3) and b (3,) of the best linear fit m = S h + b: exact where the static effects are linear."""
     scale_nT = float(np.linalg.norm(data.true_nT, axis=1).max())
     rows = np.column_stack((data.true_nT / scale_nT, np.ones(len(data.true_nT))))

@@ -9,7 +9,7 @@ from validation.bound.runs import RunBounds
 
 
 @dataclass(frozen=True)
-class Least:
+class BoundReference:
     """The least rms of a score, by its column, that any method reaches which is told as much (a word of KNOWLEDGE)."""
 
     bounds: RunBounds

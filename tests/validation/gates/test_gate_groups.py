@@ -12,12 +12,12 @@ from scenarios.errors import InputError
 from sim.simulation import plan
 from tests.validation.gates.conftest import Scripted, gate_text, row
 from validation.bound.sensor_noise import stated_noise_nT
-from validation.gates.baseline import write_baseline
-from validation.gates.progress import GateOutcome
-from validation.gates.runner import decide_gates, recorded
-from validation.gates.schedule import Group
+from validation.gates.gate_groups import GateGroup
+from validation.gates.gate_outcome import GateOutcome
+from validation.gates.runner import decide_gates, record_scores
+from validation.gates.score_baseline import write_baseline
 
-Groups = Callable[..., tuple[Group, ...]]
+Groups = Callable[..., tuple[GateGroup, ...]]
 
 
 @pytest.mark.parametrize(
@@ -117,7 +117,7 @@ def baseline(tmp_path: Path, groups_of: Groups) -> Path:
     """Scores of ellipsoid on tumble in 60 trials."""
     path = tmp_path / "base.parquet"
     groups = groups_of(gate_text("a", limit=2.0, max_trials=60))
-    write_baseline(path, recorded(groups, Scripted(lambda group, run: [row("ellipsoid", 1.0 + run)])))
+    write_baseline(path, record_scores(groups, Scripted(lambda group, run: [row("ellipsoid", 1.0 + run)])))
     return path
 
 

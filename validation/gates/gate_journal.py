@@ -9,14 +9,14 @@ from pathlib import Path
 import validation
 from recordings.files import sha256_of
 from validation.comparison.journal import Journal
-from validation.gates.schedule import Group
+from validation.gates.gate_groups import GateGroup
 
 RUN_OF_GATES = "run of gates"
 DECIDING = ("calib", "recordings", "scenarios", "sim", "validation")
 """The packages whose code decides a trial."""
 
 
-def journal_of(groups: Sequence[Group], out: Path) -> Journal:
+def open_gate_journal(groups: Sequence[GateGroup], out: Path) -> Journal:
     """The trials that a run of these gates left in a directory; of another run, or of other code, none.
 
     Limits are not asked for: they decide no trial. A gate says whether the code as it stands is good enough, and so one
@@ -27,7 +27,7 @@ def journal_of(groups: Sequence[Group], out: Path) -> Journal:
     return Journal.open(out, identity, RUN_OF_GATES, anew=True)
 
 
-def _shortened(group: Group) -> dict[str, object]:
+def _shortened(group: GateGroup) -> dict[str, object]:
     """A group's points are all the same."""
     identity = group.design.identity()
     return identity | {"points": identity["points"][-1:]}

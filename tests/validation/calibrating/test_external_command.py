@@ -17,8 +17,9 @@ from calib import Calibration, Reference
 from recordings import Recording, read_recording
 from scenarios.errors import InputError
 from validation.calibrating import program
-from validation.calibrating.candidates import CalibratorEntry, candidates
-from validation.calibrating.command import command
+from validation.calibrating.calibrator_entry import CalibratorEntry
+from validation.calibrating.external_command import parse_command
+from validation.calibrating.selection import select_calibrators
 
 IDENTITY = '{"offset_nT": [1, 2, 3], "matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}'
 Script = Callable[..., CalibratorEntry]
@@ -32,14 +33,14 @@ def script(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Script:
     def write(text: str, words: str = "{recording.csv} {result}", time_limit_s: float = 20.0) -> CalibratorEntry:
         Path("mycal.sh").write_text(f"#!/bin/sh\n{text}\n", encoding="utf-8")
         Path("mycal.sh").chmod(0o755)
-        return candidates((), [f"./mycal.sh {words}"], time_limit_s)[0]
+        return select_calibrators((), [f"./mycal.sh {words}"], time_limit_s)[0]
 
     return write
 
 
 def test_the_answer_is_the_programs_with_its_time(script: Script, recording: Recording, reference: Reference) -> None:
     spin = "i=0; while [ $i -lt 20000 ]; do i=$((i+1)); done"
-    found = script(f"{spin}; echo '{IDENTITY}' > $2").timed(recording, reference)
+    found = script(f"{spin}; echo '{IDENTITY}' > $2").fit_timed(recording, reference)
     assert (found.calibration.name, found.calibration.status.kind) == ("mycal", "ok")
     np.testing.assert_array_equal(found.calibration.offset_nT, [1.0, 2.0, 3.0])
     assert found.cpu_s > 0.0
@@ -159,7 +160,7 @@ def test_a_program_that_fills_the_disk_is_ended(
     monkeypatch.setattr(program, "MAX_FILE_BYTES", 2**20)
     monkeypatch.setattr(program, "MAX_DISK_BYTES", 2**21)
     monkeypatch.setattr(program, "MAX_FILES", 200)
-    monkeypatch.setattr("validation.calibrating.command.MAX_RESULT_BYTES", 2**19)
+    monkeypatch.setattr("validation.calibrating.external_command.MAX_RESULT_BYTES", 2**19)
     begun_s = time.monotonic()
     reason = failed(script(text, time_limit_s=40.0), recording, reference, tmp_path).status.reason
     assert told in reason
@@ -172,7 +173,7 @@ def test_a_program_of_many_words_finds_the_files_beside_it(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "answer.json").write_text(IDENTITY)
     (tmp_path / "copy.sh").write_text("cp $1 $3")
-    (candidate,) = candidates((), ["mine=sh copy.sh answer.json {recording.csv} {result}"])
+    (candidate,) = select_calibrators((), ["mine=sh copy.sh answer.json {recording.csv} {result}"])
     monkeypatch.chdir("/")
     assert candidate.fit(recording, reference).status.kind == "ok"
     assert candidate.name == "mine"
@@ -196,7 +197,7 @@ def test_a_text_that_cannot_be_run_is_refused_at_once(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "plain.txt").write_text("hello")
     with pytest.raises(InputError, match=told):
-        command(text, 1.0)
+        parse_command(text, 1.0)
 
 
 def test_a_program_that_has_changed_is_another_candidate(script: Script) -> None:
@@ -206,5 +207,5 @@ def test_a_program_that_has_changed_is_another_candidate(script: Script) -> None
 
 
 def test_words_are_split_and_braces_of_others_are_left_alone() -> None:
-    found = command("sh -c 'echo \"$1\"' x {recording.csv} --out={result} '{\"a\": 1}'", 1.0)
+    found = parse_command("sh -c 'echo \"$1\"' x {recording.csv} --out={result} '{\"a\": 1}'", 1.0)
     assert found.words == ("sh", "-c", 'echo "$1"', "x", "{recording.csv}", "--out={result}", '{"a": 1}')

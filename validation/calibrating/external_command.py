@@ -22,7 +22,7 @@ from recordings import Recording, write_recording
 from recordings.files import sha256_of
 from scenarios.errors import InputError
 from scenarios.files import read_text
-from validation.calibrating.fit import Fitted, failed
+from validation.calibrating.calibrator_entry import TimedCalibration, failed
 from validation.calibrating.program import ProgramExit, run_program
 
 RECORDINGS = {"recording": "recording.parquet", "recording.csv": "recording.csv"}
@@ -62,12 +62,12 @@ class ExternalCommand:
         """Whether it asks for the field vector."""
         return VECTOR in _placeholders(self.words)
 
-    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Fitted:
+    def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
         """The calibration that the program writes; a failure of whatever kind is its status."""
         needs = (*self.needs, *(("field_vector",) if self.uses_vector else ()))
         status = unusable(recording, reference, needs, self.name)
         if status is not None:
-            return Fitted(Calibration(name=self.name, status=status), 0.0)
+            return TimedCalibration(Calibration(name=self.name, status=status), 0.0)
         with TemporaryDirectory(prefix="magbench-", ignore_cleanup_errors=True) as made:
             place = Path(made)
             values = _told(reference, rng)
@@ -75,7 +75,7 @@ class ExternalCommand:
             variables = {VARIABLES[key]: text for key, text in values.items()}
             ended = run_program(_filled(self.words, values | files), place, variables, self.time_limit_s)
             found = self._answer(Path(files[RESULT]), ended)
-        return Fitted(replace(found, name=self.name, wall_s=ended.wall_s), ended.cpu_s)
+        return TimedCalibration(replace(found, name=self.name, wall_s=ended.wall_s), ended.cpu_s)
 
     def _written(self, place: Path, recording: Recording, values: Mapping[str, str]) -> dict[str, str]:
         """The files that the words name, by placeholder, those to read written; beside them reference.json."""
@@ -97,7 +97,7 @@ class ExternalCommand:
             return failed(self.name, f"{reason}; it said: {ended.said}" if ended.said else reason)
 
 
-def command(text: str, time_limit_s: float) -> ExternalCommand:
+def parse_command(text: str, time_limit_s: float) -> ExternalCommand:
     """The command that an `--exec` text says: words as a shell splits them, NAME= or NAME:NEEDS= before them or not.
 
     A word that names a file here is meant wherever the program runs. Raises InputError for a program that is not

@@ -15,8 +15,8 @@ from multiprocessing import Pipe
 from typing import Any
 
 from scenarios.errors import InputError
+from validation.calibrating.object_server import FitRequest, ObjectFacts, content_of, serve
 from validation.calibrating.processes import end_all, ending, last_lines, surroundings
-from validation.calibrating.server import Facts, Request, content_of, serve
 
 START_LIMIT_S = 120.0
 """How long an object's module may take to be imported."""
@@ -25,7 +25,7 @@ ENDING_S = 2.0
 MAX_ANSWER_BYTES = 2**24
 
 
-class Lost(Exception):
+class ProcessLostError(Exception):
     """The object's process ended, or had to be ended; `cpu_s` is its processor time since its last answer."""
 
     def __init__(self, reason: str, cpu_s: float) -> None:
@@ -33,23 +33,23 @@ class Lost(Exception):
         self.cpu_s = cpu_s
 
 
-class Host:
+class ObjectProcess:
     """The process of one object, which does one thing at a time; it is made when needed, and anew after it was lost."""
 
     def __init__(self, spec: str) -> None:
         self._spec, self._lock = spec, threading.Lock()
         self._child: _Child | None = None
 
-    def facts(self) -> Facts:
+    def facts(self) -> ObjectFacts:
         """What the object says of itself; InputError where it cannot be loaded."""
         with self._lock:
             try:
                 self._end_what_is_old()
                 return self._running().facts
-            except Lost as lost:
+            except ProcessLostError as lost:
                 raise InputError(f"cannot be loaded: {lost}", where=self._spec) from None
 
-    def fit(self, request: Request) -> tuple[dict[str, Any], float]:
+    def fit(self, request: FitRequest) -> tuple[dict[str, Any], float]:
         """The calibration as plain values, and the processor time that it took; raises Lost."""
         with self._lock:
             return self._running().fit(request)
@@ -86,9 +86,9 @@ class _Child:
         begun = self._received(START_LIMIT_S)
         if "refused" in begun:
             raise InputError(begun["refused"]["what"], where=spec, do=begun["refused"]["do"])
-        self.facts = Facts(**begun["facts"] | {"needs": tuple(begun["facts"]["needs"])})
+        self.facts = ObjectFacts(**begun["facts"] | {"needs": tuple(begun["facts"]["needs"])})
 
-    def fit(self, request: Request) -> tuple[dict[str, Any], float]:
+    def fit(self, request: FitRequest) -> tuple[dict[str, Any], float]:
         """As Host's."""
         os.ftruncate(self.output.fileno(), 0)
         answer = self._received(request.time_limit_s, pickle.dumps(request, pickle.HIGHEST_PROTOCOL))
@@ -119,11 +119,11 @@ class _Child:
         while os.waitid(os.P_PID, self.process.pid, flags) is None and time.monotonic() < deadline_s:
             time.sleep(0.01)
 
-    def _lost(self, why: str = "") -> Lost:
+    def _lost(self, why: str = "") -> ProcessLostError:
         """End the process; how it ended is the reason, unless `why` is."""
         cpu_s, said = self.end()
         reason = why or f"the interpreter ended: {ending(self.process.returncode)}"
-        return Lost(f"{reason}; it said: {said}" if said else reason, cpu_s - self.cpu_s)
+        return ProcessLostError(f"{reason}; it said: {said}" if said else reason, cpu_s - self.cpu_s)
 
     def end(self) -> tuple[float, str]:
         """End the process and all that it started; its processor time, and the end of what it said."""
@@ -142,9 +142,9 @@ def _program(handle: int, spec: str) -> str:
     return f"import sys; sys.path[:] = {path!r}; from {serve.__module__} import serve; serve({handle}, {spec!r})"
 
 
-_HOSTS: dict[tuple[str, str], Host] = {}
+_HOSTS: dict[tuple[str, str], ObjectProcess] = {}
 
 
-def host(spec: str) -> Host:
+def process_of(spec: str) -> ObjectProcess:
     """This process's host of an object; the same name may be another object in another directory."""
-    return _HOSTS.setdefault((spec, os.getcwd()), Host(spec))
+    return _HOSTS.setdefault((spec, os.getcwd()), ObjectProcess(spec))

@@ -14,15 +14,16 @@ from pydantic import ValidationError
 from scenarios.errors import InputError
 from scenarios.problems import first_problem, problem_at
 from sim.scenario import Scenario
-from validation.calibrating.candidates import CalibratorEntry, candidate
+from validation.calibrating.calibrator_entry import CalibratorEntry
 from validation.calibrating.processes import TIME_LIMIT_S
-from validation.comparison.design import Design, Point
+from validation.calibrating.selection import select_calibrator
+from validation.comparison.design import Design, DesignPoint
 from validation.comparison.trial import run_trial
-from validation.gates.baseline import read_baseline
-from validation.gates.budget import planned
-from validation.gates.progress import GateOutcome, GateProgress
-from validation.gates.schedule import Entry, row_in
-from validation.gates.spec import GateFile
+from validation.gates.gate_file import GateFile
+from validation.gates.gate_groups import GateEntry, row_in
+from validation.gates.gate_outcome import GateOutcome, GateProgress
+from validation.gates.gate_plan import plan_gate
+from validation.gates.score_baseline import read_baseline
 from validation.scoring.evaluation import UNCORRECTED
 
 OF_SENSOR = re.compile(r"([^{}]+)(@\d+)")
@@ -33,7 +34,7 @@ REFERENCE = "reference"
 
 
 @dataclass(frozen=True)
-class Measured:
+class GateSubject:
     """Whose rows a gate reads: a candidate's, None for the raw measurement, and of an array which sensor's (`@2`)."""
 
     candidate: CalibratorEntry | None
@@ -44,7 +45,7 @@ class Measured:
         """By `uncorrected`, or by what `candidate` takes; a text may end with the sensor."""
         sensed = OF_SENSOR.fullmatch(found) if isinstance(found, str) else None
         which, at_sensor = sensed.groups() if sensed else (found, "")
-        one = None if which == UNCORRECTED else candidate(which, time_limit_s)
+        one = None if which == UNCORRECTED else select_calibrator(which, time_limit_s)
         if one and one.name == UNCORRECTED:
             raise InputError(f"{UNCORRECTED!r} is the raw measurement's name", do="call the calibrator otherwise")
         return cls(one, at_sensor)
@@ -55,7 +56,7 @@ class Measured:
         return (self.candidate.name if self.candidate else UNCORRECTED) + self.at_sensor
 
 
-def decide_alone(
+def decide_single_gate(
     calibrator: object,
     reference: object | None,
     scenario: Scenario,
@@ -69,36 +70,36 @@ def decide_alone(
     """
     time_limit_s = options.get("time_limit_s") or TIME_LIMIT_S
     with _named("calibrator"):
-        first = Measured.of(calibrator, time_limit_s)
+        first = GateSubject.of(calibrator, time_limit_s)
     with _named("reference"):
-        second = None if reference is None else _apart(Measured.of(reference, time_limit_s), first)
+        second = None if reference is None else _apart(GateSubject.of(reference, time_limit_s), first)
     names = {"calibrator": first.row, "reference": second.row if second else None, "scenario": scenario.name}
     file = _checked({**keys, **names}, options)
     found = tuple(one.candidate for one in (first, second) if one and one.candidate)
-    design = Design((Point({}, scenario),), found, scenario.seed if file.seed is None else file.seed)
+    design = Design((DesignPoint({}, scenario),), found, scenario.seed if file.seed is None else file.seed)
     return _decided(file, design)
 
 
 def _decided(file: GateFile, design: Design) -> GateOutcome:
     (gate,) = file.gate
-    plan = planned(gate, file.rate, "assert_accuracy")
+    plan = plan_gate(gate, file.rate, "assert_accuracy")
     with _named("calibrator"):
         row = row_in(design, gate.calibrator)
     with _named("reference"):
         reference = None if gate.reference is None else row_in(design, gate.reference)
     baseline = None
     if gate.baseline is not None:
-        baseline = read_baseline(Path(gate.baseline), design, row, gate.meaning.name, plan.max_trials)
-    course = GateProgress(plan)
-    entry = Entry(course, row, reference, baseline)
-    while not course.finished:
-        run = len(course.trials)
+        baseline = read_baseline(Path(gate.baseline), design, row, gate.score_definition.name, plan.max_trials)
+    progress = GateProgress(plan)
+    entry = GateEntry(progress, row, reference, baseline)
+    while not progress.finished:
+        run = len(progress.trials)
         rows = {one.calibrator: one for one in run_trial(design, 0, run).rows}
-        course.take(entry.reading(run, rows))
-    return GateOutcome.of(course)
+        progress.take(entry.reading(run, rows))
+    return GateOutcome.of(progress)
 
 
-def _apart(reference: Measured, calibrator: Measured) -> Measured:
+def _apart(reference: GateSubject, calibrator: GateSubject) -> GateSubject:
     """The reference under another name, where the calibrator has its own."""
     if reference.candidate is None or calibrator.candidate is None:
         return reference

@@ -11,7 +11,7 @@ import pytest
 from calib import Calibration, Status, to_dict
 from recordings import Recording, read_recording, write_recording
 from scenarios.errors import InputError
-from validation.calibrating.files import apply_file, read_calibrations, write_calibrations
+from validation.calibrating.calibration_file import apply_file, read_calibrations, write_calibrations
 
 OFFSET_NT, MATRIX = np.array([100.0, -200.0, 300.0]), np.diag([1.1, 0.9, 1.0])
 ONE = Calibration(name="ellipsoid", status=Status("ok"), offset_nT=OFFSET_NT, matrix=MATRIX)

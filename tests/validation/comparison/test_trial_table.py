@@ -12,8 +12,8 @@ import pytest
 
 from scenarios.errors import InputError
 from validation.comparison.design import Design
-from validation.comparison.table import TRIALS, TrialTable
 from validation.comparison.trial import Trial, TrialRow
+from validation.comparison.trial_table import TRIALS, TrialTable
 
 
 def told(point: int, run: int, *, slow: float = 1.0) -> Trial:

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenarios.arrays import Array
-from validation.comparison.ranking import without_correction
+from validation.comparison.ranking import uncorrected_row
 from validation.comparison.statistics import Interval, mean_square, median, rate
-from validation.comparison.table import TrialTable
-from validation.scoring.definitions import MEANINGS, Meaning
+from validation.comparison.trial_table import TrialTable
+from validation.scoring.definitions import SCORE_DEFINITIONS, ScoreDefinition
 
-CLAIMED_INSIDE, CLAIMED_SQUARE = MEANINGS["offset_inside_95"], MEANINGS["offset_nees"]
+CLAIMED_INSIDE, CLAIMED_SQUARE = SCORE_DEFINITIONS["offset_inside_95"], SCORE_DEFINITIONS["offset_nees"]
 OFFSET_COMPONENTS = 3
 
 
@@ -27,16 +27,16 @@ class ScoreStatistic:
 
     point: int
     calibrator: str
-    score: Meaning
+    score: ScoreDefinition
     found: Interval
     ratio: Interval | None
     failures: int
     trials: int
 
 
-def figures(table: TrialTable, reference: str | None = None) -> Iterator[ScoreStatistic]:
+def score_statistics(table: TrialTable, reference: str | None = None) -> Iterator[ScoreStatistic]:
     """All of them; reference: the calibrator that the ratios are to."""
-    scores = [one for one in MEANINGS.values() if one.column in table.scores]
+    scores = [one for one in SCORE_DEFINITIONS.values() if one.column in table.scores]
     for point in table.points:
         for name in table.calibrators:
             failures = int(table.failed(name, point).sum())
@@ -44,18 +44,22 @@ def figures(table: TrialTable, reference: str | None = None) -> Iterator[ScoreSt
                 values = table.values(score.column, name, point)
                 held = np.isfinite(values)
                 if held.any():
-                    ratio = None if reference is None else _ratio(table, score, values, beside(reference, name), point)
+                    ratio = (
+                        None
+                        if reference is None
+                        else _ratio(table, score, values, reference_row(reference, name), point)
+                    )
                     yield ScoreStatistic(
                         point, name, score, _found(score, values[held], values), ratio, failures, len(values)
                     )
 
 
-def beside(reference: str, name: str) -> str:
+def reference_row(reference: str, name: str) -> str:
     """The reference of the same sensor."""
-    return without_correction(name).replace(without_correction(""), reference, 1)
+    return uncorrected_row(name).replace(uncorrected_row(""), reference, 1)
 
 
-def _found(score: Meaning, held: Array, values: Array) -> Interval:
+def _found(score: ScoreDefinition, held: Array, values: Array) -> Interval:
     """How a score is summed up: claims by their rate and mean over those that were made, all else by the median."""
     if score is CLAIMED_INSIDE:
         return rate(int(held.sum()), len(held))
@@ -64,7 +68,7 @@ def _found(score: Meaning, held: Array, values: Array) -> Interval:
     return median(values)
 
 
-def _ratio(table: TrialTable, score: Meaning, values: Array, reference: str, point: int) -> Interval | None:
+def _ratio(table: TrialTable, score: ScoreDefinition, values: Array, reference: str, point: int) -> Interval | None:
     """The median of the ratios to the reference; None for what is no error, and where the reference has none."""
     if not score.lower:
         return None

@@ -13,7 +13,7 @@ from scenarios.errors import InputError
 from tests.validation.gates.conftest import Scripted, gate_text, groups_in, row
 from validation.comparison.journal import JOURNAL, Journal
 from validation.comparison.trial import TrialRow
-from validation.gates import cache as kept
+from validation.gates import gate_journal as kept
 
 SCORES = np.exp(0.5 * np.random.default_rng(7).standard_normal((2, 400)))
 

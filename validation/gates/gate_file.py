@@ -12,10 +12,10 @@ from scenarios.load import load as load_file
 from scenarios.problems import misfit
 from scenarios.spec import DIALECT
 from scenarios.table import Table
-from validation.calibrating.command import Need
+from validation.calibrating.external_command import Need
 from validation.calibrating.processes import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
 from validation.gates.power import MOST_TRIALS, USUAL_SPREAD
-from validation.scoring.definitions import Meaning, meaning_of
+from validation.scoring.definitions import ScoreDefinition, score_definition
 
 FALSE_FAIL_RATE, POWER, QUANTILE, SMALLEST_DEFECT, MARGIN = 1e-4, 0.99, 0.5, 1.5, 1.1
 """What a file that says nothing gets: one run of all gates in 10,000 fails without cause, and so on."""
@@ -63,7 +63,7 @@ class Gate(Table):
     @classmethod
     def _has_a_better_end(cls, text: str) -> str:
         try:
-            meaning = meaning_of(text)
+            meaning = score_definition(text)
         except InputError as error:
             raise misfit((), error.what, error.do) from None
         if not meaning.lower or meaning.in_sample or meaning.name == NOT_REPEATED:
@@ -109,14 +109,14 @@ class Gate(Table):
         return self.limit or self.ratio or self.margin
 
     @property
-    def meaning(self) -> Meaning:
+    def score_definition(self) -> ScoreDefinition:
         """The score."""
-        return meaning_of(self.score)
+        return score_definition(self.score)
 
     @property
     def unit(self) -> str:
         """Of the limit and of what is measured; a multiple has none."""
-        return self.meaning.unit if self.kind == "limit" else ""
+        return self.score_definition.unit if self.kind == "limit" else ""
 
 
 class GateFile(Table):

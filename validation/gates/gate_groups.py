@@ -16,30 +16,31 @@ from scenarios.names import closest
 from sim.scenario import Scenario, load
 from validation.bound.ratio import knowledge_of
 from validation.bound.runs import RunBounds
-from validation.calibrating.candidates import CalibratorEntry, candidates
-from validation.comparison.design import Design, Point
+from validation.calibrating.calibrator_entry import CalibratorEntry
+from validation.calibrating.selection import select_calibrators
+from validation.comparison.design import Design, DesignPoint
 from validation.comparison.trial import TrialRow
-from validation.gates.baseline import read_baseline
-from validation.gates.bound_limit import Least
-from validation.gates.budget import planned
-from validation.gates.progress import GateProgress, GateTrial
-from validation.gates.spec import BOUND, FAILURE, Gate, GateFile
+from validation.gates.bound_reference import BoundReference
+from validation.gates.gate_file import BOUND, FAILURE, Gate, GateFile
+from validation.gates.gate_outcome import GateProgress, GateTrial
+from validation.gates.gate_plan import plan_gate
+from validation.gates.score_baseline import read_baseline
 from validation.scoring.evaluation import UNCORRECTED
 
 
 @dataclass(frozen=True)
-class Entry:
+class GateEntry:
     """A gate among the trials of its group: which rows it reads, and how far it got; least: what its limit is of."""
 
-    course: GateProgress
+    progress: GateProgress
     calibrator: str
     reference: str | None = None
     baseline: Array | None = None
-    least: Least | None = None
+    least: BoundReference | None = None
 
     def reading(self, run: int, rows: Mapping[str, TrialRow]) -> GateTrial:
         """What one trial, its rows by calibrator, says to the gate."""
-        row, gate = rows[self.calibrator], self.course.plan.gate
+        row, gate = rows[self.calibrator], self.progress.plan.gate
         score, other = value_of(row, gate), 1.0 if self.least is None else self.least.of(run)
         if self.reference is not None:
             other = value_of(rows[self.reference], gate)
@@ -49,44 +50,44 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Group:
+class GateGroup:
     """Gates that share trials; `design` has its scenario at point `number`, which tells its trials from others'."""
 
     number: int
     design: Design
-    entries: tuple[Entry, ...]
+    entries: tuple[GateEntry, ...]
 
     @property
     def finished(self) -> bool:
         """Whether none of its gates needs another trial."""
-        return all(entry.course.finished for entry in self.entries)
+        return all(entry.progress.finished for entry in self.entries)
 
     @property
     def most(self) -> int:
         """Trials after which all of its gates are finished."""
-        return max(entry.course.plan.max_trials for entry in self.entries)
+        return max(entry.progress.plan.max_trials for entry in self.entries)
 
     @property
     def looked(self) -> int:
         """Trials done with: all of them as soon as every gate is finished."""
-        return self.most if self.finished else max(len(entry.course.trials) for entry in self.entries)
+        return self.most if self.finished else max(len(entry.progress.trials) for entry in self.entries)
 
 
 def value_of(row: TrialRow, gate: Gate) -> float:
     """The gate's score in a row, infinite where there is none."""
-    if gate.meaning.name == FAILURE:
+    if gate.score_definition.name == FAILURE:
         return float(row.status != "ok")
-    return row.scores.get(gate.meaning.column, math.inf)
+    return row.scores.get(gate.score_definition.column, math.inf)
 
 
-def arranged(
+def group_gates(
     file: GateFile,
     path: Path,
     seed: int | None = None,
     time_limit_s: float | None = None,
     *,
     baselines: bool = True,
-) -> tuple[Group, ...]:
+) -> tuple[GateGroup, ...]:
     """The groups of a file's gates, in its order; `path` is the file, beside which scenarios and baselines are.
 
     seed, time_limit_s : default the file's. baselines : whether they are read. Raises InputError for whatever a gate
@@ -117,7 +118,7 @@ def _name(text: str) -> str:
     return text.partition("@")[0]
 
 
-def _least_of(gate: Gate, calibrator: str, design: Design) -> Least:
+def _least_of(gate: Gate, calibrator: str, design: Design) -> BoundReference:
     """What any method reaches which is told as much; InputError where none is known in the first run."""
     scenario = design.points[-1].scenario
     one = next((one for one in design.candidates if one.name == _name(calibrator)), None)
@@ -125,9 +126,9 @@ def _least_of(gate: Gate, calibrator: str, design: Design) -> Least:
     if one is not None:
         knowledge = knowledge_of(calibrator, one.needs, attitude_free=one.attitude_free, eddy=one.eddy)
     bounds = RunBounds(scenario, design.seed, frozenset({knowledge} if knowledge else ()))
-    least = Least(bounds, knowledge or "", gate.meaning.column)
+    least = BoundReference(bounds, knowledge or "", gate.score_definition.column)
     if knowledge is None or not 0 < least.of(0) < math.inf:
-        what = f"no bound is known on {gate.meaning.name} of {calibrator} in {scenario.name}"
+        what = f"no bound is known on {gate.score_definition.name} of {calibrator} in {scenario.name}"
         raise InputError(what, do="name a calibrator as the reference, or give a limit")
     return least
 
@@ -139,7 +140,7 @@ class _Builder:
     commands: Mapping[str, str]
     baselines: bool
 
-    def group(self, number: int, indices: Sequence[int]) -> Group:
+    def group(self, number: int, indices: Sequence[int]) -> GateGroup:
         """The gates of these indices on their one scenario."""
         with self._at(indices[0], "scenario"):
             scenario = self._scenario(self.file.gate[indices[0]])
@@ -148,9 +149,9 @@ class _Builder:
             self._add_candidates(found, index)
         self._check_told_apart(found, indices[0])
         seed = scenario.seed if self.file.seed is None else self.file.seed
-        design = Design((Point({}, scenario),) * (number + 1), tuple(found.values()), seed)
+        design = Design((DesignPoint({}, scenario),) * (number + 1), tuple(found.values()), seed)
         rows = {text: one.name for text, one in found.items()} | {UNCORRECTED: UNCORRECTED}
-        return Group(number, design, tuple(self._entry(index, design, rows) for index in indices))
+        return GateGroup(number, design, tuple(self._entry(index, design, rows) for index in indices))
 
     def _scenario(self, gate: Gate) -> Scenario:
         beside = self.path.parent / gate.scenario
@@ -165,7 +166,7 @@ class _Builder:
                 with self._at(index, key):
                     command = self.commands.get(name)
                     named, programs = ((), (command,)) if command else ((name,), ())
-                    (found[name],) = candidates(named, programs, self.file.time_limit_s)
+                    (found[name],) = select_calibrators(named, programs, self.file.time_limit_s)
 
     def _check_told_apart(self, found: Mapping[str, CalibratorEntry], index: int) -> None:
         names = [one.name for one in found.values()]
@@ -175,9 +176,9 @@ class _Builder:
             do = "call one of them otherwise: NAME=module:object"
             raise InputError(f"two calibrators are called {twice!r}", where=where, do=do)
 
-    def _entry(self, index: int, design: Design, rows: Mapping[str, str]) -> Entry:
+    def _entry(self, index: int, design: Design, rows: Mapping[str, str]) -> GateEntry:
         gate = self.file.gate[index]
-        plan = planned(gate, self.file.rate, f"{self.path}: gate.{index}")
+        plan = plan_gate(gate, self.file.rate, f"{self.path}: gate.{index}")
         with self._at(index, "calibrator"):
             calibrator = _row_of(gate.calibrator, rows, design)
         with self._at(index, "reference"):
@@ -188,8 +189,8 @@ class _Builder:
         if gate.baseline is not None and self.baselines:
             with self._at(index, "baseline"):
                 file = self.path.parent / gate.baseline
-                values = read_baseline(file, design, calibrator, gate.meaning.name, plan.max_trials)
-        return Entry(GateProgress(plan), calibrator, reference, values, least)
+                values = read_baseline(file, design, calibrator, gate.score_definition.name, plan.max_trials)
+        return GateEntry(GateProgress(plan), calibrator, reference, values, least)
 
     @contextmanager
     def _at(self, index: int, key: str) -> Iterator[None]:

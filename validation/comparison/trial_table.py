@@ -21,13 +21,13 @@ from scenarios.errors import InputError
 from scenarios.sweep import Value
 from validation.comparison.design import Design
 from validation.comparison.trial import Trial
-from validation.scoring.definitions import MEANINGS, meaning_of
+from validation.scoring.definitions import SCORE_DEFINITIONS, score_definition
 from validation.scoring.evaluation import UNCORRECTED
 
 TRIALS, TIMINGS = "trials.parquet", "timings.parquet"
 KEYS = ("point", "run", "seed", "calibrator", "status", "reason")
 TIMES = ("wall_s", "cpu_s")
-COLUMNS = tuple(meaning.column for meaning in MEANINGS.values())
+COLUMNS = tuple(meaning.column for meaning in SCORE_DEFINITIONS.values())
 """Of every score, in their order."""
 
 
@@ -115,7 +115,7 @@ class TrialTable:
         Infinite where the calibrator gave no estimate, or none that has this score. Raises InputError for a score or
         calibrator that is not in the table.
         """
-        name = meaning_of(score).column
+        name = score_definition(score).column
         rows = self._rows(calibrator, point)
         if name not in self.columns.column_names:
             return np.full(len(rows), np.inf)

@@ -16,9 +16,9 @@ from recordings import read_recording, write_recording
 from recordings.files import system_errors_about, write_text
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
-from validation.calibrating.correction import corrected
+from validation.calibrating.correction import corrected_field
 from validation.calibrating.export import exported
-from validation.calibrating.fitting import sensors
+from validation.calibrating.fitting import sensor_recordings
 
 FILE = "calibration.json"
 WANTED = "give a calibration.json that `magbench calibrate` wrote"
@@ -70,9 +70,9 @@ def apply_file(
     known = read_calibrations(calibration)
     recording = read_recording(data, run=run, maps=maps)
     chosen = name or next(iter(known)).split("@")[0]
-    parts = sensors(recording, chosen)
+    parts = sensor_recordings(recording, chosen)
     used = {key: _named(known, key, calibration) for key in parts}
-    fields = [corrected(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]
+    fields = [corrected_field(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]
     array = None if recording.array_mag_nT is None else np.stack(fields)
     write_recording(replace(recording, mag_nT=fields[0], array_mag_nT=array), out)
     doubts = [f"{key} is unobservable: {c.status.reason}" for key, c in used.items() if c.status.kind != "ok"]

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from scenarios.errors import InputError
-from validation.gates.budget import planned
+from validation.gates.gate_file import Gate, json_schema, load_gates
+from validation.gates.gate_plan import plan_gate
 from validation.gates.power import exceedance_of, verdict_probabilities
-from validation.gates.spec import Gate, json_schema, load_gates
 
 GATE = """
 [[gate]]
@@ -38,7 +38,7 @@ def test_what_a_file_leaves_out_has_a_default(file: Path) -> None:
     first, second = found.gate
     assert (first.kind, first.factor, first.unit) == ("limit", 0.1, "deg")
     assert (second.kind, second.factor, second.unit) == ("ratio", 1.2, "")
-    assert first.meaning.column == "heading_rms_deg"
+    assert first.score_definition.column == "heading_rms_deg"
 
 
 @pytest.mark.parametrize(
@@ -81,15 +81,15 @@ def test_the_schema_names_the_keys_as_files_do() -> None:
 
 def test_without_max_trials_the_smallest_defect_is_caught_with_the_power() -> None:
     one = gate(smallest_defect=1.4, power=0.95, spread=0.4)
-    plan = planned(one, 1e-5, "gate.0")
+    plan = plan_gate(one, 1e-5, "gate.0")
     failed, _ = verdict_probabilities(plan.test, exceedance_of(1.4, 0.5, 0.4), plan.max_trials)
     assert failed[-1] >= 0.95
     assert failed[-2] < 0.95
 
 
 def test_max_trials_stands_where_it_is_enough() -> None:
-    assert planned(gate(max_trials=700, smallest_defect=1.4), 1e-5, "gate.0").max_trials == 700
-    assert planned(gate(max_trials=30), 1e-5, "gate.0").max_trials == 30
+    assert plan_gate(gate(max_trials=700, smallest_defect=1.4), 1e-5, "gate.0").max_trials == 700
+    assert plan_gate(gate(max_trials=30), 1e-5, "gate.0").max_trials == 30
 
 
 @pytest.mark.parametrize(
@@ -102,4 +102,4 @@ def test_max_trials_stands_where_it_is_enough() -> None:
 )
 def test_what_the_trials_cannot_show_is_refused_before_any_is_run(keys: dict[str, float], says: str) -> None:
     with pytest.raises(InputError, match=says):
-        planned(gate(**keys), 1e-5, "gate.0")
+        plan_gate(gate(**keys), 1e-5, "gate.0")

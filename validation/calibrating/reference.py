@@ -1,0 +1,78 @@
+"""The reference field of a recording: stated by the user, or read from a simulated run's file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from calib import Reference
+from recordings import Recording, read_recording
+from recordings.checks import FIELD_RANGE_NT
+from recordings.manifest import file_of
+from recordings.reader import parameters_of
+from recordings.units import likely_unit
+from scenarios.errors import InputError
+
+
+def recording_and_reference(
+    path: Path,
+    *,
+    run: int = 0,
+    maps: Sequence[str] = (),
+    strength_nT: float | None = None,
+    enu: Sequence[float] | None = None,
+) -> tuple[Recording, Reference]:
+    """Read a run, a dataset's run or a measured log, and the reference field of the recording.
+
+    Raises InputError for an unusable file and for an unknown reference; see `reference_of`.
+    """
+    file = file_of(path, run)
+    return read_recording(file, maps=maps), reference_of(file, strength_nT, enu)
+
+
+def reference_of(file: Path, strength_nT: float | None, enu: Sequence[float] | None, otherwise: str = "") -> Reference:
+    """Return the stated reference, else the field in the metadata of a simulated run's file.
+
+    otherwise : a further remedy for the error message. Raises InputError where neither is known.
+    """
+    if strength_nT is None and enu is None:
+        known = parameters_of(file).get("field_enu_nT")
+        if known is None:
+            raise _unknown_field(str(file), otherwise)
+        return stated_reference(str(file), None, known, f"{file}: field_enu_nT of its metadata")
+    return stated_reference(str(file), strength_nT, enu)
+
+
+def stated_reference(
+    where: str, strength_nT: float | None, enu: Sequence[float] | None, enu_from: str = "--field-enu-nT"
+) -> Reference:
+    """Return the reference of a strength, of a vector (east, north, up), or of both, nT; InputError for neither."""
+    if strength_nT is not None:
+        _check_strength(strength_nT, "--field-strength-nT")
+        if enu is None:
+            return Reference(strength_nT)
+    if enu is None:
+        raise _unknown_field(where)
+    if len(enu) != 3:
+        raise InputError(f"{enu!r} is not a field vector", where=enu_from, do="give east, north and up in nT")
+    _check_strength(math.hypot(*enu), enu_from)
+    strength = float(np.linalg.norm(enu)) if strength_nT is None else strength_nT
+    return Reference(strength, (enu[0], enu[1], enu[2]))
+
+
+def _unknown_field(where: str, otherwise: str = "") -> InputError:
+    do = f"give --field-strength-nT F or --field-enu-nT E,N,U{otherwise}"
+    return InputError("the field at this place is not known", where=where, do=do)
+
+
+def _check_strength(strength_nT: float, where: str) -> None:
+    """Raise InputError outside FIELD_RANGE_NT: a strength in uT would scale every result by a thousand."""
+    low, high = FIELD_RANGE_NT
+    if not low <= strength_nT <= high:
+        unit = likely_unit(strength_nT)
+        guess = f": it looks like {unit}" if unit else ""
+        what = f"a field of {strength_nT:g} nT is not between {low:,.0f} and {high:,.0f} nT{guess}"
+        raise InputError(what, where=where, do="give it in nT")
