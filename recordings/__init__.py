@@ -3,7 +3,7 @@
 Reading: a file of any format in `readers.FORMATS`, or data in memory, becomes a Recording: columns in units, every
 value checked. `streams` brings the streams of a log to the magnetometer's times.
 Writing: runs as Parquet, datasets with a manifest, whole or not at all.
-A simulated run holds its Truth in the same file, as a type of its own that no recording contains.
+A simulated run holds recording and Truth in one file; as types the two are separate.
 """
 
 from __future__ import annotations

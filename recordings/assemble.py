@@ -1,4 +1,4 @@
-"""Between named columns and the types Recording and Truth."""
+"""The conversion between named columns and the types Recording and Truth."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from recordings.columns import (
     TRUE_POSITION,
     Signal,
     effect_names,
-    effects_among,
     group_of,
+    labelled_effects,
     mag_names,
     numbers,
 )
@@ -30,7 +30,7 @@ Named = Mapping[str, NDArray[Any]]
 
 
 def recording_of(named: Named) -> Recording:
-    """The recording in named columns; truth is left out, a vector with a missing component is None."""
+    """Return the recording in named columns, without truth; a vector that lacks a component is None."""
     held: dict[str, Any] = {signal.field: _signal(named, signal) for signal in SIGNALS if signal.group != "mag"}
     held["channels"] = _channels(named)
     held["motor_numbers"] = numbers("current", tuple(named))
@@ -41,13 +41,13 @@ def recording_of(named: Named) -> Recording:
 
 
 def truth_of(named: Named, parameters: dict[str, Any]) -> Truth:
-    """The truth in named columns, see `checks.whole_truth`."""
+    """Return the truth in named columns, which `checks.check_truth` has found complete."""
     sensors = numbers("mag", tuple(named))
     effects = {
         effect: np.stack([_stack(named, effect_names(effect, k)) for k in sensors])
         if sensors
         else _stack(named, effect_names(effect))
-        for effect in effects_among(tuple(named))
+        for effect in labelled_effects(tuple(named))
     }
     return Truth(
         field_nT=_stack(named, TRUE_FIELD),
@@ -59,7 +59,7 @@ def truth_of(named: Named, parameters: dict[str, Any]) -> Truth:
 
 
 def arrays_of(recording: Recording) -> dict[str, NDArray[Any]]:
-    """The inverse of `recording_of`: the columns that a recording fills."""
+    """Return the columns that a recording fills: the inverse of `recording_of`."""
     array = recording.array_mag_nT
     sensors: dict[int | None, Array] = {None: recording.mag_nT} if array is None else dict(enumerate(array, start=1))
     named: dict[str, NDArray[Any]] = {}
@@ -74,7 +74,7 @@ def arrays_of(recording: Recording) -> dict[str, NDArray[Any]]:
 
 
 def scalars_of(recording: Recording) -> dict[str, Array]:
-    """What effects may follow: temperature, motor currents, height and every other channel, each (n,)."""
+    """Return what effects may depend on, each (n,): temperature, motor currents, height and all channels."""
     held = ((SIGNAL[group], getattr(recording, SIGNAL[group].field)) for group in ("temperature", "current"))
     named: dict[str, Array] = {}
     for signal, values in held:
@@ -89,7 +89,7 @@ def _stack(named: Named, names: Sequence[str]) -> Array:
 
 
 def _signal(named: Named, signal: Signal) -> NDArray[Any] | None:
-    """A signal's columns as the recording keeps them: (n,) of one column, (n, m) of several; None if one is missing."""
+    """Return a signal as the recording keeps it: (n,) for one column, (n, m) for several; None if one is missing."""
     if signal.number:
         names = [name for k in numbers(signal.group, tuple(named)) for name in signal.names(k)]
         return _stack(named, names) if names else None
@@ -99,14 +99,14 @@ def _signal(named: Named, signal: Signal) -> NDArray[Any] | None:
 
 
 def _names(signal: Signal, recording: Recording) -> list[str]:
-    """The columns that a signal of a recording fills: of the magnetometer none, of the current one a motor."""
+    """Return the columns that a signal fills: of the current, one a motor; not for the magnetometer."""
     if signal.number:
         return [name for motor in recording.motors for name in signal.names(motor)]
     return list(signal.columns)
 
 
 def _channels(named: Named) -> dict[str, Array]:
-    """Columns in no table; and a position that is not whole, such as the depth alone."""
+    """Return the columns in no table, and the components of an incomplete position, such as the depth alone."""
     partial = () if all(name in named for name in POSITION) else POSITION
     return {name: values for name, values in named.items() if group_of(name) == "channel" or name in partial}
 

@@ -1,4 +1,4 @@
-"""What every recording must satisfy before anything is computed from it, whoever wrote the file."""
+"""The checks that every recording passes before anything is computed from its columns, whoever wrote the file."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from recordings.columns import (
     TRUE_FIELD,
     TRUE_POSITION,
     effect_names,
-    effects_among,
     group_of,
     is_truth,
+    labelled_effects,
     mag_names,
     numbers,
 )
@@ -33,19 +33,19 @@ from scenarios.errors import InputError
 
 MIN_SAMPLES = 10
 MIN_INTERVAL_S = 1e-9
-"""No magnetometer is faster; times that lie closer come from a wrong unit or from damage."""
+"""No magnetometer is faster; smaller steps of time come from a wrong unit or from damage."""
 FIELD_RANGE_NT = (1_000.0, 500_000.0)
 Named = Mapping[str, NDArray[Any]]
 
 
-def sound(raw: RawColumns) -> Named:
-    """The columns with every cell filled, when time increases, the field is finite and vectors are whole.
+def check_columns(raw: RawColumns) -> Named:
+    """Return the columns with every cell filled; time must increase, the field be finite, vectors be complete.
 
     A column logged at a lower rate than the field, that is with empty cells between its values, is interpolated
     linearly in time (an attitude along the shorter arc) and held at the ends. In columns that a calibrator uses a gap
-    may last five of the column's own intervals; beyond that it is an outage and refused. A channel without any value
-    counts as not measured. Rows are counted from 1, without the header.
-    Raises InputError with file, column and row for what is not so.
+    may last MAX_GAP_INTERVALS of the column's own intervals; a longer gap is an outage and refused. A channel without
+    any value counts as not measured. Rows are counted from 1, without the header.
+    Raises InputError with file, column and row of the first violation.
     """
     path, named = raw.path, raw.named
     _check_length(path, len(named["time_s"]), 1)
@@ -57,8 +57,8 @@ def sound(raw: RawColumns) -> Named:
     return dict(_filled(path, named))
 
 
-def plausible(path: Path, named: Named) -> Named:
-    """The same columns, when they are long enough and every magnetometer gives a field that can be nT and moves."""
+def check_field(path: Path, named: Named) -> Named:
+    """Return the columns; InputError for too few samples, and for a field that is constant or cannot be in nT."""
     _check_length(path, len(named["time_s"]), MIN_SAMPLES)
     for names in _sensors(named):
         field_nT = np.column_stack([named[name] for name in names])
@@ -67,14 +67,11 @@ def plausible(path: Path, named: Named) -> Named:
     return named
 
 
-def whole_truth(raw: RawColumns) -> Named:
-    """The columns with those that only a simulator knows, when these are all there and finite.
-
-    Raises InputError for a file without them, and for what an effect's label lacks.
-    """
+def check_truth(raw: RawColumns) -> Named:
+    """Return all columns; InputError unless the truth, and the label of every effect, is complete and finite."""
     path, named = raw.path, raw.named
     sensors = numbers("mag", tuple(named)) or (None,)
-    labels = (effect_names(effect, k) for effect in effects_among(tuple(named)) for k in sensors)
+    labels = (effect_names(effect, k) for effect in labelled_effects(tuple(named)) for k in sensors)
     truth = [*TRUE_FIELD, *TRUE_ATTITUDE, *TRUE_POSITION, *(name for label in labels for name in label)]
     missing = next((name for name in truth if name not in named), None)
     if missing is not None:
@@ -86,7 +83,7 @@ def whole_truth(raw: RawColumns) -> Named:
 
 
 def _sensors(named: Named) -> list[tuple[str, ...]]:
-    """The three columns of every magnetometer."""
+    """Return the three columns of every magnetometer."""
     return [mag_names(sensor) for sensor in numbers("mag", tuple(named)) or (None,)]
 
 
@@ -97,7 +94,7 @@ def _check_length(path: Path, samples: int, least: int) -> None:
 
 
 def _check_time(path: Path, time_s: Array) -> None:
-    """Finite and increasing; InputError names the first row that is not."""
+    """Raise InputError for the first row whose time is not finite or does not increase."""
     _check_finite(path, "time_s", time_s)
     step = np.diff(time_s)
     wrong = np.flatnonzero(step < MIN_INTERVAL_S)
@@ -109,13 +106,13 @@ def _check_time(path: Path, time_s: Array) -> None:
     elif found == before:
         what, do = f"repeats the time {found!r}", "remove repeated rows, or give a time of higher resolution"
     else:
-        what, do = f"comes {found - before:g} s after the last", "say the unit with --map time_s=<column>,unit=…"
+        what, do = f"comes {found - before:g} s after the last", "give the unit with --map time_s=<column>,unit=…"
     more = f", as do {len(wrong) - 1} more" if len(wrong) > 1 else ""
     raise InputError(f"row {wrong[0] + 2} {what}{more}", where=f"{path}: time_s", do=do)
 
 
 def _check_complete(path: Path, named: Named, names: Sequence[str]) -> None:
-    """A vector has all its components or none."""
+    """Raise InputError unless a vector has all components or none."""
     missing = [name for name in names if name not in named]
     if missing and len(missing) < len(names):
         present = next(name for name in names if name in named)
@@ -133,7 +130,7 @@ def _check_finite(path: Path, name: str, values: Array) -> None:
 
 
 def _filled(path: Path, named: Named) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Every recorded column without an empty cell; vectors that are whole are filled together."""
+    """Yield every recorded column without an empty cell; the components of a complete vector are filled together."""
     recorded = {name: group_of(name) for name in named if not is_truth(name)}
     vectors = [names for names in (GYRO, ACCEL, ATTITUDE, POSITION) if all(name in recorded for name in names)]
     within = {name for names in vectors for name in names}
@@ -148,7 +145,7 @@ def _filled(path: Path, named: Named) -> Iterator[tuple[str, NDArray[Any]]]:
 
 
 def _filled_channel(named: Named, name: str) -> Iterator[tuple[str, Array]]:
-    """A channel's infinite values count as empty; one without any value is left out."""
+    """Yield a channel without empty or infinite cells; a channel without any value is left out."""
     known = np.isfinite(named[name])
     if known.any():
         yield name, filled(named["time_s"], known, named[name][:, None])[:, 0]
@@ -189,5 +186,5 @@ def _check_strength(path: Path, names: Sequence[str], field_nT: Array) -> None:
     guess = f"it looks like {unit}" if unit else "it may be raw counts"
     option = f"unit={unit}" if unit else "scale=<nT a count>"
     what = f"median |m| is {strength:.4g}, not between {low:,.0f} and {high:,.0f} nT: {guess}"
-    do = f"say so with --map {names[0]}=<column>,{option} and the like for the other axes"
+    do = f"give the unit with --map {names[0]}=<column>,{option} and the like for the other axes"
     raise InputError(what, where=f"{path}: {', '.join(names)}", do=do)

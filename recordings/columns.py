@@ -1,4 +1,4 @@
-"""The one table of signals and columns: name, unit, meaning and group of everything a file holds."""
+"""The table of signals and columns: name, unit, meaning and group of everything that a file holds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _EFFECT = re.compile(r"effect([1-9]?)_(.+)_[xyz]_nT")
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a file; `group` is one of `GROUPS`, `unit` is 1 for pure numbers and empty for text."""
+    """A column of a file; `group` is an entry of GROUPS, `unit` is 1 for pure numbers and empty for text."""
 
     name: str
     unit: str
@@ -36,10 +36,10 @@ class Column:
 
 @dataclass(frozen=True)
 class Signal:
-    """One thing that a recording holds: the field of Recording that keeps it, its columns, their unit and meaning.
+    """A quantity that a recording holds: the attribute of Recording, the columns in a file, their unit and meaning.
 
-    Where there may be several, {} stands in the columns for the number and in the meaning for `several`, which says
-    of what; `number` is the pattern of the numbers.
+    Where a recording may hold several (magnetometers, motors), {} stands in `columns` for the number and in `meaning`
+    for the text `several`; `number` is the regular expression of the numbers.
     """
 
     group: str
@@ -51,18 +51,18 @@ class Signal:
     several: str = ""
 
     def names(self, number: int | None = None) -> tuple[str, ...]:
-        """The columns, of one number where there are several."""
+        """Return the names of the columns, with the number where there are several."""
         return tuple(name.format(number or "") for name in self.columns)
 
     def table(self, number: int | None = None) -> list[Column]:
-        """The columns with what each means."""
+        """Return the columns with their meanings."""
         meaning = self.meaning.format(self.several.format(number) if number else "")
         names = self.names(number)
         parts = [f": {_component(name)}" if len(names) > 1 else "" for name in names]
         return [Column(name, self.unit, meaning + part, self.group) for name, part in zip(names, parts, strict=True)]
 
     def number_in(self, name: str) -> str | None:
-        """The number in a name of one of the columns, empty for one that has none; None for another name."""
+        """Return the number in a column's name, empty without a number; None if the name is not of the signal."""
         for column in self.columns:
             match = re.fullmatch(re.escape(column).replace(r"\{\}", f"({self.number})"), name)
             if match:
@@ -89,21 +89,21 @@ SIGNALS = (
     ),
     Signal("phase", "phase", ("phase",), "", "phase of the motion"),
 )
-"""What a recording holds, in the order of a file; any other column is a channel."""
+"""The quantities that a recording holds, in the order of a file; every further column is a channel."""
 SIGNAL = {signal.group: signal for signal in SIGNALS}
 RECORDING_GROUPS = tuple(SIGNAL)
 RUN = Column("run", "1", "number of the run in its dataset", "run")
-"""Tells the runs of a split dataset apart once they are read together; nothing that an instrument gives."""
+"""Distinguishes the runs of a split dataset that are read together; no instrument gives this column."""
 GROUPS = (RUN.group, *RECORDING_GROUPS, "channel", "truth", "effect")
 
 
 def is_truth(name: str) -> bool:
-    """Whether only a simulator knows the column: `true_…` and `effect…`."""
+    """Return whether only a simulator knows the column: `true_…` and `effect…`."""
     return _TRUTH.match(name) is not None
 
 
 def group_of(name: str) -> str:
-    """Group of a column by its name; what is in no table is a channel."""
+    """Return the group of a column by its name; a name in no table is a channel."""
     if name == RUN.name:
         return RUN.group
     if is_truth(name):
@@ -112,23 +112,23 @@ def group_of(name: str) -> str:
 
 
 def mag_names(sensor: int | None = None) -> tuple[str, ...]:
-    """The three columns of the magnetometer, or of sensor 1, 2, … of an array."""
+    """Return the three columns of the magnetometer, or of sensor 1, 2, … of an array."""
     return SIGNAL["mag"].names(sensor)
 
 
 def effect_names(effect: str, sensor: int | None = None) -> tuple[str, ...]:
-    """The three columns of an effect's contribution, at sensor 1, 2, … of an array."""
+    """Return the three columns of an effect's contribution, at sensor 1, 2, … of an array."""
     return tuple(f"effect{sensor or ''}_{effect}_{a}_nT" for a in XYZ)
 
 
 def numbers(group: str, names: Sequence[str]) -> tuple[int, ...]:
-    """The numbers in use among `names`: sensors of an array (`mag1_…`) or motors (`current_1_A`), ascending."""
+    """Return the numbers in names, ascending: sensors of an array (`mag1_…`) or motors (`current_1_A`)."""
     found = (SIGNAL[group].number_in(name) for name in names)
     return tuple(sorted({int(number) for number in found if number}))
 
 
-def effects_among(names: Sequence[str]) -> tuple[str, ...]:
-    """The effects labelled by the columns, in the order of the chain."""
+def labelled_effects(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the effects whose contributions are columns, in the order of the chain."""
     found = (_EFFECT.fullmatch(name) for name in names)
     return tuple(dict.fromkeys(match[2] for match in found if match))
 
@@ -136,7 +136,7 @@ def effects_among(names: Sequence[str]) -> tuple[str, ...]:
 def columns(
     *, sensors: int = 1, motors: Sequence[int] = (), channels: Sequence[Column] = (), effects: Sequence[str] = ()
 ) -> tuple[Column, ...]:
-    """Every column of a simulated run, in the order of the file.
+    """Return every column of a simulated run, in the order of the file.
 
     sensors : magnetometers; from two on their columns are numbered from 1. motors : their numbers.
     channels : columns of the vehicle's own. effects : names in the order of the chain.
@@ -150,7 +150,7 @@ def columns(
 
 
 def schema(table: Sequence[Column]) -> pa.Schema:
-    """Arrow schema of columns, with unit and meaning in each field's metadata.
+    """Return the Arrow schema of columns, with unit and meaning in each field's metadata.
 
     float64; the phase is a dictionary of strings, the number of a run int64.
     """
@@ -167,7 +167,7 @@ def schema(table: Sequence[Column]) -> pa.Schema:
 
 
 def columns_of(recording: Recording) -> tuple[Column, ...]:
-    """The columns that a recording fills, channels last."""
+    """Return the columns that a recording fills, channels last."""
     sensors = 1 if recording.array_mag_nT is None else len(recording.array_mag_nT)
     held = {signal.group for signal in SIGNALS if getattr(recording, signal.field) is not None}
     own = [Column(name, "", "channel of the log", "channel") for name in recording.channels]

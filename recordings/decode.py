@@ -1,4 +1,4 @@
-"""One Arrow column of any type as numbers or as words."""
+"""Arrow columns of any type as numbers or as words."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scenarios.arrays import Array
 
 MAX_WORD = 200
-"""Longest word of a text column; numpy gives every row the room of the longest."""
+"""Longest word of a text column; numpy gives every row the memory of the longest."""
 _PER_SECOND = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}
 
 
 class NotNumbersError(Exception):
-    """What a column holds instead of numbers, and what to do; `mixed` where other rows are numbers."""
+    """A column does not hold numbers: what was found, and what to do; `mixed` where some rows are numbers."""
 
     def __init__(self, what: str, do: str, *, mixed: bool = False) -> None:
         super().__init__(what)
@@ -25,7 +25,7 @@ class NotNumbersError(Exception):
 
 
 def numbers_of(column: pa.ChunkedArray) -> Array:
-    """The column as float64 (n,), NaN where a cell is empty; NotNumbersError where it holds something else."""
+    """Return the column as float64 (n,), NaN for an empty cell; NotNumbersError for other content than numbers."""
     column = _uncoded(column)
     if is_empty(column):
         return np.full(len(column), np.nan)
@@ -35,14 +35,14 @@ def numbers_of(column: pa.ChunkedArray) -> Array:
 
 
 def seconds_of(column: pa.ChunkedArray) -> Array:
-    """Seconds (n,) since the first time of a column of timestamps, NaN where a cell is empty."""
+    """Return seconds (n,) since the first of a column of timestamps, NaN for an empty cell."""
     first = column.drop_null()[0]
     ticks = pc.subtract_checked(column, first).cast(pa.int64())
     return np.asarray(ticks.to_numpy() / _PER_SECOND[column.type.unit])
 
 
 def words_of(column: pa.ChunkedArray) -> NDArray[np.str_]:
-    """The column as text (n,), empty where a cell is empty; NotNumbersError where a cell is no word."""
+    """Return the column as text (n,), empty for an empty cell; NotNumbersError for a cell that is no word."""
     if pa.types.is_dictionary(column.type):
         whole = column.unify_dictionaries().combine_chunks()
         words = _words(whole.dictionary)
@@ -52,12 +52,12 @@ def words_of(column: pa.ChunkedArray) -> NDArray[np.str_]:
 
 
 def is_empty(column: pa.ChunkedArray) -> bool:
-    """Whether no cell of the column has a value."""
+    """Return whether no cell of the column has a value."""
     return bool(column.null_count == len(column))
 
 
 def is_timestamp(column: pa.ChunkedArray) -> bool:
-    """Whether the cells are dates with a time of day, and not all of them empty."""
+    """Return whether the column holds dates with a time of day."""
     return bool(pa.types.is_timestamp(column.type)) and not is_empty(column)
 
 
@@ -71,7 +71,7 @@ def _words(cells: pa.Array | pa.ChunkedArray) -> NDArray[np.str_]:
 
 
 def _uncoded(column: pa.ChunkedArray) -> pa.ChunkedArray:
-    """The column without the dictionary that its values may be coded with."""
+    """Return the column without dictionary coding."""
     return column.cast(column.type.value_type) if pa.types.is_dictionary(column.type) else column
 
 

@@ -96,7 +96,7 @@ def sha256_of(path: Path) -> str:
 
 
 def canonical_json(value: Any) -> str:
-    """Return the same JSON text for the same content: sorted keys, no spaces, numpy values as numbers and lists.
+    """Return canonical JSON, equal for equal content: sorted keys, no spaces, numpy values as numbers and lists.
 
     Raises ValueError for NaN and infinity, which JSON cannot hold.
     """

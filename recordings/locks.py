@@ -1,13 +1,12 @@
 """Exclusive locks between processes on files and directories; no lock outlives its process or leaves a file behind.
 
 The lock itself is the `filelock` package's lock on an open descriptor (`flock` on POSIX systems, `LockFileEx` on
-Windows). The package's path locks do not serve: they need a lock file, which on POSIX systems stays in the directory
-that others list. What the descriptor belongs to depends on the system:
+Windows). The package's path locks do not serve: they need a lock file, which stays in the directory on POSIX
+systems. What the descriptor belongs to depends on the system:
 
 - POSIX systems lock the file or directory itself.
-- Windows opens no directory, and keeps others from writing a locked file: there the lock is on `NAME.magbench-lock`
-  beside it, opened with O_TEMPORARY, so that Windows removes the file with its last descriptor, however the process
-  ends.
+- Windows opens no directory and lets nobody write a locked file: the lock is on a file `NAME.magbench-lock` next to
+  NAME, opened with O_TEMPORARY, which Windows removes with the last descriptor, however the process ends.
 """
 
 from __future__ import annotations

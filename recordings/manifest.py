@@ -1,4 +1,4 @@
-"""The manifest of a dataset, `dataset.json`, and where its runs are."""
+"""The manifest of a dataset, `dataset.json`, and the paths of the dataset's runs."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from scenarios.plain import plain
 
 MANIFEST = "dataset.json"
 DATA = "data"
-"""Directory of a split dataset's files: nothing else is in it, so that others' readers can open it whole."""
+"""Directory of a split dataset's files, and of nothing else, so that other readers can open the directory whole."""
 ELSEWHERE = "choose another output directory"
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class Manifest:
-    """What `dataset.json` says; the same command on the same installation writes the same bytes."""
+    """The content of `dataset.json`; equal commands and installations write equal bytes."""
 
     schema: int
     complete: bool
@@ -38,18 +38,18 @@ class Manifest:
     split: Split | None = None
 
     def to_json(self) -> str:
-        """The text of `dataset.json`; `split` is in it where the dataset is split."""
-        told = asdict(self)
+        """Return the text of `dataset.json`, with `split` where the dataset is split."""
+        content = asdict(self)
         if self.split is None:
-            del told["split"]
-        return json.dumps(plain(told), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+            del content["split"]
+        return json.dumps(plain(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 _MANIFEST = TypeAdapter(Manifest)
 
 
 def read_manifest(out: Path) -> Manifest:
-    """Read `dataset.json` of a directory; InputError where it is missing, damaged or of another version."""
+    """Read `dataset.json` of a directory; InputError for a missing or damaged file, and for another version."""
     path = out / MANIFEST
     text = read_text(path, "give a directory that `magbench simulate` wrote")
     where = f"{path}: is not a manifest of a dataset"
@@ -60,27 +60,30 @@ def read_manifest(out: Path) -> Manifest:
 
 
 def run_path(out: Path, run: int, split: Split | None = None) -> Path:
-    """File of a run in a dataset directory, with those of its part where the dataset is split."""
+    """Return the file of a run in a dataset directory; in a split dataset, in the directory of the run's part."""
     return out / _name(run) if split is None else out / DATA / split.part_of(run) / _name(run)
 
 
 def folders(out: Path) -> list[Path]:
-    """The directories where a dataset, split or not, has its files, as far as they are there."""
+    """Return the existing directories in which a dataset, split or not, may have files."""
     return [folder for folder in (out, *(out / DATA / part for part in PARTS)) if folder.is_dir()]
 
 
 def file_of(path: Path, run: int) -> Path:
-    """The file that a user names: `path` itself, or a run of the dataset in that directory; InputError for no run."""
+    """Return the file that a user names: `path` itself, or a run of the dataset in the directory `path`.
+
+    Raises InputError for a run that the dataset lacks.
+    """
     if not path.is_dir():
         return path
-    there = [file for folder in folders(path) if (file := folder / _name(run)).exists()]
+    files = [file for folder in folders(path) if (file := folder / _name(run)).exists()]
     runs = read_manifest(path).runs
     if not 0 <= run < runs:
-        there_are = f"it has runs 0 to {runs - 1}" if runs > 1 else "it has run 0 alone" if runs else "it is empty"
-        raise InputError(f"has no run {run}", where=str(path), do=there_are)
-    if not there:
+        do = f"it has runs 0 to {runs - 1}" if runs > 1 else "it has run 0 alone" if runs else "it is empty"
+        raise InputError(f"has no run {run}", where=str(path), do=do)
+    if not files:
         raise InputError(f"run {run} is not there yet", where=str(path), do="repeat the `simulate` command: it resumes")
-    return there[0]
+    return files[0]
 
 
 def _name(run: int) -> str:

@@ -1,4 +1,4 @@
-"""Recordings that are in memory already, through the same door as files."""
+"""Recordings from arrays and data frames in memory, checked as files are."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pyarrow as pa
 from numpy.typing import ArrayLike
 
 from recordings.assemble import recording_of
-from recordings.checks import plausible, sound
+from recordings.checks import check_columns, check_field
 from recordings.columns import mag_names
 from recordings.importer import RawColumns, raw_columns
 from recordings.recording import Recording
@@ -20,25 +20,25 @@ from scenarios.errors import InputError
 
 WANTED = "pass an array (n, 3) in nT, a data frame or dict with columns time_s and mag_x_nT …, a path, or a Recording"
 ARRAY, FRAME = Path("array"), Path("data frame")
-"""What messages call them, where they would name a file."""
+"""The names of data in memory, in messages that would name a file."""
 CONVERSION = (pa.ArrowException, ValueError, TypeError, OverflowError)
-"""What Arrow raises for values that it cannot hold."""
+"""The exceptions of Arrow for values of no Arrow type."""
 
 
 @runtime_checkable
 class Frame(Protocol):
-    """A data frame of pandas, polars, pyarrow and others, which hand over their columns in Arrow's form."""
+    """A data frame of pandas, polars, pyarrow and the like, which hands over its columns in Arrow's form."""
 
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
-        """A stream of the columns."""
+        """Return a stream of the columns."""
 
 
 def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> RawColumns:
-    """The columns of an array (n, 3) in nT, of a data frame, or of a dict of columns, before any check.
+    """Return the columns of an array (n, 3) in nT, of a data frame, or of a dict of columns, before any check.
 
-    time_s : (n,) beside an array; without it the samples are taken to be a second apart.
+    time_s : (n,) the times of an array's samples; by default the samples are a second apart.
     maps : as for files, see `importer.read_columns`.
-    Raises InputError for anything else, and for an array of another shape.
+    Raises InputError for another type, and for an array of another shape.
     """
     if time_s is not None and isinstance(data, Frame | Mapping):
         raise InputError("is given beside columns", where="time_s", do="name the time_s column, or pass an array")
@@ -52,9 +52,12 @@ def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, maps: Seque
 
 
 def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> Recording:
-    """The same as a recording, checked and filled as a measured log is; InputError for what is not fit for use."""
+    """Return the recording in memory, checked and filled as a measured log is; arguments as `raw_columns_of`.
+
+    Raises InputError for data that are not fit for use.
+    """
     raw = raw_columns_of(data, time_s=time_s, maps=maps)
-    return recording_of(plausible(raw.path, sound(raw)))
+    return recording_of(check_field(raw.path, check_columns(raw)))
 
 
 def _table(columns: object) -> pa.Table:
@@ -84,13 +87,13 @@ def _column(name: str, values: object) -> pa.Array | np.ndarray[tuple[int], np.d
 
 
 def _without_mask(values: object) -> object:
-    """Numbers with NaN where they are masked; anything else as it is."""
+    """Return masked numbers with NaN in place of masked cells, and any other values unchanged."""
     masked = isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "fiu"
     return np.ma.filled(np.ma.asarray(values, np.float64), np.nan) if masked else values
 
 
 def _field(data: object) -> Array:
-    """An array (n, 3) of numbers, NaN where it is masked."""
+    """Return data as an array (n, 3) of numbers, NaN in place of masked cells; InputError for other data."""
     kind = type(data).__name__
     if data is None or isinstance(data, str | bytes | int | float | complex):
         raise InputError(f"is of type {kind}, not a recording", where="data", do=WANTED)

@@ -1,4 +1,4 @@
-"""What a run's Parquet file says of itself, so that it can travel alone."""
+"""The metadata in a run's Parquet file: seed, scenario and true parameters, so that a file is complete by itself."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from scenarios.files import validated
 
 METADATA_KEY = "magbench"
 TRACKING_KEY = "magbench_tracking"
-"""Known only when the run has ended, so it stands beside what its file said from the start."""
+"""A key of its own, since the tracking is known only when the run has ended, the rest before."""
 FORMAT = 1
-_WRITE_AGAIN = "write it again, or say with --field-strength-nT or --field-enu-nT what it should tell"
+_WRITE_AGAIN = "write it again, or give the field with --field-strength-nT or --field-enu-nT"
 
 
 class TrueParameters(BaseModel, extra="allow", frozen=True):
-    """The true parameters of a run: the field, and whatever else `sim.simulation` writes."""
+    """The true parameters of a run: the field, and all else `sim.simulation` writes."""
 
     field_enu_nT: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] | None = None
 
 
 @dataclass(frozen=True)
 class Metadata:
-    """What a reader looks at; a recording written for others tells its schema alone, a file of others nothing."""
+    """The metadata that readers use; a recording written for others has the schema alone, a measured log has none."""
 
     schema: int = FORMAT
     seed: int | None = None
@@ -41,7 +41,7 @@ class Metadata:
 
 @dataclass(frozen=True)
 class Tracking:
-    """Distance of the true position from the reference position at the same time: rms and largest, in m."""
+    """Distance between true and reference position at equal times, in m: rms and largest."""
 
     rms_m: float
     max_m: float
@@ -49,7 +49,7 @@ class Tracking:
 
 @dataclass(frozen=True)
 class RunFile:
-    """A finished file as the manifest lists it; tracking is None where the vehicle follows no path."""
+    """A finished file as the manifest lists it; tracking is None for a vehicle that follows no path."""
 
     run: int
     path: str
@@ -63,7 +63,7 @@ _METADATA, _TRACKING = TypeAdapter(Metadata), TypeAdapter(Tracking)
 
 
 def run_metadata(scenario: Mapping[str, Any], seed: int, run: int, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """What a run's file says of itself; `parameters` are the true parameters of every effect in this run."""
+    """Return the metadata of a run's file; `parameters` are the run's true parameters of every effect."""
     return {
         "schema": FORMAT,
         "seed": seed,
@@ -75,7 +75,7 @@ def run_metadata(scenario: Mapping[str, Any], seed: int, run: int, parameters: M
 
 
 def read_metadata(path: Path) -> Metadata:
-    """The `magbench` metadata of a Parquet file, empty where there is none; InputError for what is damaged."""
+    """Return the `magbench` metadata of a Parquet file, empty if missing; InputError for damaged metadata."""
     text = _texts(path).get(METADATA_KEY.encode())
     return (
         Metadata() if text is None else validated(_METADATA, text, f"{path}: metadata {METADATA_KEY!r}", _WRITE_AGAIN)
@@ -83,7 +83,7 @@ def read_metadata(path: Path) -> Metadata:
 
 
 def run_file(path: Path, run: int, out: Path | None = None) -> RunFile:
-    """Describe the finished file of a run, its path as seen from `out`; InputError for one that is damaged."""
+    """Describe the finished file of a run, with the path relative to `out`; InputError for a damaged file."""
     text = _texts(path).get(TRACKING_KEY.encode())
     where = f"{path}: metadata {TRACKING_KEY!r}"
     tracking = None if text is None else validated(_TRACKING, text, where, "remove the file, it is made anew")
@@ -95,7 +95,7 @@ def run_file(path: Path, run: int, out: Path | None = None) -> RunFile:
 
 
 def digest_of(scenario: Mapping[str, Any]) -> str:
-    """SHA-256 of a scenario's canonical JSON, hexadecimal."""
+    """Return the SHA-256 of a scenario's canonical JSON, hexadecimal."""
     return hashlib.sha256(canonical_json(scenario).encode()).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""What an instrument gives (Recording) and what only a simulator knows (Truth), as two types."""
+"""Two types: Recording, what an instrument gives, and Truth, what only a simulator knows."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scenarios.arrays import Array
 
 @dataclass(frozen=True, repr=False)
 class Recording:
-    """A recording of n samples: the only thing that a calibrator sees. What was not measured is None.
+    """A recording of n samples, all that a calibrator sees. A quantity that was not measured is None.
 
     =================  ============  =================================================================
     time_s             (n,)          increasing
@@ -26,7 +26,7 @@ class Recording:
     current_A          (n, m)        motor currents, of the motors of `motors`
     phase              (n,) str
     channels           name -> (n,)  any other numeric column
-    array_mag_nT       (k, n, 3)     the sensors of an array; mag_nT is then the first of them
+    array_mag_nT       (k, n, 3)     the sensors of an array; mag_nT is then the first sensor
     motor_numbers      (m,)          of the motors in current_A; empty: 1 to m
     =================  ============  =================================================================
     """
@@ -48,12 +48,12 @@ class Recording:
         return len(self.time_s)
 
     def __repr__(self) -> str:
-        """One line: how long it is, and what was recorded beside the field."""
+        """Return one line: samples, length, and the quantities recorded besides the field."""
         sensors = 1 if self.array_mag_nT is None else len(self.array_mag_nT)
         of = "one magnetometer" if sensors == 1 else f"{sensors} magnetometers"
         length_s = float(self.time_s[-1] - self.time_s[0]) if len(self) else 0.0
-        beside = [item.name for item in fields(self)[2:-3] if getattr(self, item.name) is not None]
-        named = f"; {', '.join([*beside, *self.channels])}" if beside or self.channels else ""
+        more = [item.name for item in fields(self)[2:-3] if getattr(self, item.name) is not None]
+        named = f"; {', '.join([*more, *self.channels])}" if more or self.channels else ""
         return f"Recording: {len(self)} samples of {of} in {length_s:.6g} s{named}"
 
     @property
@@ -64,13 +64,13 @@ class Recording:
         return self.motor_numbers or tuple(range(1, self.current_A.shape[1] + 1))
 
     def sensor(self, index: int) -> Recording:
-        """The recording as seen by one sensor of an array (0-based)."""
+        """Return the recording of a single sensor of an array (0-based)."""
         if self.array_mag_nT is None:
             raise IndexError("the recording has one magnetometer, not an array")
         return replace(self, mag_nT=self.array_mag_nT[index], array_mag_nT=None)
 
     def taken(self, samples: slice | NDArray[np.bool_]) -> Recording:
-        """Some of the samples, in order."""
+        """Return the recording of a part of the samples, in order."""
         along: dict[str, Any] = {"array_mag_nT": np.s_[:, samples]}
         own = {item.name: getattr(self, item.name) for item in fields(self)}
         parts = {name: v[along.get(name, samples)] for name, v in own.items() if isinstance(v, np.ndarray)}
@@ -79,7 +79,7 @@ class Recording:
 
 @dataclass(frozen=True, repr=False)
 class Truth:
-    """The truth beside a simulated recording.
+    """The truth of a simulated recording.
 
     field_nT (n, 3): undisturbed field, body frame; q (n, 4): attitude; pos_enu_m (n, 3);
     effects: name -> (n, 3), or (k, n, 3) for an array: contributions in the order of the chain;
@@ -94,5 +94,5 @@ class Truth:
     parameters: dict[str, Any]
 
     def __repr__(self) -> str:
-        """One line: how long it is, and which effects were at work."""
+        """Return one line: samples and effects."""
         return f"Truth: {len(self.field_nT)} samples; {', '.join(self.effects) or 'no effects'}"

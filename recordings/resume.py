@@ -1,4 +1,4 @@
-"""What is still to do when a dataset is begun, or begun again."""
+"""The start of a dataset, new or resumed: which runs are left to simulate."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def open_dataset_for_writing(
     warn: Callable[[str], object] = lambda text: None,
     split: Split | None = None,
 ) -> list[int]:
-    """Begin or resume a dataset; returns the runs that are still to do.
+    """Begin or resume a dataset; return the runs that are still to simulate.
 
-    Leftovers are removed. Runs whose file is whole and of this scenario, seed and run number are kept;
-    `runs` may grow. A file that is not the one that the manifest lists was changed by another hand or by the disk: as
-    its bytes follow from scenario and seed nothing is lost by making it anew, so it is done again, and `warn` is told.
-    A dataset is not continued with other versions of the packages that decide its numbers.
+    Half-written files are removed. Runs with a complete file of the same scenario, seed and run number are kept; `runs`
+    may grow. A file that differs from its entry in the manifest was changed by hand or by the disk: the run is
+    simulated again, which gives the same bytes as the first time, and `warn` gets a message.
+    A dataset is not continued with other versions of the packages that decide the numbers.
     Raises InputError, and changes nothing, where the directory holds another dataset or cannot be written.
     """
     new = Manifest(
@@ -60,9 +60,9 @@ def open_dataset_for_writing(
 
 
 def finish_dataset(out: Path, files: Iterable[RunFile] = ()) -> Manifest:
-    """Mark a dataset complete; `files` are what `run_file` told of runs just written, others are hashed here.
+    """Mark a dataset complete; `files` are `run_file` of runs just written, further runs are hashed here.
 
-    A split dataset is described before, see `recordings.description`.
+    The description of a split dataset is written first, see `recordings.description`.
     """
     begun = read_manifest(out)
     known = {entry.run: entry for entry in (*begun.files, *files)}
@@ -75,7 +75,7 @@ def finish_dataset(out: Path, files: Iterable[RunFile] = ()) -> Manifest:
 
 
 def _existing(out: Path, new: Manifest) -> Manifest | None:
-    """The manifest that is already there, if it is of the same dataset."""
+    """Return the manifest in the directory, None for a new dataset; InputError for a different dataset."""
     if not (out / MANIFEST).exists():
         if any(_RUN_FILE.fullmatch(path.name) for folder in folders(out) for path in folder.iterdir()):
             raise InputError(f"holds run files but no {MANIFEST}", where=str(out), do=ELSEWHERE)
@@ -91,7 +91,7 @@ def _existing(out: Path, new: Manifest) -> Manifest | None:
 
 
 def _kept(out: Path, old: Manifest, new: Manifest) -> tuple[dict[int, RunFile], list[str]]:
-    """The runs whose file is whole and, where the manifest lists it, the one listed; and the names of other files."""
+    """Return the runs with a complete file, equal to its entry in the manifest, and the names of files that differ."""
     whole = {run: file for run in range(new.runs) if (file := _whole(out, new, run)) is not None}
     listed = {file.run: file for file in old.files if run_path(out, file.run, old.split).exists()}
     changed = [run for run, file in sorted(listed.items()) if whole.get(run) != file]
@@ -100,11 +100,11 @@ def _kept(out: Path, old: Manifest, new: Manifest) -> tuple[dict[int, RunFile], 
 
 
 def _whole(out: Path, dataset: Manifest, run: int) -> RunFile | None:
-    """The file of a run when it can be read and says that it is this run of this dataset, else None."""
+    """Return the file of a run; None for a file that is unreadable, or of another run or dataset."""
     try:
-        said = read_metadata(run_path(out, run, dataset.split))
+        found = read_metadata(run_path(out, run, dataset.split))
         wanted = (FORMAT, dataset.seed, run, digest_of(dataset.scenario))
-        same = (said.schema, said.seed, said.run, said.scenario_sha256) == wanted
+        same = (found.schema, found.seed, found.run, found.scenario_sha256) == wanted
         return _file(out, dataset, run) if same else None
     except InputError:
         return None
@@ -115,7 +115,7 @@ def _file(out: Path, dataset: Manifest, run: int) -> RunFile:
 
 
 def _make_ready(out: Path, dataset: Manifest) -> None:
-    """Directories for the runs' files, without what killed processes left in them."""
+    """Make the directories of the runs' files, and remove the half-written files of killed processes."""
     counts = dataset.split.counts(dataset.runs) if dataset.split else {}
     for part in (part for part, runs in counts.items() if runs):
         with system_errors_about(out, ELSEWHERE):
@@ -125,7 +125,7 @@ def _make_ready(out: Path, dataset: Manifest) -> None:
 
 
 def differences(key: str, old: Any, new: Any) -> str:
-    """The first three places where plain values differ, in words; empty where they are the same."""
+    """Return the first three differences between plain values, in words; empty for equal values."""
     found = list(islice(_differences(key, old, new), 4))
     return "; ".join(found[:3]) + ("; …" if len(found) > 3 else "")
 
@@ -146,7 +146,7 @@ def _differences(key: str, old: Any, new: Any) -> Iterator[str]:
 
 
 def _shortened(one: str, other: str) -> list[str]:
-    """Two texts, each cut to 40 characters that show where they begin to differ."""
+    """Return two texts, each cut to 40 characters around the first difference."""
     same = next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), 0)
     start = max(same - 8, 0) if max(len(one), len(other)) > 40 else 0
     cut = (text[start:] for text in (one, other))
@@ -154,7 +154,7 @@ def _shortened(one: str, other: str) -> list[str]:
 
 
 def versions() -> dict[str, str]:
-    """Versions here of the packages that decide the numbers."""
+    """Return the installed versions of the packages that decide the numbers."""
     return {name: _version(name) for name in PACKAGES}
 
 

@@ -1,4 +1,4 @@
-"""Which part of a split dataset a run belongs to: training, validation or test."""
+"""The parts of a split dataset, training, validation and test, and the part of each run."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ Shares = tuple[int, ...]
 class Split:
     """Shares of the runs in per cent, and the seed of the order in which the runs are dealt out.
 
-    The runs fall into blocks of one order, drawn by the seed. Of the first n runs each part has its share of n to less
-    than one run, for every n; so a dataset that grows keeps its shares, and no run moves to another part.
+    The runs fall into blocks of equal order, drawn by the seed. For every n, each part's share of the first n runs is
+    exact to less than one run: a growing dataset keeps the shares, and no run moves to a different part.
     """
 
     train: NonNegativeInt
@@ -37,18 +37,18 @@ class Split:
             raise ValueError(f"the shares do not add up to {PERCENT} per cent")
 
     def part_of(self, run: int) -> str:
-        """The part that a run belongs to."""
+        """Return the part of a run."""
         order = _block((self.train, self.validation, self.test), self.seed)
         return PARTS[order[run % len(order)]]
 
     def counts(self, runs: int) -> dict[str, int]:
-        """How many of the first runs each part has."""
+        """Return the number of runs of each part, among the first `runs`."""
         parts = [self.part_of(run) for run in range(runs)]
         return {part: parts.count(part) for part in PARTS}
 
 
 def split_from(text: str, seed: int) -> Split:
-    """The split that `--split` asks for, such as "80/10/10"; InputError unless the shares add up to 100."""
+    """Return the split of `--split`, such as "80/10/10"; InputError unless the shares add up to 100."""
     match = _SHARES.fullmatch(text.strip())
     train, validation, test = map(int, match.groups()) if match else (0, 0, 0)
     try:
@@ -60,7 +60,7 @@ def split_from(text: str, seed: int) -> Split:
 
 @lru_cache(maxsize=8)
 def _block(shares: Shares, seed: int) -> tuple[int, ...]:
-    """The order of one block, the shortest that holds whole shares: drawn among those that keep every part in time."""
+    """Return the order of a block of whole shares, the shortest; drawn from the orders that keep every share exact."""
     rng = stream(seed, 0, "split")
     weights = tuple(share // math.gcd(*shares) for share in shares)
     taken, order = (0,) * len(shares), list[int]()
@@ -73,10 +73,10 @@ def _block(shares: Shares, seed: int) -> tuple[int, ...]:
 
 
 def _can_go_on(taken: Shares, weights: Shares) -> bool:
-    """Whether the block can be filled up so that every part has its share all the time, to less than one run.
+    """Return whether the block can be completed with every share exact to less than one run all along.
 
-    The runs that remain are jobs of unit length, of which the one that is due first is done first: if that order is
-    late somewhere, every order is.
+    The remaining runs are jobs of unit length, done in the order of their deadlines: if the order of deadlines misses
+    a deadline, every order does.
     """
     while _in_time(taken, weights):
         if sum(taken) == sum(weights):
@@ -87,18 +87,18 @@ def _can_go_on(taken: Shares, weights: Shares) -> bool:
 
 
 def _in_time(taken: Shares, weights: Shares) -> bool:
-    """Whether no part is behind or ahead of its share of the runs dealt out by a run or more."""
+    """Return whether every part is less than one run behind or ahead of its share."""
     n, whole = sum(taken), sum(weights)
     return all(abs(have * whole - n * weight) < whole for have, weight in zip(taken, weights, strict=True))
 
 
 def _in_advance(taken: Shares, weights: Shares, part: int) -> int:
-    """How far a part would be ahead of its share if it got the next run, in runs over the sum of the weights."""
+    """Return the lead of a part over its share after the next run, in runs times the sum of the weights."""
     return (taken[part] + 1) * sum(weights) - (sum(taken) + 1) * weights[part]
 
 
 def _due(job: int, weight: int, whole: int) -> int:
-    """After how many runs a part must have its j-th: ceil(j W / w)."""
+    """Return the number of runs after which a part must have its j-th run: ceil(j W / w)."""
     return -(-job * whole // weight)
 
 

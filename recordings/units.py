@@ -1,4 +1,4 @@
-"""Units that a measured log may use, and the `--map` option that names them."""
+"""The units of measured logs, and the `--map` option that renames and converts columns."""
 
 from __future__ import annotations
 
@@ -49,18 +49,18 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "temperature": {"degC": (1.0, 0.0), "K": (1.0, -273.15), "degF": (5 / 9, -160 / 9)},
     "current": {"A": (1.0, 0.0), "mA": (1e-3, 0.0)},
 }
-"""Units by column group: factor and offset, value in the column's own unit = factor * value + offset."""
+"""Units by column group: (factor, offset), with value in the column's own unit = factor * value + offset."""
 
 CHANNELS = {**dict.fromkeys((SCALAR, *REFERENCE), "mag"), ALTITUDE: "position", LATITUDE: "", LONGITUDE: ""}
-"""Channels with a meaning of their own, and the group whose units each takes."""
+"""Channels with a defined meaning, and the column group whose units each takes."""
 
 TARGETS = tuple(name for s in SIGNALS for name in s.names(None if s.group == "mag" else 1)) + tuple(CHANNELS)
-"""Examples of the names that a map may give; sensors of an array and further motors are numbered."""
+"""Examples of a map's targets; sensors of an array and further motors are numbered."""
 
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """One `--map`: target = scale * (factor * source + offset); `unit` gives factor and offset."""
+    """A `--map` option: target = scale * (factor * source + offset); `unit` gives factor and offset."""
 
     target: str
     source: str
@@ -68,29 +68,30 @@ class ColumnMap:
     scale: float = 1.0
 
     def convert(self, values: Array) -> Array:
-        """Values (n,) of the source in the unit of the target."""
+        """Return values (n,) of the source in the unit of the target."""
         factor, offset = UNITS[_group(self.target)][self.unit] if self.unit else (1.0, 0.0)
         if (factor, offset, self.scale) == (1.0, 0.0, 1.0):
             return values
-        with np.errstate(over="ignore"):  # what leaves the range of numbers is infinite, and refused as that
+        with np.errstate(over="ignore"):  # an overflow is infinite, and refused later
             return np.asarray(self.scale * (factor * values + offset))
 
 
 def parse_maps(texts: Sequence[str]) -> tuple[ColumnMap, ...]:
     """Parse `TARGET=SOURCE[,unit=U][,scale=F]` texts.
 
-    Raises InputError for wrong syntax, a target that is no column of a recording, a unit that is unknown or of another
-    kind, and a target given twice.
+    Raises InputError for wrong syntax, a target that is no column of a recording, an unknown or unsuitable unit, and a
+    target given twice.
     """
     maps = tuple(_parse(text) for text in texts)
-    for i, one in enumerate(maps):
-        if any(one.target == other.target for other in maps[:i]):
-            raise InputError("is given twice", where=f"--map {one.target}", do="keep one of them")
+    targets = [entry.target for entry in maps]
+    for i, target in enumerate(targets):
+        if target in targets[:i]:
+            raise InputError("is given twice", where=f"--map {target}", do="keep one of them")
     return maps
 
 
 def likely_unit(norm: float) -> str | None:
-    """The unit in which a field of this strength would be near the Earth's: 15,000 to 150,000 nT."""
+    """Return the unit in which a field strength `norm` would be near the Earth's: 15,000 to 150,000 nT."""
     found = (unit for unit, (factor, _) in UNITS["mag"].items() if 15_000 <= norm * factor < 150_000)
     return next(found, None)
 

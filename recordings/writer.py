@@ -26,16 +26,16 @@ ROWS_PER_GROUP = 65_536
 
 
 class RunWriter:
-    """Writes one file block by block; the file appears under its name only when the `with` block ends well.
+    """Writer of one file, block by block; the file appears under its name only when the `with` block succeeds.
 
     Parameters
     ----------
-    path : the file to be; written beside as `….magbench-part`, flushed and renamed.
+    path : the final name; the file is written as `….magbench-part`, flushed and renamed.
     schema : see `columns.schema`.
     metadata : kept in the file as canonical JSON under the key `magbench`.
 
-    Row groups have the same size however the blocks are cut, so the same data give the same bytes.
-    Raises InputError where the operating system refuses to write; nothing is left behind then.
+    Row groups have equal size however the blocks are cut, so equal data give equal bytes.
+    Raises InputError where the operating system refuses to write, and then leaves nothing behind.
     """
 
     def __init__(self, path: Path, schema: pa.Schema, metadata: Mapping[str, Any]) -> None:
@@ -62,7 +62,7 @@ class RunWriter:
         self._stack.__exit__(kind, error, trace)
 
     def write(self, block: Mapping[str, NDArray[Any]]) -> None:
-        """Append n samples: every column of the schema with the same length (n,)."""
+        """Append n samples: every column of the schema, each (n,)."""
         self._check(block)
         length, done = len(block[self._schema.names[0]]), 0
         while done < length:
@@ -74,20 +74,20 @@ class RunWriter:
                 self._write_group()
 
     def add_tracking(self, tracking: Tracking | None) -> None:
-        """Keep in the file how well the vehicle followed its path."""
+        """Store the tracking error of the vehicle in the file's metadata."""
         if tracking is not None:
             self._parquet.add_key_value_metadata({TRACKING_KEY: canonical_json(asdict(tracking))})
 
     def _close(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Write what is held and the footer; after an error only let go of the file, whatever that says."""
+        """Write the buffered rows and the footer; after an error only close the file, ignoring further errors."""
         with system_errors_about(self._path) if error is None else suppress(OSError), self._sink, self._parquet:
             if error is None:
                 self._write_group()
 
     def _open(self, sink: pa.OSFile) -> pq.ParquetWriter:
-        """Byte-stream split and zstd 1 take a third of the time and two thirds of the size of pyarrow's defaults."""
+        """Open with byte-stream split and zstd 1: a third of the time, two thirds of the size of pyarrow's defaults."""
         return pq.ParquetWriter(
             sink,
             self._schema,
@@ -106,7 +106,7 @@ class RunWriter:
             raise ValueError(f"columns of one block have different lengths: {lengths}")
 
     def _room(self, name: str, values: NDArray[Any]) -> NDArray[Any]:
-        """The column's buffer; that of a text column widens when a longer word arrives."""
+        """Return the column's buffer; a text column's buffer widens when a longer word arrives."""
         held = self._buffer.get(name)
         dtype = np.dtype(np.float64) if name in self._floats else np.asarray(values).dtype
         if held is None:
@@ -125,7 +125,7 @@ class RunWriter:
 
 
 def write_recording(recording: Recording, path: Path) -> None:
-    """Write a recording, and nothing but the recording, as Parquet or CSV by the suffix of `path`.
+    """Write a recording without truth as Parquet or CSV, by the suffix of `path`.
 
     Raises InputError for another suffix and where the operating system refuses to write.
     """
@@ -153,7 +153,7 @@ def _arrow(values: NDArray[Any], kind: pa.DataType) -> pa.Array:
 
 
 def _words(values: NDArray[np.str_]) -> tuple[list[str], NDArray[np.int32]]:
-    """Distinct words in order of appearance, and each row's; words come in long stretches, so look at their ends."""
+    """Return the distinct words in order of appearance, and each row's index; fast for long runs of equal words."""
     starts = np.flatnonzero(np.r_[True, values[1:] != values[:-1]])
     words = list(dict.fromkeys(values[starts].tolist()))
     place = {word: i for i, word in enumerate(words)}

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from recordings.assemble import recording_of, truth_of
-from recordings.checks import sound, whole_truth
+from recordings.checks import check_columns, check_truth
 from recordings.files import canonical_json
 from recordings.importer import RawColumns
 from recordings.metadata import TrueParameters
@@ -28,4 +28,4 @@ def run_in_memory(plan: PreparedRun, motions: Iterable[Motion] | None = None) ->
     pieces = list(blocks(plan, motions))
     raw = RawColumns(CALLED, {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]})
     parameters = TrueParameters.model_validate_json(canonical_json(plan.metadata["parameters"]))
-    return recording_of(sound(raw)), truth_of(whole_truth(raw), parameters.model_dump(exclude_unset=True))
+    return recording_of(check_columns(raw)), truth_of(check_truth(raw), parameters.model_dump(exclude_unset=True))

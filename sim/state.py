@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from recordings.channels import current_name, motors_among
+from recordings.channels import current_name, motors_of
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
@@ -59,7 +59,7 @@ class State:
     @cached_property
     def motors(self) -> tuple[int, ...]:
         """The numbers of the motors whose currents are known."""
-        return motors_among(self.channels)
+        return motors_of(self.channels)
 
     @cached_property
     def current_A(self) -> Array:

@@ -1,4 +1,4 @@
-"""What a split dataset says of itself to people and to others' programs: table of its runs, card, Croissant."""
+"""The description of a split dataset for people and programs: table of runs, dataset card, Croissant."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["describe"]
 
 
 def describe(out: Path, dataset: Manifest, split: Split) -> None:
-    """Write OUT/runs.parquet, OUT/README.md and OUT/croissant.json; the same dataset gives the same bytes."""
+    """Write OUT/runs.parquet, OUT/README.md and OUT/croissant.json; equal datasets give equal bytes."""
     write_runs_table(out, dataset, split)
     write_card(out, dataset, split)
     write_croissant(out, dataset, split)

@@ -1,4 +1,4 @@
-"""The dataset card, README.md: front matter for Hugging Face, the rest for people."""
+"""The dataset card, README.md: front matter for Hugging Face, then text for people."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from recordings.split import Split
 
 CARD = "README.md"
 LICENCE = "Apache-2.0"
-"""SPDX's name of the licence of magbench, and so of what its catalogue's scenarios give."""
+"""SPDX's name of the licence of magbench, and so of datasets from the catalogue's scenarios."""
 SIZES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "10M<n<100M", "100M<n<1B", "1B<n<10B", "10B<n<100B")
-"""Hugging Face's classes of size, each ten times the one before, from a thousand samples on."""
+"""Hugging Face's classes of size, from a thousand samples on, in steps of a factor of ten."""
 
 
 def write_card(out: Path, dataset: Manifest, split: Split) -> None:
     """Write OUT/README.md; the configurations name the parts that hold a run."""
-    import jinja2  # here: who reads a dataset writes no card
+    import jinja2  # here: readers of a dataset write no card
 
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
@@ -33,7 +33,7 @@ def write_card(out: Path, dataset: Manifest, split: Split) -> None:
 
 
 def title_of(dataset: Manifest) -> str:
-    """What the dataset is called: its scenario's name."""
+    """Return the title of the dataset: the scenario's name."""
     return str(dataset.scenario["name"])
 
 
@@ -56,7 +56,7 @@ def _values(dataset: Manifest, split: Split) -> dict[str, Any]:
 
 
 def _parts(dataset: Manifest, split: Split) -> dict[str, dict[str, int]]:
-    """Runs and samples of each part that holds a run."""
+    """Return the numbers of runs and samples of each part that holds a run."""
     rows: dict[str, list[int]] = {part: [] for part, runs in split.counts(dataset.runs).items() if runs}
     for file in dataset.files:
         rows[split.part_of(file.run)].append(file.rows)
@@ -64,5 +64,5 @@ def _parts(dataset: Manifest, split: Split) -> dict[str, dict[str, int]]:
 
 
 def _type(kind: Any) -> str:
-    """An Arrow type in a word: a dictionary of words is text."""
+    """Return an Arrow type in a word; a dictionary of words is text."""
     return "text" if str(kind).startswith("dictionary") else str(kind).replace("double", "float64")

@@ -1,4 +1,4 @@
-"""The dataset in Croissant 1.0 (MLCommons), JSON-LD that search engines and data loaders read."""
+"""The Croissant 1.0 description of a dataset (MLCommons): JSON-LD for search engines and data loaders."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ Node = dict[str, Any]
 def write_croissant(out: Path, dataset: Manifest, split: Split) -> None:
     """Write OUT/croissant.json: record sets `samples-train`, …, a record a sample, and `runs`, a record a run.
 
-    It names no date of publication: nothing is published here, and the same dataset gives the same bytes.
+    There is no date of publication, since nothing is published here and equal datasets give equal bytes.
     """
     parts = [part for part, runs in split.counts(dataset.runs).items() if runs]
     runs = pq.read_schema(out / RUNS)
     made_by = dataset.packages["magbench"]
     sources = {f"samples-{part}": {"fileSet": {"@id": f"files-{part}"}} for part in parts}
-    told: Node = {
+    description: Node = {
         "@context": CONTEXT,
         "@type": "sc:Dataset",
         "conformsTo": VERSION,
@@ -86,11 +86,11 @@ def write_croissant(out: Path, dataset: Manifest, split: Split) -> None:
             _records("runs", {"fileObject": {"@id": RUNS}}, runs),
         ],
     }
-    write_text(out / CROISSANT, json.dumps(told, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    write_text(out / CROISSANT, json.dumps(description, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
 
 
 def _files(part: str) -> Node:
-    """The files of a part, whichever there are."""
+    """Return the node of all files of a part."""
     return {
         "@type": "cr:FileSet",
         "@id": f"files-{part}",
@@ -111,7 +111,7 @@ def _table(path: Path) -> Node:
 
 
 def _records(name: str, source: Node, table: pa.Schema) -> Node:
-    """A record set whose fields are the columns of a Parquet table."""
+    """Return a record set whose fields are the columns of a Parquet table."""
     return {
         "@type": "cr:RecordSet",
         "@id": name,

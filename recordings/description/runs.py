@@ -1,4 +1,4 @@
-"""One row a run: its file, its part, and every true parameter and drawn value in a column of its own."""
+"""The table of runs: a row a run, with file, part, and a column for every true parameter and drawn value."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ FIXED = {
     "tracking_rms_m": (pa.float64(), "how far the vehicle was from its path; null where it follows none"),
     "tracking_max_m": (pa.float64(), "the same, at most"),
 }
-"""Columns that every dataset has: type and meaning."""
+"""Columns of every dataset: type and meaning."""
 Cell = str | float | bool
 Row = dict[str, Any]
 
 
 def write_runs_table(out: Path, dataset: Manifest, split: Split) -> None:
-    """Write OUT/runs.parquet; a column of a parameter is null for a run that has not the parameter.
+    """Write OUT/runs.parquet; null where a run lacks a parameter.
 
     The files are read twice, first for the names of the columns, so that memory does not grow with the runs.
     """
@@ -45,21 +45,21 @@ def write_runs_table(out: Path, dataset: Manifest, split: Split) -> None:
 
 
 def flattened(parameters: TrueParameters) -> dict[str, Cell]:
-    """Parameters by the dotted keys that scenario files, `--set` and `[vary]` use, vectors and matrices by component.
+    """Return parameters by the dotted keys of scenario files, `--set` and `[vary]`, vectors and matrices by component.
 
-    Effects are those of the run's magnetometer, or of an array's `effects1`, `effects2`, … as in the columns.
+    Effects have the keys `effects`, or for an array `effects1`, `effects2`, … as in the columns.
     """
-    told = parameters.model_dump(exclude_unset=True)
-    sensors = told.pop("effects", [])
-    drawn, field_nT = told.pop("drawn", {}), told.pop("field_enu_nT", None)
-    told.pop("effect_order", None)
+    known = parameters.model_dump(exclude_unset=True)
+    sensors = known.pop("effects", [])
+    drawn, field_nT = known.pop("drawn", {}), known.pop("field_enu_nT", None)
+    known.pop("effect_order", None)
     numbered = {f"effects{number}": tables for number, tables in enumerate(sensors, start=1)}
     effects = {"effects": sensors[0]} if len(sensors) == 1 else numbered
-    return dict(_cells("", drawn)) | dict(_cells("", {"field": {"enu_nT": field_nT}, **told, **effects}))
+    return dict(_cells("", drawn)) | dict(_cells("", {"field": {"enu_nT": field_nT}, **known, **effects}))
 
 
 def _cells(key: str, value: Any) -> Iterator[tuple[str, Cell]]:
-    """The numbers, truths and words below a key, each under a key of its own."""
+    """Yield the numbers, booleans and words below a key, each under its full key."""
     if isinstance(value, list):
         value = dict(enumerate(value))
     if isinstance(value, Mapping):

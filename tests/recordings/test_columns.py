@@ -6,7 +6,7 @@ import pyarrow as pa
 import pytest
 
 from recordings import columns, schema
-from recordings.columns import GROUPS, effects_among, group_of, is_truth
+from recordings.columns import GROUPS, group_of, is_truth, labelled_effects
 
 
 def test_names_of_a_run_with_one_magnetometer() -> None:
@@ -16,14 +16,14 @@ def test_names_of_a_run_with_one_magnetometer() -> None:
     assert {"current_1_A", "current_2_A"} < set(names)
     assert {"true_field_y_nT", "true_qz", "true_pos_north_m", "effect_soft_iron_x_nT"} < set(names)
     assert "current_3_A" not in names
-    assert effects_among(names) == ("soft_iron", "hard_iron")
+    assert labelled_effects(names) == ("soft_iron", "hard_iron")
 
 
 def test_names_of_an_array() -> None:
     names = [c.name for c in columns(sensors=4, effects=("scale",))]
     assert {"mag1_x_nT", "mag4_z_nT", "effect1_scale_x_nT", "effect4_scale_z_nT"} < set(names)
     assert not {"mag_x_nT", "mag5_x_nT", "effect_scale_x_nT"} & set(names)
-    assert effects_among(names) == ("scale",)
+    assert labelled_effects(names) == ("scale",)
 
 
 @pytest.mark.parametrize("sensors", [1, 2, 9])

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.checks import MIN_INTERVAL_S, plausible, sound
+from recordings.checks import MIN_INTERVAL_S, check_columns, check_field
 from recordings.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
 from recordings.importer import RawColumns, read_columns
 from recordings.manifest import file_of
@@ -88,7 +88,7 @@ def log_of(raw: RawColumns, maps: Sequence[str] = ()) -> RawLog:
 
 def _refusal(raw: RawColumns) -> str:
     try:
-        plausible(raw.path, sound(raw))
+        check_field(raw.path, check_columns(raw))
     except InputError as error:
         return str(error).removeprefix(f"{raw.path}: ")
     return ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from recordings.channels import current_name, motors_among
+from recordings.channels import current_name, motors_of
 from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding
@@ -70,7 +70,7 @@ def _groups(log: RawLog) -> dict[str, Array]:
     vectors = {"gyro": GYRO, "accelerometer": ACCEL, "attitude": ATTITUDE, "position": POSITION}
     vectors = {name: columns for name, columns in vectors.items() if log.vector(columns) is not None}
     sensors = {f"magnetometer {k or ''}".strip(): mag_names(k) for k in log.sensors}
-    currents = tuple(current_name(motor) for motor in motors_among(log.columns))
+    currents = tuple(current_name(motor) for motor in motors_of(log.columns))
     taken = {"time_s", *(name for names in (*sensors.values(), *vectors.values()) for name in names)}
     single = {name: (name,) for name in (*currents, *log.columns) if name not in taken}
     groups = {**sensors, **vectors, **single}
