@@ -19,15 +19,17 @@ from sim.vehicles.base import STEP_S
 
 LEAST_RATIO = 0.85
 CASES = ("auv-spiral", "auv-comb", "quad-spiral", "quad-comb")
+SMALL = ("auv-spiral", ("phases.0.duration_s=60",))
+"""A motion of a few seconds, with which a test runs the benchmark."""
 
 
-def rows() -> list[Row]:
-    """A row a vehicle and path."""
-    return [_row(name) for name in CASES]
+def rows(small: bool = False) -> list[Row]:
+    """Return a row for each vehicle and path."""
+    return [_row(*SMALL)] if small else [_row(name) for name in CASES]
 
 
-def _row(name: str) -> Row:
-    scenario = load(name)
+def _row(name: str, changes: tuple[str, ...] = ()) -> Row:
+    scenario = load(name, changes)
     control = commands(scenario)
     ratio, bare, loop = paired_ratio(bare_steps(scenario, control), lambda: deque(motion(scenario), maxlen=0))
     note = (
@@ -43,7 +45,7 @@ def motion(scenario: Scenario) -> Iterator[Motion]:
 
 def commands(scenario: Scenario) -> Array:
     """Actuator commands (n, nu) of every step of the scenario's closed loop, so that the bare steps move likewise."""
-    loop = Loop(vehicle_for(scenario.vehicle), 1, np.random.default_rng(0))
+    loop = Loop(vehicle_for(scenario.vehicle), 1, 1, np.random.default_rng(0))
     rows = []
     for phase in scenario.phases:
         t_s = STEP_S * np.arange(round(phase.duration_s / STEP_S), dtype=np.float64)

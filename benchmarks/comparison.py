@@ -23,13 +23,22 @@ def spiral() -> Scenario:
     return load("auv-spiral", ["phases.0.duration_s=1200"])
 
 
-def rows() -> list[Row]:
-    """A row for the physics."""
-    return [_physics()]
+def short_spiral() -> Scenario:
+    """The same motion for a minute, with which a test runs the benchmark."""
+    return load("auv-spiral", ["phases.0.duration_s=60"])
 
 
-def _physics() -> Row:
-    design = Design.of(spiral(), select_calibrators(TWELVE), seed=1)
+def rows(small: bool = False) -> list[Row]:
+    """Return the row of the physics."""
+    return [_physics(Design.of(short_spiral(), select_calibrators(TWELVE[:2]), seed=1) if small else whole_design())]
+
+
+def whole_design() -> Design:
+    """The comparison of twelve calibrators on `spiral`."""
+    return Design.of(spiral(), select_calibrators(TWELVE), seed=1)
+
+
+def _physics(design: Design) -> Row:
     flown_s = cpu_s(lambda: list(true_motion(plan(design.points[0].scenario, 0, 1))))
     run_trial(design, 0, 0)
     trial_s = cpu_s(lambda: run_trial(design, 0, 1))

@@ -19,6 +19,8 @@ from sim.state import MOTION
 MOST_COST = 3.0
 MOST_GROWTH_MIB = 100.0
 HOUR_S = 3600.0
+HOURS, SMALL_H = (1.0, 20.0), (0.015, 0.02)
+"""Lengths of the short and the long run; the second pair is for a test of the benchmark."""
 
 
 def every_effect(hours: float) -> Scenario:
@@ -29,27 +31,28 @@ def every_effect(hours: float) -> Scenario:
     return base.model_copy(update={"effects": Effects(effects)})
 
 
-def rows() -> list[Row]:
-    """Cost of an hour with every effect, and growth of the peak memory from one hour to twenty."""
+def rows(small: bool = False) -> list[Row]:
+    """Return the cost of an hour with every effect, and the growth of the peak memory from one hour to twenty."""
+    hours = SMALL_H if small else HOURS
     with tempfile.TemporaryDirectory() as folder:
-        return [_cost(Path(folder)), _growth(Path(folder))]
+        return [_cost(hours[0], Path(folder)), _growth(hours, Path(folder))]
 
 
-def _cost(folder: Path) -> Row:
-    scenario, number = every_effect(1.0), count()
+def _cost(hours: float, folder: Path) -> Row:
+    scenario, number = every_effect(hours), count()
     simulate = lambda: generate(scenario, folder / f"run{next(number)}")  # noqa: E731
     ratio, top, bottom = paired_ratio(simulate, bare_steps(scenario, commands(scenario)), pairs=3)
-    note = f"one hour at 50 Hz, {len(EFFECTS)} effects: {top:.2f} s, bare physics {bottom:.2f} s"
+    note = f"{hours:g} h at 50 Hz, {len(EFFECTS)} effects: {top:.2f} s, bare physics {bottom:.2f} s"
     return Row("simulate and write / bare physics", ratio, MOST_COST, False, note)
 
 
-def _growth(folder: Path) -> Row:
-    one, twenty = (_peak_MiB(hours, folder) for hours in (1, 20))
-    note = f"peak of a 1 h run {one:.0f} MiB, of a 20 h run {twenty:.0f} MiB"
-    return Row("growth of peak memory, MiB", twenty - one, MOST_GROWTH_MIB, False, note)
+def _growth(hours: tuple[float, float], folder: Path) -> Row:
+    short, long = (_peak_MiB(length, folder) for length in hours)
+    note = f"peak of a {hours[0]:g} h run {short:.0f} MiB, of a {hours[1]:g} h run {long:.0f} MiB"
+    return Row("growth of peak memory, MiB", long - short, MOST_GROWTH_MIB, False, note)
 
 
-def _peak_MiB(hours: int, folder: Path) -> float:
+def _peak_MiB(hours: float, folder: Path) -> float:
     code = (
         "import sys; from pathlib import Path\n"
         "from benchmarks.dataset import every_effect; from sim.dataset_writer import generate\n"

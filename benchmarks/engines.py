@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from benchmarks.comparison import TWELVE, spiral
+from benchmarks.comparison import TWELVE, short_spiral, whole_design
 from benchmarks.measure import Row
 from validation.calibrating.selection import select_calibrators
 from validation.comparison.cluster import Cluster
@@ -36,16 +36,21 @@ class Speed:
     own_s: float
 
 
-def rows() -> list[Row]:
-    """A row for the second process, one for a cluster of two workers on this machine, one for the engine's own work."""
-    design = Design.of(spiral(), select_calibrators(TWELVE), seed=1)
+def rows(small: bool = False) -> list[Row]:
+    """Return the rows of a second process, of a cluster of two local workers, and of the engine's own work."""
+    if small:
+        return _rows(Design.of(short_spiral(), select_calibrators(TWELVE[:2]), seed=1), 1, WARM + 2)
+    return _rows(whole_design(), ROUNDS, TRIALS)
+
+
+def _rows(design: Design, rounds: int, trials: int) -> list[Row]:
     with _cluster():
         engines: dict[str, Engine] = {"one": ProcessEngine(1), "two": ProcessEngine(2), "cluster": Cluster(ADDRESS)}
-        rounds = [{name: _speed(design, engine) for name, engine in engines.items()} for _ in range(ROUNDS)]
-    one, two, cluster = (statistics.median(speeds[name].trials_s for speeds in rounds) for name in engines)
-    second = statistics.median(speeds["two"].trials_s / speeds["one"].trials_s for speeds in rounds)
-    share = statistics.median(speeds["cluster"].trials_s / speeds["two"].trials_s for speeds in rounds)
-    own_s = statistics.median(speeds["two"].own_s for speeds in rounds)
+        measured = [{name: _speed(design, engine, trials) for name, engine in engines.items()} for _ in range(rounds)]
+    one, two, cluster = (statistics.median(speeds[name].trials_s for speeds in measured) for name in engines)
+    second = statistics.median(speeds["two"].trials_s / speeds["one"].trials_s for speeds in measured)
+    share = statistics.median(speeds["cluster"].trials_s / speeds["two"].trials_s for speeds in measured)
+    own_s = statistics.median(speeds["two"].own_s for speeds in measured)
     return [
         Row("comparison: two processes / one", second, LEAST_SECOND_CORE, True, f"{one:.2f} and {two:.2f} trials/s"),
         Row("comparison: cluster / two processes", share, LEAST_CLUSTER, True, f"{cluster:.2f} trials/s, Dask"),
@@ -53,10 +58,10 @@ def rows() -> list[Row]:
     ]
 
 
-def _speed(design: Design, engine: Engine) -> Speed:
+def _speed(design: Design, engine: Engine, trials: int) -> Speed:
     """Of an engine that runs already."""
     with tempfile.TemporaryDirectory() as folder:
-        found = run_trials(design, range(TRIALS), engine, Journal.open(Path(folder), design.identity()))
+        found = run_trials(design, range(trials), engine, Journal.open(Path(folder), design.identity()))
         list(islice(found, WARM))
         start_s, own_s = time.perf_counter(), time.process_time()
         count = len(list(found))

@@ -20,7 +20,7 @@ from sim.scenario import load
 from validation.calibrating.calibrator_entry import CalibratorEntry, TimedCalibration, time_fit
 from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design
-from validation.comparison.engine import Engine, ProcessEngine, run_trials
+from validation.comparison.engine import Engine, ProcessEngine, SerialEngine, run_trials
 from validation.comparison.trial_table import TrialTable
 from validation.gates.gate_file import FALSE_FAIL_RATE, Gate
 from validation.gates.gate_plan import GatePlan, plan_gate
@@ -33,6 +33,8 @@ SCORES = ("offset_error_nT", "holdout_sphere_component_rms_nT", "holdout_sphere_
 LIMIT = 1.5
 """Limits of the gates, as multiples of the sound calibrator's medians."""
 POOL, PILOT, RUNS = 2000, 20, 1000
+SMALL = 5, 3
+"""Trials and runs with which a test runs the benchmark."""
 CLEAR_TRIALS = 120
 FAR_NT = 1e8
 JOBS = 2
@@ -139,9 +141,14 @@ def medians(scores: dict[str, Array]) -> dict[str, float]:
     return {name: float(np.median(values)) for name, values in scores.items()}
 
 
-def rows(trials: int = POOL, runs: int = RUNS, engine: Engine | None = None) -> list[Row]:
-    """False failures well within and at the limit, the proof at the limit, and every sabotage."""
-    found = pool(trials, engine or ProcessEngine(JOBS))
+def rows(small: bool = False) -> list[Row]:
+    """Return the rows of the whole benchmark, or of a few trials in this process."""
+    return measured(*SMALL, SerialEngine()) if small else measured(POOL, RUNS, ProcessEngine(JOBS))
+
+
+def measured(trials: int, runs: int, engine: Engine) -> list[Row]:
+    """Return false failures well within and at the limit, the proof at the limit, and every sabotage."""
+    found = pool(trials, engine)
     typical = medians(found[SOUND])
     gates = plans({name: LIMIT * value for name, value in typical.items()})
     sound = counted(found[SOUND], gates, runs, seed=0)

@@ -9,15 +9,18 @@ from benchmarks.measure import Call, Row, paired_ratio
 from calib import CALIBRATORS, Reference
 from calib.models.vector import VectorData
 from recordings import Recording
+from scenarios.arrays import Array
 
 MOST_RATIO = 1.0
 FIELD_ENU_NT = (-1940.0, 31916.0, -41285.0)
 CASES = ("kalman", "kalman_rescaled", "kalman_fuzzy")
+SAMPLES, SMALL = 5000, 200
+"""Length of the recording; the second is for a test of the benchmark."""
 
 
-def rows(samples: int = 5000) -> list[Row]:
-    """A row a filter."""
-    recording, reference = turning(samples), Reference.of_vector(FIELD_ENU_NT)
+def rows(small: bool = False) -> list[Row]:
+    """Return a row for each filter."""
+    recording, reference = turning(SMALL if small else SAMPLES), Reference.of_vector(FIELD_ENU_NT)
     bare = bare_steps(VectorData.of(recording, reference))
     return [_row(name, recording, reference, bare) for name in CASES]
 
@@ -46,10 +49,10 @@ def bare_steps(data: VectorData) -> Call:
 
 def turning(samples: int) -> Recording:
     """A recording that turns about all axes, with 5 nT of noise."""
-    time_s = np.arange(samples) * 0.02
+    time_s = 0.02 * np.arange(samples, dtype=np.float64)
     axes = np.sin(np.outer(time_s, [0.31, 0.23, 0.17])) * 2.0
     half = np.linalg.norm(axes, axis=1)[:, None] / 2
     att_q = np.concatenate((np.cos(half), np.sinc(half / np.pi) * axes / 2), axis=1)
-    noise_nT = np.random.default_rng(0).normal(0.0, 5.0, (samples, 3))
+    noise_nT: Array = np.random.default_rng(0).normal(0.0, 5.0, (samples, 3))
     turned = VectorData.of(Recording(time_s, noise_nT, att_q=att_q), Reference.of_vector(FIELD_ENU_NT))
     return Recording(time_s, 1.1 * turned.field_nT + [40.0, -100.0, 120.0] + noise_nT, att_q=att_q)

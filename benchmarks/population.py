@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from itertools import count
 
@@ -26,11 +26,23 @@ MOST_OF_PEER = 1.0
 STRENGTH_NT, NOISE_NT, SAMPLES = 36_917.35, 10.0, 3600
 TARGET_NT = 12.0
 """Final rms of |h| - F that counts as equal cost: the minimum is at 9.6 nT."""
-BUDGETS = (100, 200, 400, 800, 1600)
-SEEDS = 3
 GIVEN_UP = 50.0
 Peer = Callable[[NormSpace, int, int], float]
 """(problem, iterations, seed) -> final cost, 100 individuals."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Iterations of a fit, pairs of timings, and the iterations and seeds with which a search tries for the target."""
+
+    iterations: int = 200
+    pairs: int = 9
+    budgets: tuple[int, ...] = (100, 200, 400, 800, 1600)
+    seeds: int = 3
+
+
+SMALL = Effort(iterations=5, pairs=1, budgets=(5,), seeds=1)
+"""For a test that runs the benchmark."""
 
 
 def recording() -> Recording:
@@ -43,25 +55,20 @@ def recording() -> Recording:
     return Recording(t, field + np.random.default_rng(0).normal(0.0, NOISE_NT, field.shape))
 
 
-def rows() -> list[Row]:
-    """A row a method against its fitness calls, and a row a peer."""
+def rows(small: bool = False) -> list[Row]:
+    """Return a row for each method against its fitness calls, and a row for each peer."""
+    effort = SMALL if small else Effort()
     measured = recording()
     problem = NormSpace.of(measured.mag_nT, STRENGTH_NT, Pso.most_gain)
     assert problem is not None
-    cost = [
-        _cost(method, calls, measured, problem)
-        for method, calls in (
-            (Pso(polish=False), (201, 0)),
-            (Ga(polish=False), (201, 0)),
-            (PsoGa(polish=False), (201, 200)),
-            (PsoGa(), (201, 200)),
-        )
-    ]
-    return cost + [_against(name, peer, problem) for name, peer in PEERS.items()]
+    methods = (Pso(polish=False), Ga(polish=False), PsoGa(polish=False), PsoGa())
+    cost = [_cost(replace(method, iterations=effort.iterations), measured, problem, effort.pairs) for method in methods]
+    return cost + [_against(name, peer, problem, effort) for name, peer in PEERS.items()]
 
 
-def _cost(method: PopulationCalibrator, calls: tuple[int, int], measured: Recording, problem: NormSpace) -> Row:
-    """Whole fit over the calls that it makes: of the whole population, and of its worse half."""
+def _cost(method: PopulationCalibrator, measured: Recording, problem: NormSpace, pairs: int) -> Row:
+    """The whole fit over its fitness calls: of the whole population, and for PSO-GA of the worse half in addition."""
+    calls = method.iterations + 1, method.iterations if isinstance(method, PsoGa) else 0
     x, half = (Population.spread(problem, count, np.random.default_rng(0)).x for count in (100, 50))
 
     def bare() -> None:
@@ -71,31 +78,31 @@ def _cost(method: PopulationCalibrator, calls: tuple[int, int], measured: Record
             problem.costs(half)
 
     reference = Reference(STRENGTH_NT)
-    ratio, top, bottom = paired_ratio(lambda: method.fit(measured, reference), bare, pairs=9)
+    ratio, top, bottom = paired_ratio(lambda: method.fit(measured, reference), bare, pairs)
     what = f"{method.name} fit / its fitness calls{', with polish' if method.polish else ''}"
     return Row(what, ratio, MOST_COST, False, f"fit {1e3 * top:.1f} ms, calls {1e3 * bottom:.1f} ms")
 
 
-def _against(name: str, peer: Peer, problem: NormSpace) -> Row:
-    """Our swarm over the peer, each with the fewest iterations of BUDGETS that reach the target in three seeds.
+def _against(name: str, peer: Peer, problem: NormSpace, effort: Effort) -> Row:
+    """Our swarm over the peer, each with the fewest iterations of its budgets that reach the target with every seed.
 
     A peer that has not reached it when a search takes GIVEN_UP times ours is timed there: the ratio is then a bound.
     """
     if find_spec(name.split()[0]) is None:
         return Row(f"pso / {name}, equal final cost", None, MOST_OF_PEER, False, "not installed")
-    ours, our_note, our_s = _reaching(_own, problem, np.inf)
-    theirs, their_note, _ = _reaching(peer, problem, GIVEN_UP * our_s)
-    ratio, _, _ = paired_ratio(ours, theirs, pairs=3)
+    ours, our_note, our_s = _reaching(_own, problem, effort, np.inf)
+    theirs, their_note, _ = _reaching(peer, problem, effort, GIVEN_UP * our_s)
+    ratio, _, _ = paired_ratio(ours, theirs, pairs=min(effort.pairs, 3))
     return Row(f"pso / {name}, equal final cost", ratio, MOST_OF_PEER, False, f"ours {our_note}; {name} {their_note}")
 
 
-def _reaching(search: Peer, problem: NormSpace, most_s: float) -> tuple[Call, str, float]:
+def _reaching(search: Peer, problem: NormSpace, effort: Effort, most_s: float) -> tuple[Call, str, float]:
     """A search with the fewest iterations that reach the target, a note, and its CPU seconds."""
-    search(problem, BUDGETS[0], 0)
-    for iterations in BUDGETS:
+    search(problem, effort.budgets[0], 0)
+    for iterations in effort.budgets:
         start_s = time.process_time()
-        worst_nT = float(problem.rmse_nT(max(search(problem, iterations, seed) for seed in range(SEEDS))))
-        used_s = (time.process_time() - start_s) / SEEDS
+        worst_nT = float(problem.rmse_nT(max(search(problem, iterations, seed) for seed in range(effort.seeds))))
+        used_s = (time.process_time() - start_s) / effort.seeds
         if worst_nT <= TARGET_NT or used_s > most_s:
             break
     seeds = count()

@@ -27,7 +27,7 @@ ATTITUDE_DEG, CORRELATION_S, JITTER_S = 0.01, 60.0, 0.5e-3
 @cache
 def motions() -> dict[str, Scenario]:
     """The scenarios without errors, by the vehicle that moves."""
-    bare = {"effects": {}, "effect_order": None, "vary": {}}
+    bare: dict[str, Any] = {"effects": {}, "effect_order": None, "vary": {}}
     quiet = (load(name, list(QUIET)).model_copy(update=bare) for name in SCENARIOS)
     return {scenario.vehicle.kind: scenario for scenario in quiet}
 

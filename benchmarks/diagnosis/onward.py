@@ -156,8 +156,8 @@ class Trial:
     @property
     def model(self) -> Scenario:
         """The motion with an instrument that has the base's errors."""
-        drawing = DRAWN.get(self.motion, lambda rng: (self.motion, []))
-        name, changes = drawing(np.random.default_rng([self.seed, 6]))
+        drawing, rng = DRAWN.get(self.motion), np.random.default_rng([self.seed, 6])
+        name, changes = drawing(rng) if drawing else (self.motion, [])
         bare: dict[str, Any] = {"vary": {}, "effect_order": None, "effects": Effects(BASE), "sensor": None}
         return load(name, [*QUIET, *changes]).model_copy(update=bare)
 

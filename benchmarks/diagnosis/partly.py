@@ -31,12 +31,13 @@ from diagnosis.policy import STANDARD, Policy, changed  # noqa: E402
 from diagnosis.result import Diagnosis  # noqa: E402
 from diagnosis.workflow import diagnose  # noqa: E402
 from recordings import Recording  # noqa: E402
+from scenarios.arrays import Array  # noqa: E402
 from sim import effects as effect_table  # noqa: E402
 from sim.chain import Chain, apply_deterministic  # noqa: E402
 from sim.effects.base import Effect  # noqa: E402
 from sim.effects.iron import HardIron, SoftIron  # noqa: E402
 from sim.scenario import ModelSpec  # noqa: E402
-from sim.state import Array, State  # noqa: E402
+from sim.state import State  # noqa: E402
 
 SHARE = 0.2
 """Of the run, in which an effect acts."""

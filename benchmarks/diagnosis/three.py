@@ -157,7 +157,7 @@ def _cut(recording: Recording, state: State, field: Array, rng: np.random.Genera
 def flown_as(vehicle: str, i: int) -> Flown:
     """One flight of a vehicle without errors, as `motion.along` gives it."""
     name = next(one for one in SCENARIOS if load(one).vehicle.kind == vehicle)
-    bare = {"effects": {}, "effect_order": None, "vary": {}}
+    bare: dict[str, Any] = {"effects": {}, "effect_order": None, "vary": {}}
     return along(load(name, [*QUIET, *FLIGHTS[vehicle][i]]).model_copy(update=bare))
 
 

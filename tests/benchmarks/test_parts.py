@@ -1,0 +1,25 @@
+"""Every part of the speed benchmark runs, once and small, so that a changed signature is noticed."""
+
+from __future__ import annotations
+
+import math
+from types import ModuleType
+
+import pytest
+
+from benchmarks import diagnosing, engines
+from benchmarks.__main__ import PARTS
+
+SLOW = (engines, diagnosing)
+"""Parts that start other processes."""
+
+
+@pytest.mark.parametrize(
+    "part",
+    [pytest.param(part, marks=[pytest.mark.slow] * (part in SLOW), id=part.__name__) for part in PARTS],
+)
+def test_a_part_runs_once_and_small(part: ModuleType) -> None:
+    rows = list(part.rows(small=True))
+    assert rows
+    assert all(row.value is None or math.isfinite(row.value) for row in rows)
+    assert all(row.what in row.text(60) for row in rows)
