@@ -1,45 +1,63 @@
-"""The packages of this repository as one package: `sim/field.py` becomes `magbench/sim/field.py`.
+"""The packages of this repository as one package: `sim/field.py` is imported as `magbench.sim.field`.
 
-setup.py nests them when a wheel is built, so that a user's project may have a `sim` of its own. An editable
-installation nests them under build/ and copies what has changed when a program imports magbench (as meson-python's
-editable installations rebuild): real files under one path entry, which type checkers and numba's cache find too.
-This file is copied into an editable installation and imports little, since every start of Python reads it; for pytest,
-which warns of a plugin's modules that it finds imported: PYTEST_DONT_REWRITE.
+A user's project may have a `sim` of its own. setup.py therefore writes nested copies of the packages into a wheel
+(`nest`), and an editable installation imports the checkout's own files under the nested names (`NestedFinder`): the
+imports are rewritten while a file is compiled, line by line, so that tracebacks, debuggers and coverage show the file
+itself and an edit acts at the next start.
 """
 
 from __future__ import annotations
 
+import ast
+import os
 import sys
-
-TYPE_CHECKING = False  # as typing's, whose import would cost every start of Python
-if TYPE_CHECKING:
-    import ast
-    from pathlib import Path
+from collections.abc import Sequence
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from pathlib import Path
+from types import CodeType, ModuleType
+from typing import Any
 
 WHOLE = "magbench"
 PARTS = ("scenarios", "recordings", "sim", "calib", "validation", "diagnosis", "reports", "papers")
-EDITABLE = "build/editable"
-"""Where an editable installation keeps the nested package, below the repository's root."""
+BYTECODE = ".pyc"
+HOOK = '''\
+"""Finds magbench in the checkout from which it is installed; PYTEST_DONT_REWRITE, since pytest finds it imported."""
+
+import sys
+
+ROOT = {root!r}
 
 
-def nest(root: Path, out: Path) -> None:
-    """Make `out`/magbench of the packages in `root`; copies that are as old as their source stay as they are."""
-    targets = {_target(source.relative_to(root), out): source for source in _sources(root)}
-    for target, source in targets.items():
-        if not target.exists() or target.stat().st_mtime_ns != source.stat().st_mtime_ns:
-            _copy(source, target)
-    for old in (out / WHOLE).rglob("*"):
-        if old.is_file() and old not in targets and "__pycache__" not in old.parts:
-            old.unlink(missing_ok=True)
+class EditableFinder:
+    """Asks the checkout's nesting.py, once, when magbench is imported: every start of Python reads this file alone."""
+
+    @classmethod
+    def find_spec(cls, name, path=None, target=None):
+        if name != "magbench":
+            return None
+        sys.meta_path.remove(cls)
+        import importlib.util
+
+        spec = importlib.util.spec_from_file_location("_magbench_nesting", ROOT + "/nesting.py")
+        nesting = importlib.util.module_from_spec(spec)
+        try:
+            spec.loader.exec_module(nesting)
+        except FileNotFoundError:
+            told = ROOT + " has gone, where magbench is installed from: install it anew from where it is now"
+            raise ModuleNotFoundError(told + " (pip install -e .)", name=name) from None
+        return nesting.find_checkout(ROOT)
+
+
+sys.meta_path.insert(0, EditableFinder)
+'''
+"""The module that an editable installation puts in place of the packages."""
 
 
 def nested(text: str) -> str:
-    """A module's source with its imports of PARTS as imports of magbench.PART; every line keeps its number.
+    """Return a module's source with its imports of PARTS as imports of magbench.PART; every line keeps its number.
 
     Raises ValueError for `import sim.field`, which binds a name that the nested package does not have.
     """
-    import ast
-
     lines = text.encode().splitlines(keepends=True)
     for node in ast.walk(ast.parse(text)):
         old, new = _heads(node)
@@ -50,10 +68,8 @@ def nested(text: str) -> str:
     return b"".join(lines).decode()
 
 
-def _heads(node: ast.AST) -> tuple[bytes, bytes]:
-    """How an import of PARTS begins, and how it begins in the nested package; empty for every other node."""
-    import ast
-
+def _heads(node: Any) -> tuple[bytes, bytes]:
+    """The first words of an import of PARTS, plain and nested; empty for every other node."""
     if isinstance(node, ast.ImportFrom):
         return (b"from ", f"from {WHOLE}.".encode()) if _part(node.module or "") else (b"", b"")
     if not isinstance(node, ast.Import) or not any(_part(alias.name) for alias in node.names):
@@ -70,70 +86,92 @@ def _part(module: str) -> bool:
     return module.split(".")[0] in PARTS
 
 
+def nest(root: Path, package: Path, stubs: bool = False) -> None:
+    """Write the packages of the checkout `root` into the folder `package`, or their Python files alone as .pyi stubs.
+
+    Raises ValueError, with file and line, for an import that cannot be nested.
+    """
+    for source in _sources(root):
+        relative = source.relative_to(root)
+        target = package / (relative.relative_to(WHOLE) if relative.parts[0] == WHOLE else relative)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.suffix == ".py":
+            text = _nested_file(source.read_bytes(), str(source))
+            target.with_suffix(".pyi" if stubs else ".py").write_bytes(text.encode())
+        elif not stubs:
+            target.write_bytes(source.read_bytes())
+
+
 def _sources(root: Path) -> list[Path]:
     files = [file for package in (*PARTS, WHOLE) for file in (root / package).rglob("*")]
     return [file for file in files if file.is_file() and "__pycache__" not in file.parts]
 
 
-def _target(relative: Path, out: Path) -> Path:
-    return out / relative if relative.parts[0] == WHOLE else out / WHOLE / relative
+def _nested_file(content: bytes, path: str) -> str:
+    """A file's nested source; a file that is no Python stays as it is, for the compiler to say so."""
+    try:
+        return nested(content.decode())
+    except SyntaxError:
+        return content.decode()
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
-def _copy(source: Path, target: Path) -> None:
-    """Write beside and rename, so that programs which start at once do not meet half a file."""
-    import os
+class NestedLoader(SourceFileLoader):
+    """Loads a checkout's file with nested imports, and keeps its bytecode apart from that of the plain module."""
 
-    content = source.read_bytes()
-    if source.suffix == ".py":
-        try:
-            content = nested(content.decode()).encode()
-        except SyntaxError:  # told best by the import of the module itself
-            pass
-        except ValueError as error:
-            raise ValueError(f"{source}: {error}") from None
-    target.parent.mkdir(parents=True, exist_ok=True)
-    beside = target.with_name(f"{target.name}.{os.getpid()}")
-    beside.write_bytes(content)
-    stat = source.stat()
-    os.utime(beside, ns=(stat.st_atime_ns, stat.st_mtime_ns))
-    beside.replace(target)
+    def source_to_code(self, data: Any, path: Any, *, _optimize: int = -1) -> CodeType:  # type: ignore[override]
+        """Compile the nested source under the path of the checkout's file."""
+        return super().source_to_code(_nested_file(bytes(data), str(path)).encode(), path, _optimize=_optimize)  # type: ignore[call-arg]
+
+    def path_stats(self, path: str) -> dict[str, Any]:  # type: ignore[override]
+        """What bytecode must agree with to be used: the file's time and size, and the time of this module's file."""
+        stats = dict(super().path_stats(path))
+        return stats | {"mtime": stats["mtime"] + os.stat(__file__).st_mtime}
+
+    def get_data(self, path: str) -> bytes:
+        """Read a source, or its nested bytecode."""
+        return super().get_data(_nested_cache(path))
+
+    def set_data(self, path: str, data: Any, **options: Any) -> None:  # type: ignore[override]
+        """Write the nested bytecode, beside and renamed; nothing where the place cannot be written."""
+        super().set_data(_nested_cache(path), data, **options)
 
 
-class KeepCurrent:
-    """On sys.meta_path of an editable installation: nests what has changed before magbench is imported."""
+def _nested_cache(path: str) -> str:
+    """The name of nested bytecode, `field.nested.cpython-311.pyc`; every other path as it is."""
+    folder, name = os.path.split(path)
+    return os.path.join(folder, name.replace(".", ".nested.", 1)) if name.endswith(BYTECODE) else path
+
+
+class NestedFinder:
+    """Finds magbench and magbench.PART in a checkout, where no path entry leads to them."""
 
     def __init__(self, root: str) -> None:
         self.root = root
 
-    def find_spec(self, name: str, path: object = None, target: object = None) -> None:
-        """Nothing: the finders that follow find the module."""
-        if name == WHOLE:
-            sys.meta_path.remove(self)
-            self.nest()
-
-    def nest(self) -> None:
-        """Make the copy anew, unless the checkout itself comes first, as in its own tests.
-
-        A copy that was removed is off the path, since the interpreter leaves out what is not there at its start.
-        Raises ModuleNotFoundError where the repository has gone too.
-        """
-        import os
-
-        copy = os.path.join(self.root, EDITABLE)
-        if copy not in sys.path:
-            sys.path.append(copy)
-        if next(place for place in sys.path if place == copy or os.path.isdir(os.path.join(place, WHOLE))) != copy:
-            return
-        if not os.path.isdir(os.path.join(self.root, WHOLE)):
-            what = f"{self.root} has gone, where {WHOLE} is installed from: install it anew from where it is now"
-            raise ModuleNotFoundError(f"{what} (pip install -e .)", name=WHOLE)
-        import importlib
-        from pathlib import Path
-
-        nest(Path(self.root), Path(copy))
-        importlib.invalidate_caches()  # the path may be known as a directory that is not there
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """A spec for magbench and all below it, None for all else."""
+        whole, _, below = name.partition(".")
+        if whole != WHOLE:
+            return None
+        spec = PathFinder.find_spec(name, [self.root] if below in ("", *PARTS) else path, target)
+        if spec is not None and isinstance(spec.loader, SourceFileLoader):
+            spec.loader = NestedLoader(name, spec.loader.path)
+        return spec
 
 
-def keep_current(root: str) -> None:
-    """Called by the installation's .pth file."""
-    sys.meta_path.insert(0, KeepCurrent(root))
+def find_checkout(root: str) -> ModuleSpec | None:
+    """Find magbench for an editable installation of the checkout `root`, when a program imports it.
+
+    A checkout on the path, as in its own tests, comes before the installation. Raises ModuleNotFoundError where the
+    checkout has gone.
+    """
+    plain = PathFinder.find_spec(WHOLE)
+    if plain is not None and plain.origin:  # a folder of data of this name has no origin
+        return plain
+    finder = NestedFinder(root)
+    sys.meta_path.insert(0, finder)
+    return finder.find_spec(WHOLE)

@@ -1,7 +1,8 @@
 """How the distribution is built; all else about it is in pyproject.toml.
 
-The wheel holds the packages nested in magbench, see nesting.py, and the pytest plugin beside it. The editable wheel
-holds the plugin, a path to such a copy below build/, and what keeps the copy current.
+The wheel holds the packages nested in magbench, see nesting.py, and the pytest plugin as a module of its own. The
+editable wheel holds the plugin, what finds the checkout's files at their place, and stubs for type checkers, which run
+no import hook.
 """
 
 from __future__ import annotations
@@ -21,8 +22,7 @@ nesting = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(nesting)
 
 PLUGIN = "pytest_magbench.py"
-"""Beside magbench, since pytest imports it in every project, and magbench takes longer."""
-PTH = "{path}\nimport _magbench_nesting; _magbench_nesting.keep_current({root!r})\n"
+"""Not in magbench, since pytest imports it in every project, and magbench takes longer."""
 
 
 class Nested(build_py):
@@ -34,12 +34,11 @@ class Nested(build_py):
         out.mkdir(parents=True)
         shutil.copy(ROOT / PLUGIN, out)
         if not self.editable_mode:
-            nesting.nest(ROOT, out)
+            nesting.nest(ROOT, out / nesting.WHOLE)
             return
-        copy = ROOT / nesting.EDITABLE
-        nesting.nest(ROOT, copy)
-        shutil.copy(ROOT / "nesting.py", out / "_magbench_nesting.py")
-        (out / "_magbench.pth").write_text(PTH.format(path=copy, root=str(ROOT)), encoding="utf-8")
+        (out / "_magbench_editable.py").write_text(nesting.HOOK.format(root=str(ROOT)), encoding="utf-8")
+        (out / "_magbench_editable.pth").write_text("import _magbench_editable\n", encoding="utf-8")
+        nesting.nest(ROOT, out / f"{nesting.WHOLE}-stubs", stubs=True)
 
 
 class EditableWheel(bdist_wheel):
@@ -54,6 +53,7 @@ class EditableWheel(bdist_wheel):
     def run(self) -> None:
         self.get_finalized_command("build_py").editable_mode = True
         super().run()
+        shutil.rmtree(self.get_finalized_command("build").build_base, ignore_errors=True)
 
 
 if __name__ == "__main__":

@@ -12,9 +12,10 @@ from typing import NamedTuple
 import llvmlite.binding as llvm
 import mujoco
 import numpy as np
-from numba import njit, types
+from numba import types
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 from sim.portable_arithmetic import inverse
 
 LIBRARY = {"linux": "libmujoco.so.*", "darwin": "libmujoco.*.dylib", "win32": "mujoco.dll"}

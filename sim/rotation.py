@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from scipy.spatial.transform import Rotation
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 
 @njit(cache=True)

@@ -41,12 +41,11 @@ class Tree:
     def changed(self, mutant: Mutant, kernels: Iterable[str] = ()) -> Iterator[None]:
         """The tree with the mistake in it; kernels: the files whose compiled loops may have it within.
 
-        Numba keeps compiled loops by the date of the file that they stand in, not of those that they call or whose
-        numbers they use: the files are made to look new, and what was compiled is put back afterwards.
+        Compiled loops are kept by a digest of all sources that they depend on: what the tests compile with the mistake
+        takes the place of what was compiled before, which is put back afterwards.
         """
         target, text = self.root / mutant.path, self.text(mutant.path)
-        users = [self.root / path for path in kernels]
-        with _dates_kept([target, *users]), _compiled_kept(users):
+        with _date_kept(target), _compiled_kept([self.root / path for path in kernels]):
             try:
                 target.write_text(mutant.applied(text), encoding="utf-8")
                 yield
@@ -55,30 +54,28 @@ class Tree:
 
 
 @contextlib.contextmanager
-def _dates_kept(files: Sequence[Path]) -> Iterator[None]:
-    dates = {file: file.stat().st_mtime_ns for file in files}
+def _date_kept(file: Path) -> Iterator[None]:
+    date_ns = file.stat().st_mtime_ns
     try:
         yield
     finally:
-        for file, date_ns in dates.items():
-            os.utime(file, ns=(date_ns, date_ns))
+        os.utime(file, ns=(date_ns, date_ns))
 
 
 @contextlib.contextmanager
 def _compiled_kept(users: Sequence[Path]) -> Iterator[None]:
-    """Files made to look new; afterwards numba's files of them are those of before."""
+    """Afterwards numba's files are those of before."""
     kept = {file: file.read_bytes() for file in _compiled(users)}
-    for user in users:
-        os.utime(user)
     try:
         yield
     finally:
         for file in _compiled(users):
             file.unlink()
         for file, content in kept.items():
+            file.parent.mkdir(exist_ok=True)
             file.write_bytes(content)
 
 
 def _compiled(users: Iterable[Path]) -> list[Path]:
-    """Numba's files."""
-    return [file for user in users for file in (user.parent / "__pycache__").glob(f"{user.stem}.*.nb[ci]")]
+    """Numba's files, see scenarios/kernel_cache.py."""
+    return [file for user in users for file in (user.parent / "__pycache__").glob(f"*.{user.stem}.*/*.nb[ci]")]

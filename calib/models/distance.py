@@ -7,9 +7,9 @@ of the ellipsoid, and what is left is the distance to it. q = (c, G_xx, G_xy, G_
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 FOOT_STEPS = 60
 """Newton steps to the nearest point: some four near the surface, more for a start that is far off."""

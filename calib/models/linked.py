@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 
 from calib.models.chained import BIAS, LOOSE, Chained, Linear, stepped
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 LONG_STEP = 2.5
 """A step longer than this many medians is a gap: rates at its ends say little of the rotation between them."""

@@ -7,10 +7,10 @@ T is symmetric and p the norm coordinates of `calib.models.ellipsoid`: y = T x -
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from calib.models.ellipsoid import SLOTS, UPPER, EllipsoidFit, mean_square_error, symmetric
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 
 @njit(cache=True)

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.linalg.lapack import dgeev, dsygv
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 ROUNDING_VARIANCE = 1e-18
 """Smallest noise variance of points of unit size: rounding, 1e-9 of their size."""

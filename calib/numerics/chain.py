@@ -9,9 +9,9 @@ J : (n, r, k), both in units of the noise; turn : (n - 1, m, m), B : (n - 1, m, 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 
 def chained(M: Array, J: Array, turn: Array, B: Array, std: Array) -> Array:

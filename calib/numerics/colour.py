@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 BLOCKS = (20, 50, 200)
 """Numbers of blocks that a recording is cut into: slow structure shows in the means of few, faster in those of many."""

@@ -6,10 +6,10 @@ r_i = a_i . n_i,  n the noise of the three measured components, a_i (3,) what th
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from calib.numerics.colour import BLOCKS, LEAST_BLOCK
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 LOWEST_HZ = 1e-6
 """Where flicker noise is taken to end: eleven days, for as long as a calibration is used. What is slower is another

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 Engine = Literal["compiled", "filterpy"]
 

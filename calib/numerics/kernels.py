@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
-from numba import njit
+from scenarios.kernel_cache import njit
 
 P = ParamSpec("P")
 T = TypeVar("T")

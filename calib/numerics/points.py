@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 
 @njit(cache=True, fastmath={"reassoc", "contract"})

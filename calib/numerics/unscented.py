@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
 from calib.numerics.kalman import Engine
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 STATES = 9
 CENTRE_WEIGHT = 2.0

@@ -15,9 +15,9 @@ from math import cos, sin, sqrt
 
 import mujoco
 import numpy as np
-from numba import njit
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 from sim.engine import control_signature, mass_matrix
 from sim.portable_arithmetic import pseudo_inverse
 from sim.vehicles.base import STEP_S

@@ -7,8 +7,8 @@ integral action against wind, drag fed forward from the commanded velocity, and 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from scenarios.kernel_cache import njit
 from sim.engine import control_signature
 from sim.vehicles.base import STEP_S
 

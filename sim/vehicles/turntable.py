@@ -6,9 +6,9 @@ from typing import ClassVar, Literal
 
 import mujoco
 import numpy as np
-from numba import njit
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 from scenarios.paths.base import Ability, PhaseBase
 from sim.engine import StateLog, control_signature
 from sim.rotation import multiply_q, q_from_rotation_vector

@@ -1,4 +1,4 @@
-"""The packages nested in magbench: imports rewritten, nothing else changed, copies kept current."""
+"""The packages nested in magbench: imports rewritten, nothing else changed, in a wheel's copy and in place."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import ast
 import importlib.util
 import os
 import re
+import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from nesting import EDITABLE, PARTS, KeepCurrent, nest, nested
+from nesting import HOOK, PARTS, nest, nested
 from tests.conftest import ROOT
 
 MODULES = [path for package in (*PARTS, "magbench") for path in sorted((ROOT / package).rglob("*.py"))]
@@ -57,68 +59,186 @@ def _imported(tree: ast.Module) -> list[str]:
     return imports
 
 
-def small_tree(root: Path) -> None:
-    for package in (*PARTS, "magbench"):
-        (root / package).mkdir(parents=True)
-        (root / package / "__init__.py").write_text("")
-    (root / "sim" / "field.py").write_text("from calib import x\n")
-    (root / "sim" / "models").mkdir()
-    (root / "sim" / "models" / "a.xml").write_text("<sim/>")
+FIELD = """from calib import x
 
 
-def test_a_copy_follows_its_source_and_goes_with_it(tmp_path: Path) -> None:
-    small_tree(tmp_path)
-    out = tmp_path / "out"
-    nest(tmp_path, out)
-    copy = out / "magbench" / "sim" / "field.py"
-    assert copy.read_text() == "from magbench.calib import x\n"
-    assert (out / "magbench" / "sim" / "models" / "a.xml").read_text() == "<sim/>"
-    before = copy.stat()
-    nest(tmp_path, out)
-    assert copy.stat().st_ino == before.st_ino, "written again though nothing had changed"
-    (tmp_path / "sim" / "field.py").write_text("from calib import y\n")
-    os.utime(tmp_path / "sim" / "field.py", ns=(0, before.st_mtime_ns - 1))  # an older one, as git may bring back
-    nest(tmp_path, out)
-    assert copy.read_text() == "from magbench.calib import y\n"
-    (tmp_path / "sim" / "field.py").unlink()
-    nest(tmp_path, out)
-    assert not copy.exists()
+def scaled(factor):
+    from calib.more import y
+
+    return factor * x * y
+"""
+FINDER = f"""
+import importlib.util, os, sys, traceback
+spec = importlib.util.spec_from_file_location("nesting", {str(ROOT / "nesting.py")!r})
+nesting = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(nesting)
+sys.meta_path.insert(0, nesting.NestedFinder(sys.argv[1]))
+"""
 
 
 @pytest.fixture
-def alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A path without this checkout."""
-    monkeypatch.setattr(sys, "path", [place for place in sys.path if not (Path(place) / "magbench").is_dir()])
+def tree(tmp_path: Path) -> Path:
+    """The root of a checkout with a few files."""
+    root = tmp_path / "checkout"
+    for package in (*PARTS, "magbench"):
+        (root / package).mkdir(parents=True)
+        (root / package / "__init__.py").write_text("")
+    (root / "calib" / "__init__.py").write_text("x = 2\n")
+    (root / "calib" / "more.py").write_text("y = 3\n")
+    (root / "sim" / "field.py").write_text(FIELD)
+    (root / "sim" / "models").mkdir()
+    (root / "sim" / "models" / "a.xml").write_text("<sim/>")
+    return root
 
 
-@pytest.mark.usefixtures("alone")
-def test_an_editable_installation_makes_a_copy_that_was_removed(tmp_path: Path) -> None:
-    small_tree(tmp_path)
-    copy = tmp_path / EDITABLE
-    KeepCurrent(str(tmp_path)).nest()
-    assert (copy / "magbench" / "sim" / "field.py").read_text() == "from magbench.calib import x\n"
-    assert sys.path[-1] == str(copy), "the interpreter leaves out a path that is not there at its start"
+@pytest.fixture
+def run(tree: Path, tmp_path: Path) -> Callable[[str], list[str]]:
+    """Run code elsewhere in a program that finds magbench in `tree`; the lines that it prints."""
+
+    def call(code: str) -> list[str]:
+        command = [sys.executable, "-c", FINDER + code, str(tree)]
+        environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.splitlines()
+
+    return call
 
 
-@pytest.mark.usefixtures("alone")
-def test_an_editable_installation_whose_repository_has_gone_says_so(tmp_path: Path) -> None:
-    with pytest.raises(ModuleNotFoundError, match=r"gone.*has gone, where magbench is installed from: install it anew"):
-        KeepCurrent(str(tmp_path / "gone")).nest()
-    assert not (tmp_path / "gone").exists()
+def test_a_wheel_gets_nested_files_and_data(tree: Path, tmp_path: Path) -> None:
+    nest(tree, tmp_path / "magbench")
+    assert (tmp_path / "magbench" / "sim" / "field.py").read_text().startswith("from magbench.calib import x\n")
+    assert (tmp_path / "magbench" / "sim" / "models" / "a.xml").read_text() == "<sim/>"
+    assert (tmp_path / "magbench" / "__init__.py").is_file()
 
 
-def test_a_checkout_on_the_path_comes_before_the_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    small_tree(tmp_path)
-    monkeypatch.setattr(sys, "path", [str(tmp_path)])
-    KeepCurrent(str(tmp_path)).nest()
-    assert not (tmp_path / EDITABLE).exists()
+def test_a_type_checker_gets_stubs_of_the_python_files(tree: Path, tmp_path: Path) -> None:
+    nest(tree, tmp_path / "stubs", stubs=True)
+    assert (tmp_path / "stubs" / "sim" / "field.pyi").read_text().startswith("from magbench.calib import x\n")
+    assert {file.suffix for file in (tmp_path / "stubs").rglob("*.*")} == {".pyi"}
 
 
-def test_a_module_that_is_no_python_is_left_for_its_import_to_tell(tmp_path: Path) -> None:
-    small_tree(tmp_path)
-    (tmp_path / "sim" / "field.py").write_text("from calib import\n")
-    nest(tmp_path, tmp_path / "out")
-    assert (tmp_path / "out" / "magbench" / "sim" / "field.py").read_text() == "from calib import\n"
+def test_a_checkouts_own_files_are_imported_under_the_nested_names(tree: Path, run: Callable[[str], list[str]]) -> None:
+    code = "import magbench.sim.field as f; print(f.__file__); print(f.scaled.__code__.co_filename); print(f.scaled(7))"
+    path = str(tree / "sim" / "field.py")
+    assert run(code) == [path, path, "42"]
+    assert run(f"{code}; print(*sys.modules)")[-1].split().count("magbench.calib.more") == 1
+    assert not {"sim", "calib", "calib.more"} & set(run("import magbench.sim.field; print(*sys.modules)")[0].split())
+
+
+def test_an_edit_acts_at_the_next_start(tree: Path, run: Callable[[str], list[str]]) -> None:
+    code = "from magbench.sim.field import scaled; print(scaled(1))"
+    assert run(code) == ["6"]
+    (tree / "calib" / "more.py").write_text("y = 50\n")
+    assert run(code) == ["100"]
+
+
+def test_bytecode_is_kept_apart_from_that_of_the_plain_module(tree: Path, run: Callable[[str], list[str]]) -> None:
+    code = f"from magbench.sim.field import scaled; sys.path.insert(0, {str(tree)!r}); import sim.field as plain\n"
+    code += "print(plain.__name__, scaled.__module__, plain.scaled is scaled, plain.scaled(1) == scaled(1))"
+    for _ in range(2):
+        assert run(code) == ["sim.field magbench.sim.field False True"]
+    names = {file.name for file in (tree / "sim" / "__pycache__").glob("field.*")}
+    tag = sys.implementation.cache_tag
+    assert names == {f"field.{tag}.pyc", f"field.nested.{tag}.pyc"}
+    time_ns = (tree / "sim" / "__pycache__" / f"field.nested.{tag}.pyc").stat().st_mtime_ns
+    run(code)
+    assert (tree / "sim" / "__pycache__" / f"field.nested.{tag}.pyc").stat().st_mtime_ns == time_ns
+
+
+def test_a_checkout_that_cannot_be_written_is_imported(tree: Path, run: Callable[[str], list[str]]) -> None:
+    for package in (*PARTS, "magbench"):
+        (tree / package / "__pycache__").write_text("a file where the folder of bytecode would be")
+    assert run("from magbench.sim.field import scaled; print(scaled(1))") == ["6"]
+
+
+def test_a_traceback_and_the_source_are_those_of_the_file(tree: Path, run: Callable[[str], list[str]]) -> None:
+    code = """
+import inspect
+from magbench.sim.field import scaled
+try:
+    scaled(None)
+except TypeError as error:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+print(last.filename, last.lineno, last.line)
+print(inspect.getsource(scaled).splitlines()[1].strip())
+"""
+    assert run(code) == [f"{tree / 'sim' / 'field.py'} 7 return factor * x * y", "from calib.more import y"]
+
+
+def test_a_debugger_stops_at_the_lines_of_the_file(tree: Path, run: Callable[[str], list[str]]) -> None:
+    code = """
+import bdb
+from magbench.sim.field import scaled
+
+class Stepper(bdb.Bdb):
+    def user_line(self, frame):
+        print(frame.f_code.co_filename, frame.f_lineno)
+        self.set_continue()
+
+stepper = Stepper()
+assert stepper.set_break(sys.argv[1] + "/sim/field.py", 7) is None
+stepper.set_trace = lambda *_: None
+stepper.runcall(scaled, 1)
+"""
+    assert f"{tree / 'sim' / 'field.py'} 7" in run(code)
+
+
+def test_coverage_measures_the_file(tree: Path, run: Callable[[str], list[str]]) -> None:
+    code = """
+import coverage
+measured = coverage.Coverage(data_file=None, include=[sys.argv[1] + "/*"], config_file=False)
+measured.start()
+from magbench.sim.field import scaled
+measured.stop()
+_, statements, _, missing, _ = measured.analysis2(sys.argv[1] + "/sim/field.py")
+print(statements, missing)
+"""
+    assert run(code) == ["[1, 4, 5, 7] [5, 7]"]
+
+
+def test_a_syntax_error_is_told_with_file_and_line(tree: Path, run: Callable[[str], list[str]]) -> None:
+    (tree / "sim" / "field.py").write_text("x = 1\nfrom calib import\n")
+    code = """
+try:
+    import magbench.sim.field
+except SyntaxError as error:
+    print(error.filename, error.lineno)
+"""
+    assert run(code) == [f"{tree / 'sim' / 'field.py'} 2"]
+
+
+def test_an_import_that_cannot_be_nested_is_told_with_its_file(tree: Path, run: Callable[[str], list[str]]) -> None:
+    (tree / "sim" / "field.py").write_text("import calib.more\n")
+    code = """
+try:
+    import magbench.sim.field
+except ValueError as error:
+    print(error)
+"""
+    (told,) = run(code)
+    assert told.startswith(f"{tree / 'sim' / 'field.py'}: line 1: write")
+
+
+def test_a_checkout_on_the_path_comes_before_the_installation(tree: Path, run: Callable[[str], list[str]]) -> None:
+    code = "del sys.meta_path[0]; sys.path.insert(0, sys.argv[1]); spec = nesting.find_checkout('/nowhere')\n"
+    code += "print(spec.origin, type(spec.loader).__name__, type(sys.meta_path[0]).__name__ == 'NestedFinder')"
+    assert run(code) == [f"{tree / 'magbench' / '__init__.py'} SourceFileLoader False"]
+
+
+def test_a_folder_of_data_called_magbench_is_no_checkout(tmp_path: Path, run: Callable[[str], list[str]]) -> None:
+    (tmp_path / "magbench").mkdir()
+    code = "sys.path = ['', *(p for p in sys.path if not os.path.isfile(p + '/magbench/__init__.py'))]\n"
+    code += "del sys.meta_path[0]; print(type(nesting.find_checkout(sys.argv[1]).loader).__name__)"
+    assert run(code) == ["NestedLoader"]
+
+
+def test_an_installation_whose_repository_has_gone_says_so(tmp_path: Path) -> None:
+    (tmp_path / "hook.py").write_text(HOOK.format(root=str(tmp_path / "gone")))
+    done = subprocess.run([sys.executable, "-c", "import hook, magbench"], cwd=tmp_path, capture_output=True, text=True)
+    last = done.stderr.splitlines()[-1]
+    assert "gone has gone, where magbench is installed from: install it anew" in last
+    assert last.startswith("ModuleNotFoundError")
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda p: p.name)

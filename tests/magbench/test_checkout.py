@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from magbench.checkout import Beside
+from magbench.checkout import CheckoutFinder
 
 
 @pytest.mark.parametrize("name", ["sim", "recordings.units", "calib.result", "validation.scoring", "scenarios.errors"])
@@ -20,4 +20,4 @@ def test_a_module_has_two_names_and_is_loaded_once(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["magbench.nowhere", "magbench.sim.nowhere", "magbench.json", "numpy.linalg", "sim"])
 def test_nothing_else_is_found(name: str) -> None:
-    assert Beside().find_spec(name, None) is None
+    assert CheckoutFinder().find_spec(name, None) is None
