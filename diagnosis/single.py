@@ -20,7 +20,7 @@ from diagnosis.several.workflow import check_apart
 from diagnosis.workflow import diagnose
 from recordings import Recording, read_recording
 from recordings.manifest import file_of
-from scenarios.errors import told_of
+from scenarios.errors import errors_relocated
 from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.reference import reference_of
 
@@ -110,7 +110,7 @@ def diagnose_recording(
     )
     if confirm is not None:
         say("the second recording")
-        with told_of(CONFIRM, "recording"):
+        with errors_relocated(CONFIRM, "recording"):
             found = confirmed(found, confirm, model, vector, strength)
     say("what to fly next")
     return advised(found)

@@ -1,4 +1,4 @@
-"""What to simulate: frozen scenario specs, reference paths, the catalogue; errors and files of every package."""
+"""Scenarios, what to simulate: frozen tables, reference paths, the catalogue; and the errors of every package."""
 
 from scenarios.numba_cache import ensure_numba_cache
 

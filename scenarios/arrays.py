@@ -1,4 +1,4 @@
-"""The one array type of the annotations: float64 of any shape, which each docstring states."""
+"""The array type of the annotations: float64 of any shape; each docstring states the shape."""
 
 from __future__ import annotations
 

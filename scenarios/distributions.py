@@ -1,7 +1,7 @@
-"""Distributions of values that differ from run to run: how each is drawn, and how far its draws reach.
+"""Distributions of the values that differ from run to run: draws, and the extremes to expect.
 
-A distribution draws for a value that stands in the scenario, a number, vector or matrix: numbers of its own serve every
-component, arrays of the value's shape one component each.
+A distribution draws a replacement for a number, vector or matrix of the scenario. A parameter that is a number serves
+every component; a parameter with the value's shape has an entry for each component.
 """
 
 from __future__ import annotations
@@ -16,31 +16,31 @@ import numpy as np
 
 from scenarios.arrays import Array
 
-REACH = 6.0
-"""Standard deviations to which a normal draw is held to reach: beyond lies one of 5e8."""
+MOST_SIGMAS = 6.0
+"""Standard deviations to the extremes of a normal distribution: one draw of 5e8 lies beyond."""
 MOST_TRIES = 1000
-"""Draws after which a truncated distribution is held to have nothing between its bounds."""
+"""Draws after which a truncated distribution counts as empty between its bounds."""
 
 
 class Distribution(ABC):
-    """How a value is drawn."""
+    """A distribution from which a value is drawn."""
 
     form: ClassVar[str]
-    """How it is written, for messages and documentation."""
+    """The TOML form, for messages and documentation."""
     whole: ClassVar[bool] = False
-    """Whether the components are drawn together, so that one alone cannot be drawn again."""
+    """Whether the components are drawn together, so that no single component can be drawn again."""
 
     @abstractmethod
     def problem(self, value: Array) -> str:
-        """What is wrong with it, by itself or for a value of this shape; empty if nothing is."""
+        """Return what is wrong with the parameters, alone or for the shape of `value`; empty if nothing is wrong."""
 
     @abstractmethod
     def draw(self, value: Array, rng: np.random.Generator) -> Array:
-        """A value in place of the one that stands there, of its shape."""
+        """Draw a replacement for `value`, of equal shape."""
 
     @abstractmethod
     def ends(self, value: Array) -> tuple[Array, ...]:
-        """The least and the greatest values that are to be expected, of its shape."""
+        """Return the extremes to expect of a draw, of the shape of `value`."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Uniform(_Between):
 
 
 class LogUniform(_Between):
-    """Between low and high with a uniform logarithm: every factor of two is as likely."""
+    """Uniform logarithm between low and high: every factor of two is equally likely."""
 
     form = "log_uniform = [low, high]"
 
@@ -95,7 +95,7 @@ class Normal(Distribution):
         return np.asarray(rng.normal(self.mean, self.std, value.shape))
 
     def ends(self, value: Array) -> tuple[Array, ...]:
-        return tuple(np.broadcast_to(self.mean + k * self.std, value.shape) for k in (-REACH, REACH))
+        return tuple(np.broadcast_to(self.mean + k * self.std, value.shape) for k in (-MOST_SIGMAS, MOST_SIGMAS))
 
 
 @dataclass(frozen=True)
@@ -114,12 +114,14 @@ class LogNormal(Distribution):
         return self.median * _exp(self.sigma * rng.standard_normal(value.shape))
 
     def ends(self, value: Array) -> tuple[Array, ...]:
-        return tuple(np.broadcast_to(self.median * _exp(k * self.sigma), value.shape) for k in (-REACH, REACH))
+        return tuple(
+            np.broadcast_to(self.median * _exp(k * self.sigma), value.shape) for k in (-MOST_SIGMAS, MOST_SIGMAS)
+        )
 
 
 @dataclass(frozen=True)
 class RelativeNormal(Distribution):
-    """``x (1 + s n)``: each component x of the value that stands there, changed by a normal part of it."""
+    """``x (1 + s n)``, n standard normal, for each component x of the scenario's value."""
 
     std: Array
     form = "relative_normal = std"
@@ -131,12 +133,12 @@ class RelativeNormal(Distribution):
         return np.asarray(value * (1.0 + self.std * rng.standard_normal(value.shape)))
 
     def ends(self, value: Array) -> tuple[Array, ...]:
-        return tuple(value * (1.0 + k * self.std) for k in (-REACH, REACH))
+        return tuple(value * (1.0 + k * self.std) for k in (-MOST_SIGMAS, MOST_SIGMAS))
 
 
 @dataclass(frozen=True)
 class OnSphere(Distribution):
-    """A vector of three whose direction is uniform on the sphere, of a length uniform between low and high."""
+    """A vector of three components: direction uniform on the sphere, length uniform between low and high."""
 
     low: Array
     high: Array
@@ -159,7 +161,7 @@ class OnSphere(Distribution):
 
 @dataclass(frozen=True)
 class Correlated(Distribution):
-    """``mean + L n``, L L^T the covariance (k, k): a vector, or a matrix row by row, of k components."""
+    """``mean + L n``, L L^T the covariance (k, k), n standard normal: a vector, or a matrix row by row."""
 
     mean: Array
     covariance: Array
@@ -184,12 +186,12 @@ class Correlated(Distribution):
 
     def ends(self, value: Array) -> tuple[Array, ...]:
         std = np.sqrt(np.diag(self.covariance))
-        return tuple((self.mean.ravel() + k * std).reshape(value.shape) for k in (-REACH, REACH))
+        return tuple((self.mean.ravel() + k * std).reshape(value.shape) for k in (-MOST_SIGMAS, MOST_SIGMAS))
 
 
 @dataclass(frozen=True)
 class Truncated(Distribution):
-    """Another distribution, drawn again where a component lies outside bounds."""
+    """A distribution with bounds: components outside the bounds are drawn again."""
 
     of: Distribution
     low: Array
@@ -222,7 +224,7 @@ class Truncated(Distribution):
 
 @dataclass(frozen=True)
 class Symmetric(Distribution):
-    """A square matrix of another distribution, whose upper triangle is repeated in the lower."""
+    """A symmetric matrix: the upper triangle of a draw, mirrored into the lower."""
 
     of: Distribution
     form = "symmetric = true"
@@ -241,28 +243,28 @@ class Symmetric(Distribution):
 
 @dataclass(frozen=True)
 class Choice:
-    """One of several values, each as likely; they may be text or dates too."""
+    """A choice between equally likely values: numbers, text or dates."""
 
     options: tuple[Any, ...]
     form: ClassVar[str] = "choice = [...]"
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """One of them."""
+        """Draw one of the values."""
         return self.options[int(rng.integers(len(self.options)))]
 
 
 def cholesky(matrix: Array) -> Array | None:
-    """Lower L with L L^T = matrix (n, n), None where that is not positive definite.
+    """Return the lower L with L L^T = matrix (n, n); None for a matrix that is not positive definite.
 
-    Its sums have a fixed order: LAPACK's last bits depend on the processor, and draws end in a data set's bytes.
+    The sums have a fixed order, since LAPACK's last bits depend on the processor and draws decide a dataset's bytes.
     """
     lower = np.zeros(matrix.shape)
     for i in range(len(matrix)):
         for j in range(i + 1):
-            rest = matrix[i, j] - math.fsum(lower[i, :j] * lower[j, :j])
-            if i == j and rest <= 0:
+            remainder = matrix[i, j] - math.fsum(lower[i, :j] * lower[j, :j])
+            if i == j and remainder <= 0:
                 return None
-            lower[i, j] = math.sqrt(rest) if i == j else rest / lower[j, j]
+            lower[i, j] = math.sqrt(remainder) if i == j else remainder / lower[j, j]
     return lower
 
 
@@ -271,7 +273,7 @@ def _mirrored(matrix: Array) -> Array:
 
 
 def _exp(x: Any) -> Array:
-    """exp in extended precision, the same on every processor."""
+    """Return exp(x) by extended precision, equal on every processor."""
     return np.exp(np.asarray(x, dtype=np.longdouble)).astype(np.float64)
 
 

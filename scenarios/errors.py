@@ -1,4 +1,4 @@
-"""The one exception for wrong use and bad input: what is wrong, where, and what to do."""
+"""The exception for wrong use and bad input: what is wrong, where, and what to do."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from contextlib import contextmanager
 
 
 class InputError(ValueError):
-    """Wrong use or bad input, told in one line.
+    """Wrong use or bad input, described in one line.
 
     Parameters
     ----------
     what : what was found and what was expected.
-    where : file and key, option or column it was found in.
-    do : what the user can do about it.
+    where : file and key, option or column.
+    do : what the user can do.
     """
 
     def __init__(self, what: str, *, where: str = "", do: str = "") -> None:
@@ -22,8 +22,8 @@ class InputError(ValueError):
 
 
 @contextmanager
-def told_of(where: str, instead_of: str) -> Iterator[None]:
-    """Within, an InputError that is told of `instead_of` is told of `where`, which says which of several it is."""
+def errors_relocated(where: str, instead_of: str) -> Iterator[None]:
+    """Give InputErrors located at `instead_of` the location `where`, which identifies a recording among several."""
     try:
         yield
     except InputError as error:

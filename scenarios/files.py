@@ -1,4 +1,4 @@
-"""Reading what a user names: a regular file of a size that can be meant, or one clear line."""
+"""Reading of text and JSON files that a user names, with an InputError for every defect."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from scenarios.errors import InputError
 
 Value = TypeVar("Value")
 MAX_TEXT_BYTES = 64_000_000
-"""Longer than the manifest of 99,999 runs; what is longer than that is not a text that magbench reads."""
+"""Longer than the manifest of 99,999 runs, the longest text that magbench reads."""
 
 
 def check_regular(path: Path) -> None:
-    """Refuse a pipe, a socket and a device, which could be read for ever; what is not there is left to the reader."""
+    """Raise InputError for a pipe, a socket or a device, which may have no end; a missing file passes."""
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise InputError("is a pipe or a device", where=str(path), do="give a regular file")
 
 
 def read_text(path: Path, do: str, encoding: str = "utf-8") -> str:
-    """The text of a file; InputError, ending with what to `do`, for what cannot be read."""
+    """Return the text of a file; InputError, with the advice `do`, for an unreadable file."""
     check_regular(path)
     try:
         if path.stat().st_size > MAX_TEXT_BYTES:
@@ -37,7 +37,7 @@ def read_text(path: Path, do: str, encoding: str = "utf-8") -> str:
 
 
 def parsed_json(text: str | bytes, where: str, do: str) -> Any:
-    """The plain values of a JSON text; InputError for what is not JSON, NaN and infinity among it."""
+    """Return the plain values of a JSON text; InputError for invalid JSON, and for NaN and infinity."""
     try:
         return json.loads(text, parse_float=_finite, parse_constant=_finite)
     except RecursionError:
@@ -47,7 +47,7 @@ def parsed_json(text: str | bytes, where: str, do: str) -> Any:
 
 
 def validated(schema: TypeAdapter[Value], text: str | bytes, where: str, do: str) -> Value:
-    """The value that a JSON text holds, of the schema's type; InputError names the first key that is wrong."""
+    """Return the value in a JSON text, of the schema's type; InputError for the first wrong key."""
     parsed_json(text, where, do)
     try:
         return schema.validate_json(text, strict=True)

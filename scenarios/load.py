@@ -1,4 +1,4 @@
-"""Read scenarios: by name from the catalogue, or from a TOML file; strictly, with overrides."""
+"""Strict reading of scenarios, by name from the catalogue or from a TOML file, with overrides."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Spec = TypeVar("Spec", bound=BaseModel)
 
 
 def load(name_or_path: str | Path, model: type[Spec], overrides: Sequence[str] = ()) -> Spec:
-    """The file of that name in the catalogue, or that TOML file, as a `model`, with `key=value` overrides.
+    """Return a scenario of the catalogue, or a TOML file, as a `model`, with `key=value` overrides.
 
     Raises InputError (one line: file or override, key, what is wrong, what to do) for a file that cannot be read or is
-    not TOML, an unknown key, a wrong type, a value out of range, and whatever else the model refuses.
+    not TOML, an unknown key, a wrong type, a value out of range, and every further violation of the model.
     """
     path = find(name_or_path)
     changes = [parse(text) for text in overrides]
@@ -31,12 +31,12 @@ def load(name_or_path: str | Path, model: type[Spec], overrides: Sequence[str] =
 
 
 def keys_of(name_or_path: str | Path) -> frozenset[str]:
-    """The keys at the top of a file."""
+    """Return the top-level keys of a file."""
     return frozenset(_read(find(name_or_path)))
 
 
 def catalogue() -> dict[str, str]:
-    """Name and summary of every scenario in the catalogue."""
+    """Return name and summary of every scenario in the catalogue."""
     tables = {name: _read(CATALOGUE / f"{name}.toml") for name in scenario_names()}
     return {name: str(table["summary"]) for name, table in tables.items()}
 
@@ -46,7 +46,7 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"not TOML: {error}", where=str(path), do="mend the file there") from None
+        raise InputError(f"not TOML: {error}", where=str(path), do="correct the file there") from None
     except (RecursionError, ValueError):  # tables in tables a thousand deep, a number of thousands of digits
         raise InputError("nested too deep, or a number too long", where=str(path), do="give a scenario file") from None
 
@@ -58,7 +58,7 @@ def _changed(data: dict[str, Any], changes: Sequence[Override]) -> dict[str, Any
 
 
 def _validate(model: type[Spec], data: dict[str, Any], where: str, changes: Sequence[Override]) -> Spec:
-    """Strictly: as JSON, so that arrays and dates are accepted, but no text for a number."""
+    """Validate as JSON: strict, so that no text counts as a number, yet with arrays and dates."""
     try:
         text = json.dumps(data, default=str)
     except RecursionError:
@@ -71,5 +71,5 @@ def _validate(model: type[Spec], data: dict[str, Any], where: str, changes: Sequ
 
 
 def _blame(path: tuple[str | int, ...], where: str, changes: Sequence[Override]) -> str:
-    """The last override that reaches the path, otherwise the file."""
+    """Return the last override that affects the path, otherwise the file."""
     return next((change.where for change in reversed(changes) if change.touches(path)), where)

@@ -1,4 +1,4 @@
-"""Scenarios by name: where the catalogue's files are, and what a misspelt name may have meant."""
+"""Names of scenarios and calibrators: the catalogue's files, and the nearest valid name for a misspelt name."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from scenarios.errors import InputError
 
 CATALOGUE = Path(__file__).parent / "catalogue"
 CALIBRATORS_GROUP = "magbench.calibrators"
-"""The entry points by which an installed package offers its calibrators."""
+"""The group of entry points by which installed packages offer calibrators."""
 
 
 def scenario_names() -> list[str]:
-    """Every name of the catalogue."""
+    """Return every name of the catalogue."""
     return sorted(path.stem for path in CATALOGUE.glob("*.toml"))
 
 
 def find(name_or_path: str | Path) -> Path:
-    """The file of a catalogue name or path; raises InputError that lists the names."""
+    """Return the file of a catalogue name or path; InputError, listing the names, for an unknown name."""
     named = CATALOGUE / f"{name_or_path}.toml"
     if "/" not in str(name_or_path) and named.is_file():
         return named
@@ -30,14 +30,14 @@ def find(name_or_path: str | Path) -> Path:
 
 
 def offered_calibrators() -> dict[str, str]:
-    """The calibrators of installed packages: module:object by name."""
+    """Return the calibrators of installed packages: module:object by name."""
     from importlib.metadata import entry_points
 
     return {one.name: f"{one.module}:{one.attr}" for one in entry_points(group=CALIBRATORS_GROUP)}
 
 
 def closest(word: str, valid: Iterable[str], most: int = 8) -> str:
-    """The valid words nearest to one that is not, as advice."""
+    """Return advice with the valid words nearest to an invalid word."""
     from difflib import get_close_matches
 
     words = sorted(valid)

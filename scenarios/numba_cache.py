@@ -1,4 +1,4 @@
-"""Where numba keeps the compiled loops of every package; it imports little, since every start of the program does."""
+"""The directory of numba's compiled loops; few imports here, since every start of the program runs this module."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import sys
 
 
 def ensure_numba_cache() -> None:
-    """Give numba a directory of this process where it would find none that can be written, and would refuse to start.
+    """Give numba a temporary directory of this process where numba would find no writable directory and fail.
 
-    It keeps compiled code beside the package, else in the user's cache. A read-only installation run by a user without
-    a home, as in containers, has neither. Called before numba is imported; workers inherit the choice.
+    Numba keeps compiled code next to the package, else in the user's cache. A read-only installation run by a user
+    without a home, as in containers, has neither. Called before numba is imported; workers inherit the choice.
     """
-    beside = os.path.join(os.path.dirname(__file__), "__pycache__")
+    package = os.path.join(os.path.dirname(__file__), "__pycache__")
     home = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "numba")
-    if "NUMBA_CACHE_DIR" in os.environ or _writable(beside) or _writable(home):
+    if "NUMBA_CACHE_DIR" in os.environ or _writable(package) or _writable(home):
         return
     folder = _private()
     os.environ["NUMBA_CACHE_DIR"] = folder
@@ -31,7 +31,7 @@ def _writable(folder: str) -> bool:
 
 
 def _private() -> str:
-    """A directory that this user alone can read, removed when the process ends."""
+    """Return a new directory for this user alone, removed when the process ends."""
     import atexit
     import shutil
     import tempfile

@@ -1,4 +1,4 @@
-"""`--set key=value`: one value of a scenario replaced by a dotted key."""
+"""The option `--set key=value`: a value of a scenario, replaced by its dotted key."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from scenarios.errors import InputError
 
 MAX_LENGTH = 10_000
 MAX_DEPTH = 20
-"""Parts of a key; a scenario has no value deeper than six."""
+"""Parts of a key; the deepest value of a scenario has six."""
 _INDEX = re.compile(r"[0-9]{1,6}")
 _BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_.:/-]*")
 
 
 @dataclass(frozen=True)
 class Override:
-    """One override: its text, the path in the scenario, and the new value (None removes the key)."""
+    """An override: text, path in the scenario, and new value (None removes the key)."""
 
     text: str
     path: tuple[str | int, ...]
@@ -29,15 +29,15 @@ class Override:
         return f"--set {self.text}"
 
     def touches(self, path: tuple[str | int, ...]) -> bool:
-        """Whether an error at this path can come from this override."""
+        """Return whether an error at `path` can come from the override."""
         shared = min(len(path), len(self.path))
         return shared > 0 and path[:shared] == self.path[:shared]
 
 
 def parse(text: str) -> Override:
-    """Read `key=value`: the value as TOML, a bare word as a string; an empty value removes the key.
+    """Parse `key=value`: the value as TOML, a bare word as a string; an empty value removes the key.
 
-    Raises InputError where the text has no key, or the value is neither.
+    Raises InputError for a text without a key, and for a value that is neither TOML nor a word.
     """
     if len(text) > MAX_LENGTH:
         where, do = f"--set {text[:60]}…", "write the value into a scenario file"
@@ -52,7 +52,7 @@ def parse(text: str) -> Override:
 
 
 def _parse_key(key: str) -> tuple[str | int, ...]:
-    """The parts of a dotted TOML key (a part may be quoted), numbers as indices; () where it is no key."""
+    """Return the parts of a dotted TOML key (parts may be quoted), numbers as indices; () for an invalid key."""
     try:
         table: Any = tomllib.loads(f"{key} = 0")
     except ValueError:
@@ -80,9 +80,9 @@ def _parse_value(value: str, text: str) -> Any:
 
 
 def put(data: dict[str, Any], override: Override) -> None:
-    """Set the value in plain data, making tables on the way.
+    """Set the override's value in plain data, creating missing tables.
 
-    Raises InputError where the path leads through a value or beyond an array.
+    Raises InputError for a path through a value or beyond the end of an array.
     """
     node: Any = data
     for depth, part in enumerate(override.path):

@@ -1,4 +1,4 @@
-"""Results as plain values, for JSON."""
+"""Conversion of results to plain values for JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def _same(value: Any) -> Any:
 
 
 def plain(value: Any, leaf: Callable[[Any], Any] = _same) -> Any:
-    """A value as Python's own: arrays (all that has `tolist`) and tuples as lists, keys as text; `leaf` of the rest."""
+    """Return Python's own types: lists for arrays (`tolist`) and tuples, text for keys, `leaf(value)` for all else."""
     if isinstance(value, Mapping):
         return {str(key): plain(part, leaf) for key, part in value.items()}
     if isinstance(value, list | tuple):
@@ -21,7 +21,7 @@ def plain(value: Any, leaf: Callable[[Any], Any] = _same) -> Any:
 
 
 def json_ready(value: Any) -> Any:
-    """A result as JSON holds it: plain, and None for what is not finite."""
+    """Return plain values for JSON, with None for numbers that are not finite."""
     return plain(value, _finite)
 
 

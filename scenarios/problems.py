@@ -1,4 +1,4 @@
-"""Validation errors told as one line: where, what, and the keys or kinds that would be valid."""
+"""Validation errors in one line: where, what, and the valid keys or kinds."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ _MISFIT = "misfit"
 
 
 def dotted(path: Iterable[str | int]) -> str:
-    """phases.1.radius_m; a key that holds a dot is quoted."""
+    """Return a dotted path such as phases.1.radius_m; a key with a dot is quoted."""
     return ".".join(f'"{part}"' if "." in str(part) else str(part) for part in path)
 
 
 def misfit(path: Path, what: str, do: str = "") -> ValidationError:
-    """What a validator raises to name a place below its own, and what to do; told as it is."""
+    """Return the error by which a validator locates a problem below its own table, with advice."""
     cause = PydanticCustomError(_MISFIT, "{what}", {"what": what, "do": do})
     return ValidationError.from_exception_data(_MISFIT, [InitErrorDetails(type=cause, loc=path, input=None)])
 
 
 def only_problem(error: ValidationError) -> tuple[Path, str, str]:
-    """Path, what is wrong and what to do, of a `misfit`."""
+    """Return path, problem and advice of a `misfit`."""
     (problem,) = error.errors(include_url=False)
     return problem["loc"], problem["ctx"]["what"], problem["ctx"]["do"]
 
 
 def first_problem(error: ValidationError, model: type[BaseModel]) -> tuple[Path, str, str]:
-    """The most telling of the errors: its path in the file, what is wrong, and what to do.
+    """Return the first error, unknown keys before all else: path in the file, problem, advice.
 
-    A misspelt key also leaves the key that was meant missing, so unknown keys are problem_at first.
+    A misspelt key is also reported as missing, under the correct name; hence the order.
     """
     problems = error.errors(include_url=False)
     problem = min(problems, key=lambda p: p["type"] != "extra_forbidden")
@@ -47,7 +47,7 @@ def first_problem(error: ValidationError, model: type[BaseModel]) -> tuple[Path,
 
 
 def problem_at(where: str, path: Path, what: str, do: str) -> InputError:
-    """The error with file (or override) and key."""
+    """Return the InputError with file (or override) and key."""
     return InputError(what, where=": ".join(filter(None, (where, dotted(path)))), do=do)
 
 
@@ -67,7 +67,7 @@ def _words(problem: ErrorDetails, model: type[BaseModel]) -> tuple[str, str]:
 
 
 def phrase(problem: ErrorDetails) -> str:
-    """Pydantic's message as a phrase, with what was found where that is one value."""
+    """Return pydantic's message as a phrase, with the value found if the value is short."""
     given = problem["input"]
     what = str(problem["msg"]).removeprefix("Value error, ").replace("\n", " ")
     what = (what[:1].lower() + what[1:]).replace("input should be", "must be")
@@ -87,7 +87,7 @@ def _short(given: Any) -> str:
 
 
 def _followed(model: type[BaseModel], loc: Path) -> tuple[Path, Any]:
-    """Pydantic's location as the path in the file, without the kinds chosen in tagged unions; and the type there."""
+    """Return a location of pydantic as path in the file, without the kinds of tagged unions, and the type there."""
     path: list[str | int] = []
     found: Any = model
     for part in loc:
@@ -101,7 +101,7 @@ def _followed(model: type[BaseModel], loc: Path) -> tuple[Path, Any]:
 
 
 def _inside(table: Any, part: str | int) -> Any:
-    """The type of what a table, array or mapping holds under a key; None where that is not known."""
+    """Return the type under a key of a table, array or mapping; None if unknown."""
     fields = getattr(table, "model_fields", {})
     named = {info.alias or name: info.annotation for name, info in fields.items()}
     if named:
@@ -113,20 +113,20 @@ def _inside(table: Any, part: str | int) -> Any:
 
 
 def _bare(annotation: Any) -> Any:
-    """A type without what annotates it, and without the None of an optional one."""
+    """Return a type without annotations, and an optional type without None."""
     if get_origin(annotation) is Annotated:
         return _bare(get_args(annotation)[0])
-    choices = [one for one in get_args(annotation) if one is not NoneType]
+    choices = [choice for choice in get_args(annotation) if choice is not NoneType]
     return choices[0] if NoneType in get_args(annotation) and len(choices) == 1 else annotation
 
 
 def _kinds(found: Any) -> dict[str, type[BaseModel]]:
-    """The tables of a tagged union by their `kind`."""
-    tables = [one for one in get_args(found) if hasattr(one, "model_fields") and "kind" in one.model_fields]
+    """Return the tables of a tagged union by `kind`."""
+    tables = [table for table in get_args(found) if "kind" in getattr(table, "model_fields", {})]
     words = {get_args(table.model_fields["kind"].annotation): table for table in tables}
     return {str(word[0]): table for word, table in words.items() if word}
 
 
 def _keys(table: Any) -> list[str]:
-    """The keys of a table as written in files."""
+    """Return the keys of a table as written in files."""
     return [info.alias or name for name, info in getattr(table, "model_fields", {}).items()]

@@ -1,4 +1,4 @@
-"""What a scenario says that needs no simulator: frozen, strictly checked tables of a TOML file."""
+"""The part of a scenario that needs no simulator: frozen, strictly checked tables of a TOML file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scenarios.varied import Vary
 
 FieldStrength = Annotated[float, Field(ge=-1e6, le=1e6)]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-"""The version of JSON Schema that ours are written in."""
+"""The version of JSON Schema of all schemas of magbench."""
 MAX_SEED = 2**63 - 1
 MAX_DURATION_S = 864_000
 """Ten days."""
@@ -65,7 +65,7 @@ class SamplingSpec(Table):
 
 
 class NavigationSpec(Table):
-    """Errors of the instruments beside the magnetometer; white noise is per sample."""
+    """Errors of all instruments but the magnetometer; white noise is per sample."""
 
     gyro_noise_std_rad_s: float = Field(1e-3, ge=0, le=10)
     gyro_bias_std_rad_s: float = Field(1e-4, ge=0, le=10, description="constant in a run, drawn once")
@@ -80,9 +80,9 @@ class NavigationSpec(Table):
 
 
 class BaseScenario(Table):
-    """What a scenario says of itself, the field, the motion and the instruments.
+    """A scenario's name, field, motion and instruments.
 
-    The simulator's scenario adds what only it knows: the vehicle, the sensors and their effects.
+    The simulator's scenario adds the vehicle, the sensors and the effects.
     """
 
     name: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")

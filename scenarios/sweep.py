@@ -1,4 +1,4 @@
-"""`--sweep key=1,5,10`: a value of the scenario that takes several values, one after the other; also `key=0:30:5`."""
+"""The option `--sweep key=1,5,10` or `key=0:30:5`: a value of the scenario that takes several values in turn."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ Value = float | str | bool
 S = TypeVar("S", bound=BaseScenario)
 OPTION = "--sweep"
 FIXED = ("name", "summary", "seed", "calibrators", "vary")
-"""Keys of a scenario that are not its model: nothing to sweep."""
+"""Keys of a scenario without influence on the simulation, which cannot be swept."""
 NUMBER = r"\s*([+-]?\d{1,12}(?:\.\d{0,12})?)\s*"
 RANGE = re.compile(f"{NUMBER}:{NUMBER}:{NUMBER}", re.ASCII)
 MOST_VALUES = 1000
-"""Values that a range may have."""
+"""The largest number of values in a range."""
 MOST_NEAR = 8
-"""Keys that advice names."""
+"""The largest number of keys in advice."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """One value of a scenario by its dotted key, and the values that it takes."""
+    """A value of a scenario, by its dotted key, and the values to take in turn."""
 
     key: str
     values: tuple[Value, ...]
 
 
 def parse_sweep(text: str, scenario: BaseScenario, option: str = OPTION) -> Sweep:
-    """Read `KEY=1,5,10` or `KEY=0:30:5`; KEY is a dotted key of the scenario or an ending that no other key has.
+    """Parse `KEY=1,5,10` or `KEY=0:30:5`; KEY is a dotted key of the scenario, or a unique ending of a key.
 
-    `noise_std_nT` ends `effects.white_noise.std_nT`: the parts of a key may stand with underscores between them.
-    Raises InputError for no such key, listing the nearest, for several, for values that are neither numbers nor words,
-    for a value given twice, and for what `[vary]` draws anew in each run.
+    `noise_std_nT` ends `effects.white_noise.std_nT`: underscores may replace the dots of a key.
+    Raises InputError for an unknown key, listing the nearest, for an ambiguous key, for values that are neither numbers
+    nor words, for repeated values, and for a key that `[vary]` draws in each run.
     """
     where = f"{option} {text}"
     name, equals, values = (part.strip() for part in text.partition("="))
@@ -62,7 +62,7 @@ def parse_sweep(text: str, scenario: BaseScenario, option: str = OPTION) -> Swee
 
 
 def _range(text: str, where: str) -> list[str]:
-    """The numbers of START:STOP:STEP, both ends included, as text; empty for what is no range."""
+    """Return the numbers of START:STOP:STEP, both ends included, as text; empty for a text that is no range."""
     found = RANGE.fullmatch(text)
     if not found:
         return []
@@ -75,7 +75,7 @@ def _range(text: str, where: str) -> list[str]:
 
 
 def points(sweeps: Sequence[Sweep]) -> list[dict[str, Value]]:
-    """Every combination of the values, by key; the last key changes fastest. One empty combination without sweeps."""
+    """Return every combination of the values, by key, the last key fastest; without sweeps one empty combination."""
     keys = [sweep.key for sweep in sweeps]
     twice = sorted({key for key in keys if keys.count(key) > 1})
     if twice:
@@ -84,18 +84,18 @@ def points(sweeps: Sequence[Sweep]) -> list[dict[str, Value]]:
 
 
 def swept(scenario: S, values: Mapping[str, Value], option: str = OPTION) -> S:
-    """The scenario with these values; a number fills a vector. InputError where one does not fit."""
+    """Return the scenario with values at their keys; a number fills a vector. InputError for an unsuitable value."""
     data = deepcopy(as_dict(scenario))
     for key, value in values.items():
         _put(data, key, value, option)
-    said = ", ".join(f"{key}={value}" for key, value in values.items())
+    where = f"{option} " + ", ".join(f"{key}={value}" for key, value in values.items())
     try:
         changed = type(scenario).model_validate(data)
     except ValidationError as error:
         path, what, do = first_problem(error, type(scenario))
         place = ".".join(map(str, path))
-        raise InputError(f"{place}: {what}", where=f"{option} {said}", do=do or "give values that fit") from None
-    check_vary(changed, f"{option} {said}")
+        raise InputError(f"{place}: {what}", where=where, do=do or "give values that fit") from None
+    check_vary(changed, where)
     return changed
 
 
@@ -114,13 +114,13 @@ def _full_key(name: str, scenario: BaseScenario, where: str) -> str:
 
 
 def _near(name: str, keys: Sequence[str]) -> str:
-    """The nearest keys: those that hold the name, or else are spelt alike."""
+    """Return advice with the keys that contain the name, or else with the keys of similar spelling."""
     inside = [key for key in keys if name.replace(".", "_") in key.replace(".", "_")]
     return "did you mean " + " or ".join(inside[:MOST_NEAR]) + "?" if inside else closest(name, keys)
 
 
 def _values(node: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """Every number and word with its dotted key; a vector or matrix whole and then its components."""
+    """Yield every number and word with its dotted key; a vector or matrix first whole, then by component."""
     if isinstance(node, dict | list):
         parts = node.items() if isinstance(node, dict) else enumerate(node)
         if key and isinstance(node, list) and not any(isinstance(part, dict) for part in node):

@@ -1,4 +1,4 @@
-"""What every table of a scenario file has in common."""
+"""The base of every table of a scenario file."""
 
 from __future__ import annotations
 

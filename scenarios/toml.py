@@ -8,12 +8,12 @@ from pydantic import BaseModel
 
 
 def as_dict(scenario: BaseModel) -> dict[str, Any]:
-    """Everything that the scenario says, defaults included, in JSON's types and under the files' keys."""
+    """Return all values of a scenario, defaults included, in JSON's types and under the files' keys."""
     return scenario.model_dump(mode="json", by_alias=True, exclude_none=True)
 
 
 def to_toml(scenario: BaseModel) -> str:
-    """A scenario (or model) file that loads back equal; values at their defaults are left out."""
+    """Return the text of a scenario (or model) file that loads back equal, without values at their defaults."""
     import tomlkit  # here: most commands read scenarios and write none
 
     return str(tomlkit.dumps(scenario.model_dump(by_alias=True, exclude_none=True, exclude_defaults=True)))

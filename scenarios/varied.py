@@ -1,4 +1,4 @@
-"""An entry of `[vary]` as it is written: one distribution, and what bounds or mirrors it."""
+"""The entries of `[vary]` in a file: a distribution, with optional bounds or symmetry."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ for _ in range(2):
 
 
 def _numbers(given: Any) -> Any:
-    """A finite number, or equally long rows of them as tuples; ValueError otherwise."""
+    """Return a finite number, or rows of equal length as tuples; ValueError otherwise."""
     if isinstance(given, list | tuple) and given:
         rows = tuple(map(_numbers, given))
         if len({np.shape(row) for row in rows}) > 1:
@@ -42,14 +42,14 @@ def _numbers(given: Any) -> Any:
 
 
 def _one_or_two(radius: Any) -> Any:
-    """A radius, or its ends; ValueError for anything else."""
+    """Return a radius, or a pair of ends; ValueError for any other shape."""
     if np.shape(radius) not in ((), (2,)):
         raise ValueError("expected a radius, or [low, high]")
     return radius
 
 
 Numbers = Annotated[Any, AfterValidator(_numbers), WithJsonSchema(_ROWS)]
-"""A number for every component, or one for each in the shape of the value."""
+"""A number for all components, or numbers in the shape of the value."""
 Pair = tuple[Numbers, Numbers]
 
 
@@ -61,22 +61,22 @@ class CorrelatedSpec(Table):
 
 
 class Vary(Table):
-    """How a value differs from run to run: exactly one distribution, drawn once a run.
+    """The variation of a value from run to run: exactly one distribution, drawn once a run.
 
-    Of a vector or matrix each component is drawn on its own, but for `on_sphere`, `correlated` and `choice`.
+    The components of a vector or matrix are drawn independently, except by `on_sphere`, `correlated` and `choice`.
     """
 
     uniform: Pair | None = Field(None, description="low, high")
     normal: Pair | None = Field(None, description="mean, standard deviation")
     log_uniform: Pair | None = Field(None, description="low, high, both above zero: the logarithm is uniform")
     log_normal: Pair | None = Field(None, description="median, standard deviation of the natural logarithm")
-    relative_normal: Numbers | None = Field(None, description="std s: the value that stands there times 1 + s n")
+    relative_normal: Numbers | None = Field(None, description="std s: the scenario's value times 1 + s n")
     on_sphere: Annotated[Numbers, AfterValidator(_one_or_two)] | None = Field(
         None, description="length of a vector of uniform direction; [low, high]: uniform between them"
     )
     correlated: CorrelatedSpec | None = Field(None, description="mean and covariance of all components together")
-    choice: tuple[Any, ...] | None = Field(None, min_length=1, description="values, each as likely; text and dates too")
-    truncated: Pair | None = Field(None, description="low, high: what lies outside is drawn again")
+    choice: tuple[Any, ...] | None = Field(None, min_length=1, description="equally likely values; also text and dates")
+    truncated: Pair | None = Field(None, description="low, high: components outside are drawn again")
     symmetric: Literal[True] | None = Field(None, description="a square matrix, its upper triangle repeated below")
 
     @model_validator(mode="after")
@@ -91,7 +91,7 @@ class Vary(Table):
 
     @property
     def distribution(self) -> Distribution | Choice:
-        """The distribution that it stands for."""
+        """The distribution of the entry."""
         if self.choice is not None:
             return Choice(self.choice)
         made = next(make(getattr(self, name)) for name, make in _MADE.items() if getattr(self, name) is not None)

@@ -1,4 +1,4 @@
-"""How values differ from run to run: `[vary]` entries checked and drawn."""
+"""The variation of values from run to run: checks and draws of the `[vary]` entries."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from scenarios.toml import as_dict
 from scenarios.varied import Vary
 
 Change = Callable[[Any, Vary], Any]
-"""The value that takes the place of the one that stands there."""
+"""(value, entry) -> the replacement of the value."""
 S = TypeVar("S", bound=BaseScenario)
 
 
 def apply_vary(scenario: S, rng: np.random.Generator) -> S:
-    """The scenario of one run: every `vary` entry drawn, in sorted order of the keys; nothing is left to vary.
+    """Return the scenario of a run: every `vary` entry drawn, in sorted order of the keys, and `vary` emptied.
 
-    Without entries the scenario itself is returned and nothing is drawn. Raises InputError where a draw leaves the
+    Without entries the scenario is returned unchanged and nothing is drawn. Raises InputError for a draw outside the
     value's range.
     """
     if not scenario.vary:
@@ -33,9 +33,9 @@ def apply_vary(scenario: S, rng: np.random.Generator) -> S:
 
 
 def check_vary(scenario: BaseScenario, where: str) -> None:
-    """Raise InputError unless every key names a value of its distribution's shape, and its ends fit the scenario.
+    """Raise InputError unless every key is a value of its distribution's shape, with extremes valid in the scenario.
 
-    The ends of a distribution without bounds are `distributions.REACH` standard deviations from its middle.
+    The extremes of an unbounded distribution lie `distributions.MOST_SIGMAS` standard deviations from the centre.
     """
     if not scenario.vary:
         return
@@ -52,7 +52,7 @@ def check_vary(scenario: BaseScenario, where: str) -> None:
 
 
 def values_at(scenario: BaseScenario, keys: Iterable[str]) -> dict[str, Any]:
-    """The scenario's values at dotted keys, such as those of `vary`; raises InputError for a key that is not there."""
+    """Return the scenario's values at dotted keys, such as the keys of `vary`; InputError for an unknown key."""
     data = as_dict(scenario)
     found = {key: _find(data, key, scenario.name) for key in sorted(keys)}
     return {key: node[last] for key, (node, last) in found.items()}
@@ -62,15 +62,15 @@ def _draw(value: Any, how: Vary, rng: np.random.Generator) -> Any:
     distribution = how.distribution
     if isinstance(distribution, Choice):
         return distribution.draw(rng)
-    with np.errstate(over="ignore"):  # what overflows is out of every range, and refused as such
+    with np.errstate(over="ignore"):  # an overflow is outside every range, and refused later
         return distribution.draw(np.array(value, dtype=np.float64), rng).tolist()
 
 
 def _ends(value: Any, how: Vary, key: str, where: str) -> tuple[Any, ...]:
-    """The values that a distribution may put there, as far as they matter for a check."""
+    """Return the extremes of a distribution, or all options of a choice."""
     distribution = how.distribution
     if isinstance(distribution, Choice):
-        if any(isinstance(one, dict) for one in (value if isinstance(value, list) else [value])):
+        if any(isinstance(part, dict) for part in (value if isinstance(value, list) else [value])):
             raise problem_at(where, ("vary", key), "tables cannot vary as a whole", "name the values in them")
         return distribution.options
     numbers = _numbers(value)
@@ -83,7 +83,7 @@ def _ends(value: Any, how: Vary, key: str, where: str) -> tuple[Any, ...]:
 
 
 def _numbers(value: Any) -> NDArray[np.float64] | None:
-    """A number, vector or matrix of the scenario as an array; None for what is none."""
+    """Return a number, vector or matrix of the scenario as an array; None for any other value."""
     try:
         plain = np.array(value)
     except ValueError:  # rows of unequal length
@@ -92,7 +92,7 @@ def _numbers(value: Any) -> NDArray[np.float64] | None:
 
 
 def _vary(scenario: S, change: Change, prefix: str) -> S:
-    """The scenario with every value that varies changed, in sorted order of the keys."""
+    """Return the scenario with every varying value changed, in sorted order of the keys."""
     data = as_dict(scenario)
     changed = {}
     for key in sorted(scenario.vary):
@@ -102,7 +102,7 @@ def _vary(scenario: S, change: Change, prefix: str) -> S:
 
 
 def _put(scenario: S, values: dict[str, Any], prefix: str, where: str) -> S:
-    """The scenario with these values at their keys and nothing left to vary; InputError where one does not fit."""
+    """Return the scenario with new values at their keys and `vary` emptied; InputError for an invalid value."""
     data = as_dict(scenario)
     for key, value in values.items():
         node, last = _find(data, key, where)
@@ -117,7 +117,7 @@ def _put(scenario: S, values: dict[str, Any], prefix: str, where: str) -> S:
 
 
 def _find(data: dict[str, Any], key: str, where: str) -> tuple[Any, Any]:
-    """The table or array that holds the value, and its key there."""
+    """Return the table or array that holds the value of a dotted key, and the last part of the key."""
     node: Any = data
     parts: list[str | int] = [int(part) if part.isdecimal() else part for part in key.split(".")]
     for depth, part in enumerate(parts):

@@ -21,7 +21,7 @@ from diagnosis.several.workflow import diagnose_together
 from recordings import read_recording
 from recordings.importer import sensors_in
 from recordings.manifest import file_of, read_manifest
-from scenarios.errors import InputError, told_of
+from scenarios.errors import InputError, errors_relocated
 from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.reference import reference_of
 
@@ -132,7 +132,7 @@ def diagnose_files(
             vector = None if known.field_enu_nT is None else np.array(known.field_enu_nT)
             strength = known.strength_nT
         recording = with_actuators(read, actuators, one.file)
-        with told_of(one.name, "recording"):
+        with errors_relocated(one.name, "recording"):
             return posed(recording, spec, vector, strength, iron_known=model is not None, policy=policy)
 
     return _compared(measured, [problem(one) for one in measured], whole, say)

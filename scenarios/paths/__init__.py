@@ -1,4 +1,4 @@
-"""Reference paths: one phase of the motion each, as a pure function of time."""
+"""Reference paths: a phase of the motion each, as a pure function of time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A phase of the motion: its TOML table, and the reference that guidance follows in it."""
+"""The base of all phases of the motion: a TOML table, and the reference that guidance follows."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ REFERENCE_COLUMNS = (
 a positive pitch lowers the nose) and the derivatives of the three angles."""
 
 LEAST_RAMP_S = 0.1
-"""Within which a speed or an angle may change at the soonest: five of the engine's steps."""
+"""The shortest time for a change of speed or angle: five of the engine's steps."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where the vehicle's true state is when a phase begins: ENU position and heading from east."""
+    """The vehicle's true state at the start of a phase: ENU position, heading from east, speed."""
 
     pos_enu_m: tuple[float, float, float]
     yaw_rad: float
@@ -33,7 +33,7 @@ class Start:
 
 
 class Ability(StrEnum):
-    """What a vehicle may be able to do, and a phase may need; the value ends "the vehicle cannot ..."."""
+    """An ability of a vehicle, which a phase may need; the value completes "the vehicle cannot ..."."""
 
     TRAVEL = "follow a path through space"
     TILT = "roll or pitch without moving away"
@@ -43,10 +43,10 @@ class Ability(StrEnum):
 
 
 class PhaseBase(BaseModel, ABC):
-    """One phase. A subclass has a `kind`, its parameters, and the reference as a pure function of time.
+    """A phase. A subclass has a `kind`, parameters, and the reference as a pure function of time.
 
-    `needs`: what a vehicle must be able to do. `tracked`: whether guidance steers its position all along, so that
-    the distance from the reference says how well the vehicle follows.
+    `needs`: the ability that a vehicle must have. `powered`: whether thrusters run. `tracked`: whether guidance steers
+    the position all along, so that the distance from the reference measures the tracking.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -57,29 +57,29 @@ class PhaseBase(BaseModel, ABC):
 
     @property
     def label(self) -> str:
-        """Value of the dataset's `phase` column."""
+        """The value in the dataset's `phase` column."""
         return self.kind
 
     @property
     def tilted(self) -> bool:
-        """Whether roll or pitch is commanded on top of the path, which needs Ability.TILT."""
+        """Whether roll or pitch is commanded in addition to the path, which needs Ability.TILT."""
         return False
 
     @property
     @abstractmethod
     def duration_s(self) -> float:
-        """Length of the phase; the longest allowed for a phase that ends at a depth."""
+        """The length of the phase; for a phase that ends at a depth, the longest allowed."""
 
     @property
     def end_depth_m(self) -> float | None:
-        """Depth that ends the phase, for unpowered phases; None: it ends by time alone."""
+        """The depth that ends an unpowered phase; None for a phase that ends by time alone."""
         return None
 
     @property
     def settle_s(self) -> float:
-        """Time after which tracking is judged: the run-in onto the path."""
+        """The run-in onto the path, after which tracking is judged."""
         return 0.0
 
     @abstractmethod
     def reference(self, start: Start, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Reference at times t_s (n,) since the phase began: (n, 18), see REFERENCE_COLUMNS."""
+        """Return the reference at times t_s (n,) since the start of the phase: (n, 18), see REFERENCE_COLUMNS."""

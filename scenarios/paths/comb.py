@@ -15,10 +15,10 @@ from scenarios.paths.turn import heading, unit_turn
 
 
 class Comb(Excited):
-    """Lines of equal length and spacing at constant speed; the first leads ahead along the heading.
+    """Parallel lines of equal length and spacing at constant speed; the first line runs ahead along the heading.
 
-    Arc length s(t) runs up from the speed at the start and brakes to rest at the end. The plane curve over s: lines,
-    and turns of continuous curvature whose width is exactly the line spacing. Nothing is tabulated over time.
+    The arc length s(t) starts at the vehicle's speed and ends at rest. The plane curve over s consists of lines and of
+    turns of continuous curvature whose width is exactly the line spacing. Nothing is tabulated over time.
     """
 
     kind: Literal["comb"]
@@ -45,7 +45,7 @@ class Comb(Excited):
 
     @property
     def duration_s(self) -> float:
-        """From rest to rest; a vehicle that begins with speed arrives earlier and waits at the end."""
+        """The time from rest to rest; a vehicle with initial speed arrives earlier and waits at the end."""
         return self.length_m / self.speed_m_s + self.run_in_s
 
     def reference(self, start: Start, t_s: Array) -> Array:
@@ -64,7 +64,7 @@ class Comb(Excited):
         return run(np.minimum(t_s, stop_s), initial_m_s, self.speed_m_s, self.run_in_s, brake_s)
 
     def _curve(self, arc: Jet) -> tuple[Jet, Jet, Jet]:
-        """Ahead, aside and course along the curve, for turns to the left first; odd lines run back."""
+        """Return ahead, aside and course along the curve, for a first turn to the left; odd lines run back."""
         period = self.line_length_m + self.turn_length_m
         line = np.clip(np.floor(arc.x / period), 0, self.lines - 1)
         along = arc.x - line * period
@@ -72,9 +72,9 @@ class Comb(Excited):
         theta, dtheta, ddtheta = heading(in_turn)
         curvature, dcurvature = dtheta / self.turn_length_m, ddtheta / self.turn_length_m**2
         cos, sin = np.cos(theta), np.sin(theta)
-        beside = self.turn_length_m * unit_turn()[0](in_turn)
-        ahead = arc.through(np.minimum(along, self.line_length_m) + beside[:, 0], cos, -curvature * sin)
-        aside = arc.through(line * self.line_spacing_m + beside[:, 1], sin, curvature * cos)
+        turned = self.turn_length_m * unit_turn()[0](in_turn)
+        ahead = arc.through(np.minimum(along, self.line_length_m) + turned[:, 0], cos, -curvature * sin)
+        aside = arc.through(line * self.line_spacing_m + turned[:, 1], sin, curvature * cos)
         course = arc.through(theta, curvature, dcurvature)
         back = line % 2  # constant on a line: mirroring by it leaves the derivatives exact
         mirror = 1.0 - 2.0 * back

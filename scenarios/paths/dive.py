@@ -1,4 +1,4 @@
-"""Unpowered descent and ascent: ballast does the work, guidance stays silent."""
+"""Unpowered descent and ascent by ballast, without guidance."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Dive(PhaseBase):
     needs: ClassVar[Ability] = Ability.DIVE
     powered: ClassVar[bool] = False
     tracked: ClassVar[bool] = False
-    max_duration_s: float = Field(10_800.0, gt=0, le=86_400, description="the phase ends then at the latest")
+    max_duration_s: float = Field(10_800.0, gt=0, le=86_400, description="the latest end of the phase")
     trim_m: float = Field(0.1, ge=-1, le=1, description="lever arm of the ballast ahead of the centre of gravity")
 
     @property
@@ -30,7 +30,7 @@ class Dive(PhaseBase):
         return self.max_duration_s
 
     def reference(self, start: Start, t_s: Array) -> Array:
-        """Where the phase began, level and on the same heading; no thrust follows it."""
+        """Return the position and heading at the start of the phase, level; no thrust follows the reference."""
         east, north, up = (constant(p, t_s) for p in start.pos_enu_m)
         level = constant(0.0, t_s)
         return assemble((east, north, up), constant(start.yaw_rad, t_s), level, level)
@@ -66,5 +66,5 @@ class Ascent(Dive):
 
     @property
     def ballast_N(self) -> float:
-        """Downward force of the ballast: negative, it lifts."""
+        """Downward force of the ballast, negative: buoyancy."""
         return -self.net_buoyancy_N

@@ -1,4 +1,4 @@
-"""Parameters that several paths share: the smooth run-in, and commanded roll and pitch."""
+"""Parameters shared by several paths: the smooth run-in, and commanded roll and pitch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scenarios.paths.jet import Jet, sine, window
 
 
 class RunIn(PhaseBase):
-    """A phase that gathers speed smoothly; tracking is judged after it."""
+    """A phase with a smooth change of speed at the start, after which tracking is judged."""
 
     run_in_s: float = Field(
         20.0, ge=LEAST_RAMP_S, le=600, description="smooth ramp of the speed; tracking is judged after it"
@@ -23,10 +23,10 @@ class RunIn(PhaseBase):
 
 
 class Excited(RunIn):
-    """Commanded roll and pitch on top of the path: amplitude * window(t) * sin(2 pi t / period).
+    """Commanded roll and pitch in addition to the path: amplitude * window(t) * sin(2 pi t / period).
 
-    A vehicle that tracks perfectly stays level and hardly excites the vertical axis; these make the error model
-    observable. The window ramps over run_in_s at both ends. Only a vehicle that can tilt without moving away does this.
+    A vehicle that tracks perfectly stays level and hardly excites the vertical axis; these angles make the error model
+    observable. The window ramps over run_in_s at both ends. The vehicle must be able to tilt without moving away.
     """
 
     roll_amplitude_deg: float = Field(0.0, ge=0, le=80)
@@ -39,7 +39,7 @@ class Excited(RunIn):
         return self.roll_amplitude_deg > 0 or self.pitch_amplitude_deg > 0
 
     def pitch_roll(self, t_s: Array) -> tuple[Jet, Jet]:
-        """Commanded pitch and roll, rad."""
+        """Return the commanded pitch and roll, rad."""
         envelope = window(t_s, self.duration_s, self.run_in_s)
         pitch = sine(t_s, np.radians(self.pitch_amplitude_deg), self.pitch_period_s)
         roll = sine(t_s, np.radians(self.roll_amplitude_deg), self.roll_period_s)

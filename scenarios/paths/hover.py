@@ -32,7 +32,7 @@ class Hover(RunIn):
 
 
 def at_rest(start: Start, t_s: Array, run_in_s: float) -> tuple[Jet, Jet, Jet]:
-    """Position: from the speed at the start to rest along the heading."""
+    """Return the position: from the speed at the start to rest, along the heading."""
     way = run_up(t_s, start.speed_m_s, 0.0, run_in_s)
     east = way * np.cos(start.yaw_rad) + start.pos_enu_m[0]
     north = way * np.sin(start.yaw_rad) + start.pos_enu_m[1]
@@ -40,9 +40,9 @@ def at_rest(start: Start, t_s: Array, run_in_s: float) -> tuple[Jet, Jet, Jet]:
 
 
 class Rotate(RunIn):
-    """Yaws on the spot and sways along its own x axis, then along its y axis, in turn, so that it must tilt.
+    """Yaws on the spot and sways along the body's x and y axes in turn, which forces the vehicle to tilt.
 
-    Sway A sin(w t), A = g tan(tilt) / w^2: an acceleration g tan(tilt) needs that tilt. Each bout of sway is windowed.
+    Sway A sin(w t), A = g tan(tilt) / w^2: an acceleration g tan(tilt) needs the tilt. Each bout of sway is windowed.
     """
 
     kind: Literal["rotate"]
@@ -74,7 +74,7 @@ class Rotate(RunIn):
         return assemble((east, north, constant(start.pos_enu_m[2], t_s)), yaw, level, level)
 
     def _sway(self, t_s: Array) -> tuple[Jet, Jet]:
-        """Sway along body x and body y: an even number of bouts of about four periods fills the phase."""
+        """Return the sway along body x and y, in an even number of bouts of about four periods each."""
         bouts = 2 * round(self.duration_s / (8.0 * self.tilt_period_s))
         bout_s = self.duration_s / bouts
         bout = np.clip(np.floor(t_s / bout_s), 0, bouts - 1)

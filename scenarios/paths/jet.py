@@ -1,4 +1,4 @@
-"""Values with their first two time derivatives, so that every reference has exact derivatives by construction."""
+"""Values with their first two time derivatives, which keep every reference's derivatives exact."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Jet:
         return self + other * -1.0
 
     def through(self, f: Array, df: Array, ddf: Array) -> Jet:
-        """f(x(t)), from f and its derivatives in x: f' x' and f'' x'^2 + f' x''."""
+        """Return f(x(t)), given f, f', f'' at x: derivatives f' x' and f'' x'^2 + f' x''."""
         return Jet(f, df * self.dx, ddf * self.dx**2 + df * self.ddx)
 
     def sin(self) -> Jet:
@@ -43,12 +43,12 @@ class Jet:
 
 
 def constant(value: float, t_s: Array) -> Jet:
-    """The same value at all times."""
+    """Return a constant."""
     return Jet(np.full_like(t_s, value), np.zeros_like(t_s), np.zeros_like(t_s))
 
 
 def smoothstep(t_s: Array, duration_s: Array | float) -> Jet:
-    """From 0 to 1 over duration_s with zero slope and curvature at both ends: 10 u^3 - 15 u^4 + 6 u^5."""
+    """Return 10 u^3 - 15 u^4 + 6 u^5, u = t / duration: from 0 to 1, zero slope and curvature at both ends."""
     u = np.clip(t_s / duration_s, 0.0, 1.0)
     cube = u * u * u  # as products: the last bit of numpy's powers depends on the processor
     rate = 30.0 * u**2 * (1.0 - u) ** 2
@@ -57,7 +57,7 @@ def smoothstep(t_s: Array, duration_s: Array | float) -> Jet:
 
 
 def run_up(t_s: Array, from_rate: float, to_rate: float, ramp_s: float) -> Jet:
-    """Distance travelled while the rate goes by a smoothstep over ramp_s from one value to another and stays there."""
+    """Return the distance travelled while the rate changes by a smoothstep over ramp_s and then stays constant."""
     step = smoothstep(t_s, ramp_s)
     u = np.clip(t_s / ramp_s, 0.0, 1.0)
     fourth = u * u * u * u
@@ -67,12 +67,12 @@ def run_up(t_s: Array, from_rate: float, to_rate: float, ramp_s: float) -> Jet:
 
 
 def run(t_s: Array, from_rate: float, rate: float, ramp_s: float, brake_s: float) -> Jet:
-    """As `run_up`, then from the time brake_s on smoothly to rest, within ramp_s."""
+    """Return `run_up`, braked to rest from the time brake_s on, within ramp_s."""
     return run_up(t_s, from_rate, rate, ramp_s) + run_up(t_s - brake_s, 0.0, -rate, ramp_s)
 
 
 def pushed(t_s: Array, ramp_s: float) -> Jet:
-    """Way travelled from rest while the acceleration goes by a smoothstep over ramp_s from 0 to 1 and stays there."""
+    """Return the way from rest while the acceleration rises by a smoothstep over ramp_s from 0 to 1 and stays 1."""
     step = smoothstep(t_s, ramp_s)
     u = np.clip(t_s / ramp_s, 0.0, 1.0)
     fourth, after = u * u * u * u, np.maximum(t_s - ramp_s, 0.0)
@@ -82,19 +82,19 @@ def pushed(t_s: Array, ramp_s: float) -> Jet:
 
 
 def window(t_s: Array, duration_s: float, ramp_s: float) -> Jet:
-    """0 outside [0, duration_s], 1 inside, smooth ramps of ramp_s at both ends."""
+    """Return 0 outside [0, duration_s], 1 inside, with smooth ramps of ramp_s at both ends."""
     out = smoothstep(duration_s - t_s, ramp_s)
     return smoothstep(t_s, ramp_s) * Jet(out.x, -out.dx, out.ddx)
 
 
 def sine(t_s: Array, amplitude: float, period_s: float, phase_rad: float = 0.0) -> Jet:
-    """amplitude sin(2 pi t / period_s + phase_rad)."""
+    """Return amplitude sin(2 pi t / period_s + phase_rad)."""
     rate = np.full_like(t_s, 2.0 * np.pi / period_s)
     return Jet(rate * t_s + phase_rad, rate, np.zeros_like(t_s)).sin() * amplitude
 
 
 def assemble(position: tuple[Jet, Jet, Jet], yaw: Jet, pitch: Jet, roll: Jet) -> Array:
-    """The (n, 18) reference in the order of REFERENCE_COLUMNS."""
+    """Return the (n, 18) reference in the order of REFERENCE_COLUMNS."""
     angles = (yaw, pitch, roll)
     parts = [[j.x for j in p] + [j.dx for j in p] + [j.ddx for j in p] for p in (position, angles)]
     return np.column_stack(parts[0] + parts[1])

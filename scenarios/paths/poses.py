@@ -1,4 +1,4 @@
-"""Attitudes one after the other: held on the spot, or by pushing to and fro where a tilt cannot be held."""
+"""Sequences of attitudes: held on the spot, or by pushes to and fro for a vehicle that cannot hold a tilt."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from scenarios.table import Table
 
 
 class Pose(Table):
-    """An attitude Rz(yaw) Ry(pitch) Rx(roll), how long it takes to turn there, and how long it is held."""
+    """An attitude Rz(yaw) Ry(pitch) Rx(roll), with the times to turn there and to hold."""
 
-    yaw_deg: float = Field(ge=-360, le=360, description="from east, counter-clockwise; turned to by the shorter way")
+    yaw_deg: float = Field(ge=-360, le=360, description="from east, counter-clockwise; reached by the shorter turn")
     pitch_deg: float = Field(0.0, ge=-90, le=90)
     roll_deg: float = Field(0.0, ge=-180, le=180)
     move_s: float = Field(10.0, ge=LEAST_RAMP_S, le=3600)
@@ -28,7 +28,7 @@ class Pose(Table):
 
 
 class Poses(RunIn):
-    """Comes to rest, then turns to one attitude after the other and holds each; level at the end.
+    """Comes to rest, then turns to each attitude and holds it; level at the end.
 
     angle(t) = start + sum_i (angle_i - angle_(i-1)) smoothstep((t - t_i) / move_i)   for yaw, pitch and roll.
     """
@@ -60,17 +60,19 @@ class Poses(RunIn):
 
 
 class Push(Table):
-    """An attitude that pushing the vehicle to and fro needs at one half of the time, its mirror at the other."""
+    """An attitude for half of the time of a push to and fro, and the mirrored attitude for the other half."""
 
-    yaw_deg: float = Field(ge=-360, le=360, description="from east, counter-clockwise; turned to by the shorter way")
+    yaw_deg: float = Field(ge=-360, le=360, description="from east, counter-clockwise; reached by the shorter turn")
     pitch_deg: float = Field(0.0, ge=-45, le=45)
     roll_deg: float = Field(0.0, ge=-45, le=45)
     times: int = Field(1, ge=1, le=1000, description="to and fro, four push_s each")
-    turn_s: float | None = Field(None, ge=0.5, le=60, description="turning to its heading; default: that of all")
+    turn_s: float | None = Field(
+        None, ge=0.5, le=60, description="time to turn to the heading; default: turn_s of the phase"
+    )
 
     @property
     def acceleration_m_s2(self) -> Array:
-        """East and north (2,): g b_xy / b_z, b the body's z axis."""
+        """The acceleration east and north (2,): g b_xy / b_z, b the body's z axis."""
         yaw, pitch, roll = np.radians([self.yaw_deg, self.pitch_deg, self.roll_deg])
         ahead, left = math.tan(pitch), -math.tan(roll) / math.cos(pitch)
         cos, sin = math.cos(yaw), math.sin(yaw)
@@ -78,11 +80,11 @@ class Push(Table):
 
 
 class Pushes(RunIn):
-    """Accelerates to and fro by even pushes, so that it must tilt; turns to the next heading between them.
+    """Accelerates to and fro by even pushes, which tilt the vehicle; turns to the next heading between pushes.
 
-    a(t) is + a for push_s, - a for twice that, + a for twice that, ..., each change a smoothstep over switch_s: the
-    vehicle is back where it was, at rest, after `times` of four push_s. Against a drag it is the push that is + a or
-    - a, and with it the tilt; the vehicle gathers so much less speed.
+    a(t) is + a for push_s, - a for 2 push_s, + a for 2 push_s, ..., with changes by a smoothstep over switch_s: the
+    vehicle is back in place, at rest, after `times` of four push_s. Against a drag the push, and with it the tilt, is
+    + a or - a, and the vehicle gains less speed.
     """
 
     kind: Literal["pushes"]
@@ -101,13 +103,13 @@ class Pushes(RunIn):
         return self.run_in_s + sum(self.length_s(push) for push in self.pushes)
 
     def length_s(self, push: Push) -> float:
-        """Turning to its heading, its pushes, and the last switch."""
+        """Return the time of a push: turn to the heading, pushes, and last switch."""
         sway = self._against_drag(push)
         swaying_s = 4.0 * push.times * self.push_s + self.switch_s if sway is None else sway.lasts_s(push.times)
         return self.turning_s(push) + swaying_s
 
     def turning_s(self, push: Push) -> float:
-        """Turning to its heading."""
+        """Return the time of the turn to a push's heading."""
         return self.turn_s if push.turn_s is None else push.turn_s
 
     def reference(self, start: Start, t_s: Array) -> Array:
@@ -129,12 +131,12 @@ class Pushes(RunIn):
         return assemble((east, north, up), yaw, level, level)
 
     def _against_drag(self, push: Push) -> Swaying | None:
-        """Its way where a drag counts."""
+        """Return the motion of a push against drag; None without drag or acceleration."""
         size = float(np.hypot(*push.acceleration_m_s2))
         return Swaying(size, self.drag_1_m, self.push_s, self.switch_s) if self.drag_1_m > 0 and size > 0 else None
 
     def _to_and_fro(self, t_s: Array, times: int) -> Jet:
-        """Way, velocity and acceleration of unit pushes; zero before and after."""
+        """Return way, velocity and acceleration of unit pushes; zero before and after."""
         inside = np.clip(t_s, 0.0, 4.0 * times * self.push_s + self.switch_s)
         way = pushed(inside, self.switch_s) + pushed(inside - 4.0 * times * self.push_s, self.switch_s) * -1.0
         for number in range(2 * times):
@@ -143,5 +145,5 @@ class Pushes(RunIn):
 
 
 def nearest(turn_deg: float) -> float:
-    """The same turn by the shorter way, -180 to 180."""
+    """Return a turn by the shorter way, -180 to 180."""
     return (turn_deg + 180.0) % 360.0 - 180.0

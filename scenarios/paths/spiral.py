@@ -14,7 +14,7 @@ from scenarios.paths.jet import Jet, assemble, run_up
 
 
 class Spiral(Excited):
-    """Circles of constant radius that begin tangent to the heading, with a constant vertical speed.
+    """Circles of constant radius, tangent to the heading at the start, with a constant vertical speed.
 
     p = c + R s (sin psi, -cos psi), psi' = turn rate (smoothly from the speed at the start), s its sign;
     a positive rate turns left (counter-clockwise from above).
@@ -39,7 +39,7 @@ class Spiral(Excited):
 
     @property
     def duration_s(self) -> float:
-        """As given, or the turns plus the half run-in that gathering speed from rest costs."""
+        """The given time, or the time of the turns plus half a run-in for the acceleration from rest."""
         if self.time_s is not None:
             return self.time_s
         assert self.turns is not None

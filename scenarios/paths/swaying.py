@@ -1,4 +1,4 @@
-"""To and fro along a line by a push of one strength against the air's drag, so that the tilt is the push's alone."""
+"""Motion to and fro along a line by a push of constant strength against drag, so that the tilt is constant."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from scenarios.arrays import Array
 from scenarios.paths.jet import Jet, smoothstep
 
 STEP_S = 0.05
-"""Of the integration: a twelfth of the usual switch, within a millimetre of steps a tenth as long."""
+"""Step of the integration: a twelfth of the usual switch; steps a tenth as long differ by under a millimetre."""
 ROUNDS, CLOSE_M_S = 60, 1e-9
-"""Halvings of the speed at which a swing repeats itself, and to what they find it."""
-ENOUGH = 8.0
-"""Of half_s, beside a switch: in this time any speed of a swing is reached, drag or not, which takes about one."""
+"""Bisections for the speed at which a swing repeats, and their tolerance."""
+LONGEST_HALVES = 8.0
+"""Time, in units of half_s, within which every speed of a swing is reached; usually about one half_s is enough."""
 
 
 @dataclass(frozen=True, eq=False)
 class PushTransition:
-    """Way, speed and acceleration (n,) on a grid of step_s while the push goes from one level to another and stays."""
+    """A change of the push between two levels: way, speed and acceleration, state (n, 3), on a grid of step_s."""
 
     levels: tuple[float, float]
     step_s: float
@@ -29,11 +29,11 @@ class PushTransition:
 
     @property
     def lasts_s(self) -> float:
-        """Its length."""
+        """The length of the transition."""
         return self.step_s * (len(self.state) - 1)
 
     def at(self, t_s: Array) -> tuple[Array, Array]:
-        """Way and speed at times within it, by cubics between the points of the grid."""
+        """Return way and speed at times within the transition, by cubics between the points of the grid."""
         place = np.clip((t_s / self.step_s).astype(int), 0, len(self.state) - 2)
         u = t_s / self.step_s - place
         before, after = self.state[place], self.state[place + 1]
@@ -48,8 +48,8 @@ class PushTransition:
 class Swaying:
     """x'' = push p(t) - drag |x'| x',  p to and fro between + 1 and - 1, each change a smoothstep over switch_s.
 
-    push_m_s2 : g tan(tilt); drag_1_m : of the vehicle, over its mass; half_s : half of the time of one tilt. From rest
-    at one end of the time to rest at the other; between them every swing is the mirror of the one before.
+    push_m_s2 : g tan(tilt). drag_1_m : the vehicle's drag coefficient over its mass. half_s : half the time of a tilt.
+    The motion starts and ends at rest; in between every swing mirrors the previous swing.
     """
 
     push_m_s2: float
@@ -58,11 +58,11 @@ class Swaying:
     switch_s: float
 
     def lasts_s(self, times: int) -> float:
-        """Of so many to and fro."""
+        """Return the length of a number of swings to and fro."""
         return sum(part.lasts_s for _, part in self._parts(times))
 
     def way(self, t_s: Array, times: int) -> Jet:
-        """Way, speed and acceleration at times (n,) from the beginning; at rest before and after."""
+        """Return way, speed and acceleration at times (n,) since the start; at rest before and after."""
         parts = self._parts(times)
         ends = np.cumsum([part.lasts_s for _, part in parts])
         which = np.minimum(np.searchsorted(ends, t_s, side="right"), len(parts) - 1)
@@ -77,13 +77,13 @@ class Swaying:
         return Jet(*found)
 
     def _parts(self, times: int) -> list[tuple[float, PushTransition]]:
-        """The stretches one after the other, each with the way it goes."""
+        """Return the stretches in sequence, each with the sign of its direction."""
         first, swing, last, stop = _stretches(self)
         swings = [((-1.0) ** number, swing) for number in range(2 * times - 1)]
         return [(1.0, first), *swings, (1.0, last), (1.0, stop)]
 
     def _within(self, part: PushTransition, t_s: Array) -> Array:
-        """Way, speed and acceleration (3, n) at times within a stretch."""
+        """Return way, speed and acceleration (3, n) at times within a stretch."""
         way, speed = part.at(t_s)
         push = self.push_m_s2 * self._level(part.levels, t_s)
         return np.array([way, speed, push - self.drag_1_m * np.abs(speed) * speed])
@@ -92,7 +92,7 @@ class Swaying:
         return levels[0] + (levels[1] - levels[0]) * smoothstep(t_s, self.switch_s).x
 
     def stretch(self, levels: tuple[float, float], speed: float, lasts_s: float) -> PushTransition:
-        """From a speed, for a time; a negative one: back from it."""
+        """Integrate from a speed for a time; a negative time integrates backwards."""
         count = max(1, math.ceil(abs(lasts_s) / STEP_S))
         step = lasts_s / count
         begin = 0.0 if step > 0 else -lasts_s
@@ -100,8 +100,8 @@ class Swaying:
         return PushTransition(levels, abs(step), _integrated(pushes.tolist(), step, speed, self.drag_1_m))
 
     def until(self, levels: tuple[float, float], speed: float, reached: float) -> PushTransition:
-        """From a speed until another, larger one is reached."""
-        long = self.stretch(levels, speed, ENOUGH * self.half_s + self.switch_s)
+        """Integrate from a speed until a larger speed is reached."""
+        long = self.stretch(levels, speed, LONGEST_HALVES * self.half_s + self.switch_s)
         speeds = long.state[:, 1]
         after = int(np.argmax(speeds >= reached))
         share = (reached - speeds[after - 1]) / (speeds[after] - speeds[after - 1])
@@ -110,7 +110,7 @@ class Swaying:
 
 @lru_cache(maxsize=4096)
 def _stretches(sway: Swaying) -> tuple[PushTransition, PushTransition, PushTransition, PushTransition]:
-    """From rest to full speed, a swing from one to the other way, back until slow, to rest."""
+    """Return four stretches: from rest to full speed, a swing to the opposite speed, back until slow, to rest."""
     low, high = 0.0, sway.push_m_s2 * sway.half_s
     for _ in range(ROUNDS):
         speed = (low + high) / 2
@@ -124,7 +124,7 @@ def _stretches(sway: Swaying) -> tuple[PushTransition, PushTransition, PushTrans
 
 
 def _integrated(pushes: list[float], step: float, speed: float, drag_1_m: float) -> Array:
-    """Way, speed and acceleration (n, 3) by Runge and Kutta's four stages; pushes (2 n - 1) at ends and middles."""
+    """Return way, speed and acceleration (n, 3) by fourth-order Runge-Kutta; pushes (2 n - 1) at ends and middles."""
 
     def rate(push: float, at: float) -> float:
         return push - drag_1_m * abs(at) * at
@@ -142,7 +142,7 @@ def _integrated(pushes: list[float], step: float, speed: float, drag_1_m: float)
 
 
 def _cubic(u: Array, a: Array, b: Array, da: Array, db: Array) -> Array:
-    """The cubic with values a, b and slopes da, db at u = 0 and 1."""
+    """Return the cubic with values a, b and slopes da, db at u = 0 and 1."""
     square, cube = u * u, u * u * u
     return np.asarray(
         a * (2 * cube - 3 * square + 1)

@@ -12,7 +12,7 @@ from scenarios.arrays import Array
 from scenarios.paths.jet import run
 
 EASE = 0.3
-"""Share of the turn's length over which the curvature rises, and again over which it falls."""
+"""Share of the turn's length over which the curvature rises, and again falls."""
 KNOTS = 513
 OUTER, INNER = (math.sqrt(5.0 + side * 2.0 * math.sqrt(10.0 / 7.0)) / 3.0 for side in (1.0, -1.0))
 NODES = np.array([-OUTER, -INNER, 0.0, INNER, OUTER])
@@ -22,7 +22,7 @@ WEIGHTS = np.array([LIGHT, HEAVY, 128.0 / 225.0, HEAVY, LIGHT])
 
 
 def heading(u: Array) -> tuple[Array, Array, Array]:
-    """Heading in the turn and its first two derivatives in u, u = length / length of the turn in [0, 1].
+    """Return heading and its first two derivatives in u, u = length / length of the turn in [0, 1].
 
     theta(0) = 0, theta(1) = pi; the curvature theta' is zero at both ends, constant between, and smooth.
     """
@@ -32,10 +32,10 @@ def heading(u: Array) -> tuple[Array, Array, Array]:
 
 @cache
 def unit_turn() -> tuple[CubicHermiteSpline, float]:
-    """Plane position (ahead, aside) in a turn of unit length over u, and its width.
+    """Return the plane position (ahead, aside) in a turn of unit length over u, and the width of the turn.
 
-    Integral of (cos theta, sin theta), five-point Gauss quadrature between knots; one table serves turns of any size.
-    By symmetry the turn ends exactly beside its beginning, (0, width).
+    Integral of (cos theta, sin theta), five-point Gauss quadrature between knots; the table serves turns of any size.
+    By symmetry the turn ends exactly abeam of the start, at (0, width).
     """
     knots = np.linspace(0.0, 1.0, KNOTS)
     half = 0.5 / (KNOTS - 1)

@@ -1,4 +1,4 @@
-"""The turntable: stops, full turns, and a tumble over the whole sphere; all begin and end level, at rest."""
+"""Turntable phases: stops, full turns, and a tumble over the whole sphere, from level rest to level rest."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ AXES = ("yaw", "pitch", "roll")
 
 
 class TurntablePhase(RunIn):
-    """A motion of the three hinges; the position stays."""
+    """A motion of the three hinges at constant position."""
 
     needs: ClassVar[Ability] = Ability.POINT
     tracked: ClassVar[bool] = False
@@ -27,7 +27,7 @@ class TurntablePhase(RunIn):
         return "turntable"
 
     def place(self, start: Start, angles: tuple[Jet, Jet, Jet], t_s: Array) -> Array:
-        """The reference with these hinge angles (yaw, pitch, roll; yaw from the start's)."""
+        """Return the reference for hinge angles (yaw, pitch, roll), yaw counted from the yaw at the start."""
         east, north, up = (constant(p, t_s) for p in start.pos_enu_m)
         return assemble((east, north, up), angles[0] + start.yaw_rad, *angles[1:])
 
@@ -35,7 +35,7 @@ class TurntablePhase(RunIn):
 class TurntableStops(TurntablePhase):
     """Steps of equal size about one hinge with a rest before each ([Zhou2012]: 12 stops of 30 degrees clockwise).
 
-    After the last rest the table completes the turn, or goes back, to where it began.
+    After the last rest the table returns to the initial angle, by the nearest whole turn.
     """
 
     kind: Literal["turntable_stops"]
@@ -51,7 +51,7 @@ class TurntableStops(TurntablePhase):
 
     @property
     def home_deg(self) -> float:
-        """The last move: to the nearest whole turn."""
+        """The angle of the last move, to the nearest whole turn."""
         return 360.0 * round(self.stops * self.step_deg / 360.0) - (self.stops - 1) * self.step_deg
 
     @property
@@ -87,7 +87,7 @@ class TurntableTurns(TurntablePhase):
 
     @property
     def turn_s(self) -> float:
-        """Time of one full turn from rest to rest."""
+        """The time of a full turn from rest to rest."""
         return 360.0 / self.rate_deg_s + self.run_in_s
 
     @model_validator(mode="after")
@@ -110,7 +110,7 @@ class TurntableTurns(TurntablePhase):
 
 
 class Tumble(TurntablePhase):
-    """Turns about all three hinges with periods that do not fit each other: the whole sphere.
+    """Turns about all three hinges with incommensurate periods, over the whole sphere.
 
     roll = A_r sin(2 pi t / P_r + p_r), pitch likewise, each windowed over run_in_s at both ends; yaw at constant rate.
     """
