@@ -1,4 +1,4 @@
-"""Physics: geomagnetic field, vehicles in MuJoCo, the magnetometer chain with its effects."""
+"""Physics: geomagnetic field, vehicles in MuJoCo, and the magnetometer as a chain of effects."""
 
 import os
 

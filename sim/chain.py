@@ -1,4 +1,4 @@
-"""The magnetometer: the field passes through the effects one after the other, each leaving its label."""
+"""The magnetometer as a chain of effects: the field passes through them in order, and each leaves a label."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from sim.effects.base import Effect, Replacement
 from sim.state import State
 
 Labels = dict[str, Array]
-"""Name of an effect -> its contribution (n, 3) in nT."""
+"""Name of an effect -> contribution (n, 3) in nT."""
 
 
 @dataclass
 class ChainLink:
-    """An effect at its place in a chain, with its own random numbers and its memory of the run so far."""
+    """An effect in a chain, with the random generator and the memory of one run."""
 
     effect: Effect
     rng: np.random.Generator
     memory: dict[str, Any] = field(default_factory=dict)
 
     def step(self, state: State, signal_nT: Array) -> tuple[Array, Array]:
-        """The signal that leaves, and the contribution (label), both (n, 3)."""
+        """Return the output signal and the contribution (label), both (n, 3) in nT."""
         if isinstance(self.effect, Replacement):
             out = self.effect.replaced(state, signal_nT, self.rng, self.memory)
             return out, out - signal_nT
@@ -35,16 +35,16 @@ class ChainLink:
 
 
 class Chain:
-    """One magnetometer's effects through one run, block by block.
+    """The effects of one magnetometer through one run, block by block.
 
-    ``mag = (((field + label_1) + label_2) + ...)`` in the order of the effects, so mag = field + sum of labels to
-    the rounding of a float64 (below 1e-9 nT); electronics effects set the value itself, see `Replacement`.
+    ``mag = ((field + label_1) + label_2) + ...``, so mag = field + sum of labels to the rounding of a float64 (below
+    1e-9 nT). Effects of the electronics set the value, see `Replacement`.
 
     Parameters
     ----------
-    effects : in the order in which they act, see `sim.effects.build`.
-    seed, run, sensor : each effect draws from a stream of its own, by sensor, name and instance, so that adding an
-        effect or a sensor leaves the others' noise as it is.
+    effects : in the order of the chain, see `sim.effects.build`.
+    seed, run, sensor : an effect draws from a stream of random numbers by sensor, name and instance, so an added
+        effect or sensor leaves the noise of the rest unchanged.
     """
 
     def __init__(self, effects: Sequence[Effect], seed: int, run: int = 0, sensor: int = 0) -> None:
@@ -57,10 +57,10 @@ class Chain:
             self.links.append(ChainLink(effect, rng))
 
     def apply(self, state: State, finer: State | None = None) -> tuple[Array, Labels]:
-        """Measured field mag_nT (n, 3) of the run's next block, and name -> (n, 3) contributions in nT.
+        """Measured field mag_nT (n, 3) of the next block, and the contributions name -> (n, 3) in nT.
 
-        Several effects of one name share a label, their sum. finer : the same block with a whole number of rows a
-        sample; the effects up to the last that follows the field between samples are then computed on it.
+        Several effects of one name share a label, their sum. finer : the block on a finer grid, a whole number of rows
+        a sample; effects up to the last `continuous` effect are then computed on the finer grid.
         """
         first = 0 if finer is None else continuous_part([link.effect for link in self.links])
         signal, labels = np.array(state.field_nT, dtype=np.float64), Labels()
@@ -72,7 +72,7 @@ class Chain:
 
 
 def _through(links: Sequence[ChainLink], state: State, signal: Array, labels: Labels) -> tuple[Array, Labels]:
-    """The signal (n, 3) behind some links, and the labels with theirs."""
+    """The signal (n, 3) behind the links, and the labels with their contributions added."""
     for link in links:
         signal, label = link.step(state, signal)
         name = link.effect.name
@@ -81,14 +81,14 @@ def _through(links: Sequence[ChainLink], state: State, signal: Array, labels: La
 
 
 def continuous_part(effects: Sequence[Effect]) -> int:
-    """How many effects of a chain meet a continuous field: up to the last that follows it between samples.
+    """Number of effects computed on the finer grid: up to the last `continuous` one, none after random numbers.
 
-    None beyond the first that draws random numbers: noise is one of samples.
+    Noise is defined at the samples, so the finer grid ends before the first stochastic effect.
     """
     drawn = next((i for i, effect in enumerate(effects) if effect.stochastic), len(effects))
     return max((i + 1 for i, effect in enumerate(effects[:drawn]) if effect.continuous), default=0)
 
 
 def apply_deterministic(effects: Sequence[Effect], state: State) -> tuple[Array, Labels]:
-    """`Chain.apply` of a whole run with the effects that draw no random numbers: a model's prediction."""
+    """`Chain.apply` of a whole run, stochastic effects left out: the prediction of a model."""
     return Chain([effect for effect in effects if not effect.stochastic], seed=0).apply(state)

@@ -1,4 +1,4 @@
-"""Writes datasets: many runs of a scenario as Parquet files with a manifest, in parallel, resumable."""
+"""Writer of datasets: many runs of a scenario as Parquet files with a manifest, in parallel, resumable."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from sim.simulation import Block, blocks, plan, true_motion
 from sim.tracking import Tracker
 
 Progress = Callable[[float, int], object]
-"""Called with (runs done, runs in all); of a run that this process makes itself its part that is done counts too."""
+"""Called with (runs done, runs in all); runs in this process count by the share done."""
 Warn = Callable[[str], object]
-"""Called with a line about what is amiss though the work goes on."""
+"""Called with a warning, a single line."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +50,14 @@ def generate(
     progress: Progress = lambda done, total: None,
     warn: Warn = lambda text: None,
 ) -> Manifest:
-    """Write OUT/dataset.json and OUT/run-00000.parquet ...; runs that are whole and as listed already are kept.
+    """Write OUT/dataset.json and OUT/run-00000.parquet ...; complete runs listed in an existing manifest are kept.
 
-    split : such as "80/10/10", shares of training, validation and test; the runs are then in OUT/data/train/ ..., each
-        row with the number of its run, and OUT holds what `recordings.description` writes.
+    split : shares of training, validation and test, such as "80/10/10"; the runs are then in OUT/data/train/ ..., each
+        row has a run number, and OUT holds the files of `recordings.description`.
 
     The bytes depend on the scenario, the seed and the run alone, never on `jobs`. Returns the manifest. Raises
-    InputError for a bad scenario or split, for an OUT that holds another dataset or that another process writes to, and
-    when the system refuses to write.
+    InputError for a bad scenario or split, for an OUT with a different dataset, for an OUT locked by a running process,
+    and when the system refuses to write.
     """
     shares = None if split is None else split_from(split, scenario.seed if seed is None else seed)
     with locked_directory(out):
@@ -74,7 +74,7 @@ def write_runs(
     warn: Warn,
     split: Split | None = None,
 ) -> Manifest:
-    """`generate` for a caller that holds `locked_directory(out)` already."""
+    """`generate` for a caller that already holds `locked_directory(out)`."""
     seed = scenario.seed if seed is None else seed
     columns = plan(scenario, 0, seed).columns
     todo = open_dataset_for_writing(out, as_dict(scenario), seed, runs, _table(columns, split), warn, split)
@@ -117,7 +117,7 @@ def _write(task: _Task, advance: Callable[[float], object] = lambda part: None) 
 
 
 def _table(columns: tuple[Column, ...], split: Split | None) -> tuple[Column, ...]:
-    """The columns of a file; those of a split dataset are read together, so that each row has its run's number."""
+    """Columns of a file; in a split dataset, whose files are read together, each row has the number of the run."""
     return columns if split is None else (RUN, *columns)
 
 
@@ -126,6 +126,6 @@ def _numbered(block: Block, run: int) -> Block:
 
 
 def _part(scenario: Scenario, motion: Motion) -> float:
-    """How much of the run is done after this block; a dive that ends before its longest duration jumps ahead."""
+    """Share of the run's longest duration that has passed at the end of a block."""
     lengths_s = [phase.duration_s for phase in scenario.phases]
     return float((sum(lengths_s[: motion.phase]) + motion.phase_time_s[-1]) / sum(lengths_s))

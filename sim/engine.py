@@ -55,7 +55,7 @@ _integrate = _c("mj_integratePos", POINTER, POINTER, POINTER, types.float64)
 VEC = types.float64[::1]
 MAT = types.float64[:, ::1]
 CONTROL = types.FunctionType(types.void(VEC, VEC, VEC, VEC, VEC, VEC))
-"""Signature of a controller: (qpos, qvel, reference row, gains, memory, ctrl) -> None; it writes memory and ctrl."""
+"""Signature of a controller: (qpos, qvel, reference row, gains, memory, ctrl) -> None; memory and ctrl are written."""
 control_signature = "void(float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], float64[::1])"
 
 
@@ -75,7 +75,7 @@ class Views(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """What a step in water writes on the way: four of the added mass, five of the Runge-Kutta step."""
+    """Work arrays of a step in water: four of the added mass, five of the Runge-Kutta step."""
 
     relative: Array
     turn: Array
@@ -89,9 +89,9 @@ class Scratch(NamedTuple):
 
 
 class Plant(NamedTuple):
-    """A model and its data (addresses), the step, and the added mass M_A (6, 6; empty: none) of the water.
+    """A model and the data (addresses), the step, and the added mass M_A (6, 6; empty: none) of the water.
 
-    share = (M + M_A)^-1 (6, 6), M the rigid body's own inertia; both in the body frame.
+    share = (M + M_A)^-1 (6, 6), M the rigid body's inertia; both in the body frame.
     """
 
     model: int
@@ -104,16 +104,16 @@ class Plant(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Ends a course where sign (z - z_m) > 0, before a row of the log, so that samples stay even; sign 0: nowhere."""
+    """End of a course where sign (z - z_m) > 0, before a row of the log, so the samples stay even; sign 0: no end."""
 
     z_m: float = 0.0
     sign: float = 0.0
 
 
 class ReferenceTrack(NamedTuple):
-    """What the loop follows: reference (n, 18), flow (n, 3; m/s ENU) of each step, the controller's gains and memory.
+    """Input of the loop: reference (n, 18) and flow (n, 3; m/s ENU) of each step, the controller's gains and memory.
 
-    Every `every`-th step has a row in the log; the course ends at a step that `grid` divides.
+    Every `every`-th step has a row in the log; the course ends at a multiple of `grid` steps.
     """
 
     reference: Array
@@ -126,7 +126,7 @@ class ReferenceTrack(NamedTuple):
 
 
 class StateLog(NamedTuple):
-    """What was logged, a row a sample: the state, the commands, and dqvel/dt over the step that follows."""
+    """Log of the loop, a row a sample: state, commands, and dqvel/dt over the following step."""
 
     qpos: Array
     qvel: Array
@@ -148,11 +148,11 @@ LOG = _named(StateLog, *[MAT] * len(StateLog._fields))
 
 @njit(types.void(PLANT), cache=True, nogil=True)
 def _add_mass(plant):  # type: ignore[no-untyped-def]
-    """Write into `applied` what the accelerating water adds, -M_A dnu_r/dt.
+    """Write into `applied` the force of the accelerating water, -M_A dnu_r/dt.
 
     The fluid model of the engine has the drag and the Coriolis terms of the added mass M_A (6, 6; body frame), not
-    its inertia. With M the rigid body's own inertia, f all other forces (body frame), and nu_r the velocity
-    relative to the water, whose linear part v_r turns with the body in a steady current:
+    the inertia. M is the rigid body's inertia, f the sum of all further forces (body frame), nu_r the velocity
+    relative to the water, with a linear part v_r that turns with the body in a steady current:
 
         (M + M_A) a = f + M_A [w x v_r, 0],   force added = -M_A (a - [w x v_r, 0]),   share = (M + M_A)^-1.
     """
@@ -198,7 +198,7 @@ def _forward(plant):  # type: ignore[no-untyped-def]
 
 @njit(types.void(VEC, VEC, types.float64, VEC), cache=True, nogil=True)
 def _bracket(velocity, first, share, last):  # type: ignore[no-untyped-def]
-    """Add share (w_first x w_last) to the angular part of a velocity (6); `last` may be that velocity itself."""
+    """Add share (w_first x w_last) to the angular part of a velocity (6); `last` may be the velocity itself."""
     x = first[4] * last[5] - first[5] * last[4]
     y = first[5] * last[3] - first[3] * last[5]
     z = first[3] * last[4] - first[4] * last[3]
@@ -209,11 +209,11 @@ def _bracket(velocity, first, share, last):  # type: ignore[no-untyped-def]
 
 @njit(types.void(PLANT), cache=True, nogil=True)
 def _step_in_water(plant):  # type: ignore[no-untyped-def]
-    """One classical Runge-Kutta step of fourth order, as mj_step takes it, with the added mass in every stage.
+    """A classical fourth-order Runge-Kutta step, as in mj_step, with the added mass in every stage.
 
-    Body rates of different stages do not commute; mj_step leaves that out, and its attitude is of second order where
-    the axis of rotation turns. The brackets of [MuntheKaas1999] restore the fourth order: K_i = dt w_i,
-    K_2 / 2 + [K_1, K_2] / 8 before stage 3 and + [K_1, K_4] / 12 in the whole (signs for rates in the body).
+    Body rates of different stages do not commute; mj_step ignores the commutators, and its attitude is of second order
+    where the axis of rotation turns. The brackets of [MuntheKaas1999] restore the fourth order: K_i = dt w_i,
+    K_2 / 2 + [K_1, K_2] / 8 before stage 3 and + [K_1, K_4] / 12 in the sum (signs for rates in the body).
     """
     dt, qpos, qvel, qacc, scratch = plant.step_s, plant.views.qpos, plant.views.qvel, plant.views.qacc, plant.scratch
     first_qvel, velocity = scratch.first_qvel, scratch.velocity
@@ -244,9 +244,9 @@ def _step_in_water(plant):  # type: ignore[no-untyped-def]
 
 @njit(types.int64(CONTROL, PLANT, COURSE, LOG), cache=True, nogil=True)
 def advance(control, plant, course, log):  # type: ignore[no-untyped-def]
-    """Run the loop over the rows of the course's reference, filling the log; returns the number of steps taken.
+    """Run the loop over the rows of the reference, fill the log, and return the number of steps taken.
 
-    The control acts once a step (zero-order hold). Without added mass the step is mj_step itself.
+    The control acts once a step (zero-order hold). Without added mass the step is mj_step.
     """
     qpos, qvel, ctrl, wind = plant.views.qpos, plant.views.qvel, plant.views.ctrl, plant.views.wind
     for i in range(course.reference.shape[0]):
@@ -271,7 +271,7 @@ def advance(control, plant, course, log):  # type: ignore[no-untyped-def]
 
 
 def plant_of(model: mujoco.MjModel, data: mujoco.MjData, body: str, added: Array) -> Plant:
-    """What the loop works on; `body` names the one with the free joint (any, for one on hinges)."""
+    """The plant of a model; `body` names the body with the free joint (any body of a model on hinges)."""
     views = Views(
         *(data.qpos, data.qvel, data.qacc, data.ctrl, data.xmat[model.body(body).id]),
         *(data.qfrc_passive, data.qfrc_bias, data.qfrc_actuator, data.qfrc_applied, model.opt.wind),
@@ -283,12 +283,12 @@ def plant_of(model: mujoco.MjModel, data: mujoco.MjData, body: str, added: Array
 
 
 def log_of(model: mujoco.MjModel, rows: int) -> StateLog:
-    """Room for so many rows."""
+    """An empty log with `rows` rows."""
     return StateLog(*(np.empty((rows, width)) for width in (model.nq, model.nv, model.nu, model.nv)))
 
 
 def mass_matrix(model: mujoco.MjModel) -> Array:
-    """The bodies' own M (nv, nv) in the first pose; of a free joint there: about the body's origin, in its frame."""
+    """Mass matrix M (nv, nv) of the bodies in the first pose; for a free joint about the body's origin, body frame."""
     probe = mujoco.MjData(model)
     mujoco.mj_forward(model, probe)
     mass = np.zeros((model.nv, model.nv))

@@ -13,16 +13,16 @@ from scenarios.spec import FieldSpec
 from sim.portable_arithmetic import extended
 
 FIRST_DATE, LAST_DATE = datetime.date(1900, 1, 1), datetime.date(2030, 1, 1)
-"""What IGRF-14 covers; its last five years are a forecast."""
+"""First and last date of IGRF-14; the last five years are a forecast."""
 
 MOST_LATITUDE_DEG = 90.0 - 1e-6
-"""A decimetre from the pole, where the model divides by the distance from the axis."""
+"""A decimetre from the pole: the model divides by the distance from the axis."""
 
 
 def earth_field_enu_nT(field: FieldSpec) -> Array:
-    """Field vector (3,) in nT, east, north, up: the given one, or IGRF-14 at geodetic latitude, longitude, altitude.
+    """Field vector (3,) in nT, east, north, up: as given, or IGRF-14 at geodetic latitude, longitude, altitude.
 
-    The altitude counts from the WGS-84 ellipsoid. Raises InputError for a date that the model does not cover.
+    The altitude counts from the WGS-84 ellipsoid. Raises InputError for a date outside the model.
     Source: Alken et al. 2021, Earth Planets Space 73:49, with IAGA's coefficients of 2024 (ppigrf).
     """
     if field.enu_nT is not None:
@@ -34,9 +34,9 @@ def earth_field_enu_nT(field: FieldSpec) -> Array:
 
 
 def earth_field_along(places: Array, date: datetime.date) -> Array:
-    """IGRF-14's field vectors (n, 3) in nT, east, north, up, at places (n, 3): latitude, longitude in degrees, metres.
+    """IGRF-14 field vectors (n, 3) in nT, east, north, up, at places (n, 3): latitude, longitude in degrees, metres.
 
-    The altitude counts from the WGS-84 ellipsoid. Raises InputError for a date that the model does not cover.
+    The altitude counts from the WGS-84 ellipsoid. Raises InputError for a date outside the model.
     Source: as of `earth_field_enu_nT`.
     """
     _check_date(date)
@@ -57,7 +57,7 @@ def _check_date(date: datetime.date) -> None:
 
 @lru_cache(maxsize=64)
 def _modelled(latitude_deg: float, longitude_deg: float, altitude_m: float, date: datetime.date) -> tuple[float, ...]:
-    """IGRF-14; kept, since every run of a scenario asks for the same place, at a cost of 30 ms."""
+    """IGRF-14, cached: an evaluation takes 30 ms, and every run of a scenario has the same place."""
     # Imported here: it loads pandas, which scenarios with a given vector need not wait for.
     import ppigrf
 

@@ -1,4 +1,4 @@
-"""One run without files: what the instrument gives and the truth beside it, in memory."""
+"""A run in memory, without files: recording and truth."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from sim.motion import Motion
 from sim.simulation import PreparedRun, blocks
 
 CALLED = Path("simulated run")
-"""What messages call it, where they would name a file."""
+"""Name of the run in messages, in place of a file name."""
 
 
 def run_in_memory(plan: PreparedRun, motions: Iterable[Motion] | None = None) -> tuple[Recording, Truth]:
-    """The run as `recordings.read_run` gives it from the file that `sim.dataset_writer` writes, equal to the bit.
+    """The run as `recordings.read_run` reads it from the file of `sim.dataset_writer`, equal to the bit.
 
-    motions : the run's true motion where it is known already. Raises InputError where the vehicle cannot do the motion.
+    motions : the run's true motion if already computed. Raises InputError where the vehicle cannot do the motion.
     """
     pieces = list(blocks(plan, motions))
     raw = RawColumns(CALLED, {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]})

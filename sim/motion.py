@@ -1,4 +1,4 @@
-"""Drives a vehicle through a scenario's phases and yields its true motion, block by block."""
+"""True motion of a vehicle through a scenario's phases, block by block."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from sim.vehicles import vehicle_for
 from sim.vehicles.base import STEP_S, Kinematics, Vehicle
 
 BLOCK_STEPS = 20_000
-"""Physics steps a block: large enough to amortise numpy, small enough that memory stays flat."""
+"""Physics steps a block: large enough to amortise numpy, small enough to bound the memory."""
 KNOWN = 1
-"""The engine prints a warning, and writes it to a file, when it is the first of its kind in a data: never in ours."""
+"""Initial count of warnings: the engine prints only the first warning of a kind, and writes it to a file."""
 
 
 @dataclass(frozen=True)
 class Motion:
     """True motion at the n sample times of a block; all of one phase.
 
-    time_s (n,); kinematics of the body frame; R_wb (n, 3, 3); current_A (n, m); channels: the vehicle's own, each (n,);
-    reference (n, 18), what guidance followed; phase: its index in the scenario; phase_time_s (n,) since it began;
-    finer: the same motion at every step of the engine, for what follows the field between samples.
+    time_s (n,); kinematics of the body frame; R_wb (n, 3, 3); current_A (n, m); channels of the vehicle, each (n,);
+    reference (n, 18) of the guidance; phase: index in the scenario; phase_time_s (n,) since the start of the phase;
+    finer: the motion at every step of the engine, for effects of the field between samples.
     """
 
     time_s: Array
@@ -47,9 +47,9 @@ class Motion:
 
 @dataclass
 class Loop:
-    """One vehicle in the engine: model, data and everything that lives from block to block.
+    """A vehicle in the engine: model, data, and the state kept from block to block.
 
-    every: steps from sample to sample; logged: steps from row to row of its log.
+    every: steps from sample to sample; logged: steps from row to row of the log.
     """
 
     vehicle: Vehicle
@@ -72,7 +72,7 @@ class Loop:
         self.flow_memory: dict[str, Any] = {}
 
     def start(self) -> Start:
-        """The state that the next phase begins from."""
+        """The state at the start of the next phase."""
         state = (self.data.qpos, self.data.qvel, self.data.ctrl, np.zeros(self.model.nv))
         now = self.vehicle.kinematics(self.model, StateLog(*(part[None] for part in state)))
         forward = matrix_from_q(now.q)[0, :, 0]
@@ -80,7 +80,7 @@ class Loop:
         return Start((x, y, z), math.atan2(forward[1], forward[0]), math.hypot(*now.velocity_m_s[0, :2]))
 
     def run(self, reference: Array, gains: Array, stop: Stop) -> tuple[StateLog, int]:
-        """Advance over the reference rows; the log's filled rows and the number of steps taken."""
+        """Advance over the reference rows; return the filled rows of the log and the number of steps."""
         log = log_of(self.model, -(-len(reference) // self.logged))
         flow = self.vehicle.flow(len(reference), self.rng, self.flow_memory)
         course = ReferenceTrack(reference, flow, gains, self.memory, self.logged, stop, self.every)
@@ -90,14 +90,14 @@ class Loop:
 
     @property
     def lost(self) -> bool:
-        """Whether the state is not finite, or the engine found it so on the way."""
+        """Whether the state is not finite, or the engine has reported a diverged state."""
         return not np.isfinite(self.data.qpos).all() or bool(np.any(self.data.warning.number > KNOWN))
 
 
 def drive(scenario: Scenario, rng: np.random.Generator, finer: bool = False) -> Iterator[Motion]:
-    """True motion of the scenario's vehicle through its phases, at the sensors' sample times, and finer if asked.
+    """True motion of a scenario's vehicle through the phases, at the sensors' sample times; finer: also at every step.
 
-    Raises InputError where the vehicle does not reach the end of an unpowered phase, or its state is not finite.
+    Raises InputError where the vehicle does not reach the end of an unpowered phase, or the state is not finite.
     """
     every = round(1.0 / (scenario.sampling.rate_hz * STEP_S))
     loop = Loop(vehicle_for(scenario.vehicle), every, 1 if finer else every, rng)
@@ -140,7 +140,7 @@ def _phase(loop: Loop, phase: PhaseBase, index: int) -> Iterator[Motion]:
 
 
 def _stop(phase: PhaseBase, start: Start) -> Stop:
-    """Where an unpowered phase ends; others end by time alone."""
+    """End of an unpowered phase; powered phases end by time alone."""
     if phase.end_depth_m is None:
         return Stop()
     z_m = -phase.end_depth_m
@@ -148,7 +148,7 @@ def _stop(phase: PhaseBase, start: Start) -> Stop:
 
 
 def _motion(loop: Loop, log: StateLog, reference: Array, begin: int, phase: int, phase_time_s: Array) -> Motion:
-    """The motion of a block from its log; reference and phase_time_s are of every step."""
+    """Motion of a block from the log; reference and phase_time_s have a row for every step."""
 
     def rows(every: int, finer: Motion | None = None) -> Motion:
         some = StateLog(*(part[:: every // loop.logged] for part in log))

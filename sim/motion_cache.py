@@ -1,4 +1,4 @@
-"""Motions that are used again: runs that differ in errors and noise alone share their physics."""
+"""Cache of motions: runs that differ in errors and noise alone share one motion."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from sim.simulation import PreparedRun, true_motion
 from sim.vehicles import vehicle_for
 
 MOST_BYTES = 200_000_000
-"""What one process keeps: some forty motions of 20 min at 10 Hz; a motion larger than that is flown each time."""
+"""Memory of the cache of a process: some forty motions of 20 min at 10 Hz; larger motions are not kept."""
 
 
 @dataclass
 class MotionCache:
-    """The motions that were asked for last, `most_bytes` of them in all.
+    """The most recently used motions, up to `most_bytes` in total.
 
-    Runs share a motion where vehicle, phases and sampling are the same and the flow draws no random numbers.
+    Runs share a motion if vehicle, phases and sampling are equal and the flow draws no random numbers.
     """
 
     most_bytes: int = MOST_BYTES
     _kept: OrderedDict[str, tuple[Motion, ...]] = field(default_factory=OrderedDict, repr=False)
 
     def motions(self, plan: PreparedRun) -> Iterator[Motion]:
-        """The run's true motion, block by block, the same to the bit whether it is flown now or was before."""
+        """The run's true motion, block by block; equal to the bit whether computed or cached."""
         key = motion_key(plan)
         if key in self._kept:
             self._kept.move_to_end(key)
@@ -52,12 +52,12 @@ class MotionCache:
 
 
 def run_key(plan: PreparedRun) -> str:
-    """What decides a run but for the noise of its sensors, as text: motion, field and errors as they were drawn."""
+    """Key of a run but for the noise of the sensors: motion, field and errors as drawn."""
     return canonical_json({"drawn": as_dict(plan.drawn), "motion": motion_key(plan)})
 
 
 def motion_key(plan: PreparedRun) -> str:
-    """What decides the motion, as text: equal for two runs exactly when their motions are."""
+    """Key of a motion: equal for two runs exactly when the motions are equal."""
     said = as_dict(plan.drawn)
     key = {name: said[name] for name in ("vehicle", "phases", "sampling")} | {"finer": plan.finer}
     if vehicle_for(plan.drawn.vehicle).random_flow:
@@ -66,12 +66,12 @@ def motion_key(plan: PreparedRun) -> str:
 
 
 def size_of(motion: Motion) -> int:
-    """Bytes that a block of motion holds."""
+    """Memory of a block of motion, bytes."""
     return sum(array.nbytes for array in _arrays(motion))
 
 
 def _read_only(motion: Motion) -> Motion:
-    """The same block, which nobody can write to."""
+    """The block with all arrays write-protected."""
     for array in _arrays(motion):
         array.flags.writeable = False
     return motion

@@ -1,4 +1,4 @@
-"""Independent tasks on this machine's cores; a worker that dies costs a repeat, not the result."""
+"""Independent tasks in worker processes; a task whose worker dies is repeated."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 SUSPECT = 2
-"""Workers that may die while an item is in hand before it is tried alone."""
+"""Deaths of workers with an item in hand, after which the item is tried alone."""
 ALONE = 2
-"""Workers that may die of an item alone before it is given up."""
+"""Deaths of workers with the item alone, after which the item is given up."""
 AHEAD = 2
-"""Items a worker that are submitted at a time: none waits for work, and a million items are not held at once."""
+"""Items submitted at a time for each worker: enough to keep workers busy, few enough for a million items."""
 
 START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
-"""How workers start: POSIX from a clean server process, Windows, which has none, each from a new interpreter."""
+"""Start of workers: from a clean server process on POSIX systems, each from a new interpreter on Windows."""
 
 
 @dataclass(frozen=True)
 class _Try(Generic[Item]):
-    """An item, and how many workers died while it was in hand."""
+    """An item, and the number of workers that died with the item in hand."""
 
     item: Item
     deaths: int = 0
@@ -45,12 +45,12 @@ def map_unordered(
     jobs: int,
     lost: Callable[[Item], Result] | None = None,
 ) -> Generator[tuple[Item, Result], None, None]:
-    """Yield (item, function(item)) as they finish, `jobs` at a time; items are taken as they are needed.
+    """Yield (item, function(item)) in order of completion, `jobs` at a time; items are taken as needed.
 
-    The pool is rebuilt, and what it had in hand submitted again, when a worker dies. An item that was in hand SUSPECT
-    times is tried alone, so that none answers for its neighbours; if it ends ALONE workers there too, lost(item) stands
-    for its result, or without `lost` BrokenProcessPool is raised. On any other exception, an interruption too, the
-    workers are ended at once. Without `lost` one job, or one item, runs in this process.
+    When a worker dies, the pool is rebuilt and the items in hand are submitted again. An item in hand at SUSPECT deaths
+    is tried alone, to spare the neighbours; after ALONE further deaths lost(item) is the result, or without `lost`
+    BrokenProcessPool is raised. On any different exception or an interruption the workers are ended at once. Without
+    `lost` a single job, or a single item, runs in this process.
     """
     if lost is None and isinstance(items, Sequence) and in_process(items, jobs):
         yield from ((item, function(item)) for item in items)
@@ -59,7 +59,7 @@ def map_unordered(
 
 
 def in_process(items: Sequence[object], jobs: int) -> bool:
-    """Whether `map_unordered` works in this process: one job, or one item."""
+    """Whether `map_unordered` works without worker processes: a single job, or a single item."""
     return min(jobs, len(items)) <= 1
 
 
@@ -80,7 +80,7 @@ def _pooled(
 def _until_a_death(
     function: Callable[[Item], Result], tries: Iterator[_Try[Item]], jobs: int
 ) -> Generator[tuple[Item, Result], None, list[_Try[Item]]]:
-    """Yield results until all are there, or a worker dies: then what was in hand is returned."""
+    """Yield results until the end, or until a worker dies; return the items then in hand."""
     first = list(islice(tries, AHEAD * jobs))
     if not first:
         return []
@@ -127,9 +127,9 @@ def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _serve() -> None:
-    """In a worker: leave Ctrl-C to the program that started it, and end as soon as that is gone.
+    """Initialise a worker: ignore Ctrl-C, and end as soon as the parent process has ended.
 
-    So nobody writes behind a restart.
+    An orphaned worker would write into a restarted run.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()

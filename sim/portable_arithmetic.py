@@ -1,8 +1,8 @@
-"""Arithmetic whose last bit does not depend on the processor, for what ends in a data set's bytes.
+"""Arithmetic with equal bits on every processor, for the bytes of a dataset.
 
-BLAS and LAPACK (`@`, `np.linalg`) choose their kernels by the processor, numpy its series for exp, powers and arc
-functions of float64. What is left, sums and products in a fixed order, sqrt, sin and cos, gives the same bits on every
-processor with fused multiply-add; on older ones the C library's own sin and cos differ, the engine's too.
+BLAS and LAPACK (`@`, `np.linalg`) choose kernels by the processor, and so does numpy for exp, powers and arc
+functions of float64. Sums and products in a fixed order, sqrt, sin and cos give equal bits on every processor with
+fused multiply-add; on older processors the C library's sin and cos differ, the engine's too.
 """
 
 from __future__ import annotations
@@ -41,5 +41,5 @@ def inverse(a: Array) -> Array:
 
 
 def pseudo_inverse(a: Array) -> Array:
-    """A^T (A A^T)^-1 (m, n) of a matrix (n, m) with independent rows: the shortest x that solves A x = b."""
+    """A^T (A A^T)^-1 (m, n) of a matrix (n, m) with independent rows: A^+ b is the shortest solution of A x = b."""
     return product(a.T, inverse(product(a, a.T)))

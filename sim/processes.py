@@ -26,7 +26,7 @@ class GaussMarkov:
     _last: Array | None = field(default=None, repr=False)
 
     def draw(self, n: int) -> Array:
-        """The next n samples (n, width); cutting a run into other blocks gives the same samples."""
+        """The next n samples (n, width), independent of how a run is cut into blocks."""
         p = math.exp(-self.interval_s / self.correlation_s)
         if self._last is None:
             self._last = self.std * self.rng.standard_normal(self.width)

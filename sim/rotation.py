@@ -29,7 +29,7 @@ def matrix_from_q(q: Array) -> Array:
 
 @njit(cache=True, nogil=True)
 def to_body(R_wb: Array, v_world: Array) -> Array:
-    """R_wb^T v: world vectors (n, 3), or (1, 3) for one and the same, into body frames (n, 3)."""
+    """R_wb^T v: world vectors (n, 3), or a constant one (1, 3), in body frames (n, 3)."""
     out = np.empty((R_wb.shape[0], 3))
     for i in range(R_wb.shape[0]):
         v = v_world[i] if v_world.shape[0] > 1 else v_world[0]
@@ -40,7 +40,7 @@ def to_body(R_wb: Array, v_world: Array) -> Array:
 
 @njit(cache=True)
 def to_world(R_wb: Array, v_body: Array) -> Array:
-    """R_wb v: body vectors (n, 3), or (1, 3) for one and the same, into the world (n, 3)."""
+    """R_wb v: body vectors (n, 3), or a constant one (1, 3), in the world (n, 3)."""
     out = np.empty((R_wb.shape[0], 3))
     for i in range(R_wb.shape[0]):
         v = v_body[i] if v_body.shape[0] > 1 else v_body[0]

@@ -1,4 +1,4 @@
-"""A magnetometer of the field's strength, beside those of three axes."""
+"""Scalar magnetometer: the field's strength."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from sim.effects.base import Effect
 from sim.state import State
 
 OUTSIDE = ("field", "vehicle")
-"""The stages that act before a sensor: what a magnetometer of the strength sees too."""
+"""The stages before a sensor, common to vector and scalar magnetometers."""
 NUMBER = 9
-"""Its number in the streams of random numbers, above those of the magnetometers of three axes."""
+"""Sensor number in the streams of random numbers, above the numbers of the vector magnetometers."""
 
 
 class ScalarMagnetometer:
-    """Field strength ``|B|`` at its place, B with the field of the vehicle, then its own errors along one axis.
+    """Field strength ``|B|``, B with the field of the vehicle, plus the sensor's errors along a single axis.
 
-    Its own effects act on the vector (``|B|``, 0, 0), of which the first component is measured: white noise, offset,
-    drift and rounding of an axis serve a strength as they are.
+    Effects of the sensor act on the vector (``|B|``, 0, 0), whose first component is measured: white noise, offset,
+    drift and rounding of an axis apply unchanged to a strength.
 
     Parameters
     ----------
-    effects : in the chain's order; those of the field and the vehicle act on B, the others on its strength.
+    effects : in the order of the chain; effects of field and vehicle act on B, effects of the sensor on the strength.
     """
 
     def __init__(self, effects: Sequence[Effect], seed: int, run: int) -> None:
@@ -34,14 +34,14 @@ class ScalarMagnetometer:
         self._own = Chain([one for one in effects if one.stage not in OUTSIDE], seed, run, NUMBER)
 
     def measure(self, state: State, finer: State | None = None) -> Array:
-        """Measured strength (n,) in nT over the run's next block; finer: as `Chain.apply` takes it."""
+        """Measured strength (n,) in nT over the next block; finer: as in `Chain.apply`."""
         along = self._along(finer or state)
         every = 1 if finer is None else round(state.interval_s / finer.interval_s)
         measured_nT, _ = self._own.apply(replace(state, field_nT=along.field_nT[::every]), finer and along)
         return np.ascontiguousarray(measured_nT[:, 0])
 
     def _along(self, state: State) -> State:
-        """The state with the strength outside as its field (``|B|``, 0, 0)."""
+        """The state with the strength outside as field (``|B|``, 0, 0)."""
         field_nT, _ = self._outside.apply(state)
         strength_nT = np.sqrt((field_nT**2).sum(axis=1))
         return replace(state, field_nT=np.column_stack([strength_nT, np.zeros((len(state), 2))]))

@@ -1,4 +1,4 @@
-"""Scenarios whole: what the file says, typed down to the parameters of each effect and the vehicle's own table."""
+"""Complete scenarios: a scenario file, typed down to the parameters of each effect and the vehicle's table."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ _ORDER = Field(None, description="names of all effects, in another order than th
 
 
 class InstrumentSpec(Table):
-    """The kind of every magnetometer that names none itself."""
+    """The default kind of the magnetometers."""
 
     kind: SensorName = Field(description="a sensor by name, with its data sheet's figures")
 
 
 class SensorSpec(Table):
-    """One magnetometer: where it sits (body frame), its kind, and effects of its own beside the scenario's."""
+    """A magnetometer: position (body frame), kind, and effects in addition to the scenario's."""
 
     position_m: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.0)
     kind: SensorName | None = Field(None, description="a sensor by name, in place of that of `[sensor]`")
@@ -43,7 +43,7 @@ class SensorSpec(Table):
 
 
 class Scenario(BaseScenario):
-    """A whole scenario: field, vehicle, motion, sensors, effects, and which calibrators to try."""
+    """A complete scenario: field, vehicle, motion, sensors, effects, and the calibrators to try."""
 
     vehicle: VehicleSpec
     sensor: InstrumentSpec | None = None
@@ -61,25 +61,25 @@ class Scenario(BaseScenario):
         return self
 
     def sheet(self, sensor: int) -> Sensor | None:
-        """The data sheet of one sensor, None where the scenario names no kind."""
+        """The data sheet of a sensor, None where the scenario names no kind."""
         kind = self.sensors[sensor].kind or (self.sensor.kind if self.sensor else None)
         return SENSORS[kind] if kind else None
 
     @property
     def vectors(self) -> tuple[int, ...]:
-        """The sensors that measure three axes, in their order."""
+        """Indices of the vector magnetometers, in order."""
         return tuple(k for k in range(len(self.sensors)) if not is_scalar(self, k))
 
     @property
     def scalar(self) -> int | None:
-        """The sensor that measures the field's strength alone, if there is one."""
+        """Index of the scalar magnetometer, None without."""
         return next((k for k in range(len(self.sensors)) if is_scalar(self, k)), None)
 
     def chain(self, sensor: int | None = None) -> tuple[Effect, ...]:
-        """The effects of one sensor, by default the first of three axes, in the chain's order.
+        """The effects of a sensor, by default the first vector magnetometer, in the order of the chain.
 
-        Of a name the scenario's come first, then the sensor's own; its data sheet's stand for names that neither has.
-        A sensor of the field's strength has of the scenario's those of the field and the vehicle.
+        Of each name the scenario's effects come first, then the sensor's; effects of the data sheet apply where neither
+        has the name. A scalar magnetometer has, of the scenario's effects, only those of field and vehicle.
         """
         number = self.vectors[0] if sensor is None else sensor
         effects = in_order([self.effects, equipped(self).sensors[number].effects], self.effect_order)
@@ -90,13 +90,13 @@ class Scenario(BaseScenario):
 
 
 def is_scalar(scenario: Scenario, sensor: int) -> bool:
-    """Whether a sensor measures the field's strength alone."""
+    """Whether a sensor is a scalar magnetometer."""
     sheet = scenario.sheet(sensor)
     return sheet is not None and sheet.scalar
 
 
 def check_kinds(scenario: Scenario) -> None:
-    """ValidationError unless the sensors' kinds go together and can be read as often as the scenario asks."""
+    """ValidationError unless the sensors' kinds are compatible and fast enough for the sample rate."""
     scalars = len(scenario.sensors) - len(scenario.vectors)
     if scalars > 1 or not scenario.vectors:
         what = f"{scalars} of {len(scenario.sensors)} sensors give the field's strength alone"
@@ -109,9 +109,9 @@ def check_kinds(scenario: Scenario) -> None:
 
 
 def equipped(scenario: S) -> S:
-    """The scenario with its sensors' data sheets written out: effects of each sensor, and how units differ as `vary`.
+    """The scenario with the sensors' data sheets written out: effects of each sensor, tolerances as `vary`.
 
-    Tables that the scenario has itself stay as they are, and take the place of the sheet's, spread included.
+    Tables of the scenario stay unchanged and replace the tables of the data sheet, tolerances included.
     """
     sensors, vary = list(scenario.sensors), dict(scenario.vary)
     for number, sensor in enumerate(scenario.sensors):
@@ -126,7 +126,7 @@ def equipped(scenario: S) -> S:
 
 
 class ModelSpec(Table):
-    """A measurement model without a motion, which the diagnosis takes too."""
+    """A measurement model without a motion, as input of the diagnosis."""
 
     name: str = Field("model", pattern=r"^[a-z0-9][a-z0-9_-]*$")
     summary: str = ""
@@ -148,10 +148,10 @@ Model = ModelSpec | Scenario
 
 
 def load(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
-    """The scenario of that name in the catalogue, or of that TOML file, with `key=value` overrides; checked whole.
+    """The scenario of a name in the catalogue, or of a TOML file, with `key=value` overrides; fully checked.
 
-    Raises InputError as `scenarios.load.load` does, for a phase that the vehicle cannot do, an unknown effect or
-    parameter, and a value that varies out of its range.
+    Raises InputError as `scenarios.load.load` does, for a phase impossible for the vehicle, an unknown effect or
+    parameter, and a varied value out of range.
     """
     scenario = files.load(name_or_path, Scenario, overrides)
     check_vary(equipped(scenario), str(find(name_or_path)))
@@ -159,7 +159,7 @@ def load(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
 
 
 def load_model(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Model:
-    """What the diagnosis takes as a model: a scenario, or a file with just a field and effects."""
+    """A model for the diagnosis: a scenario, or a file with just a field and effects."""
     if files.keys_of(name_or_path) & {"phases", "vehicle"}:
         return load(name_or_path, overrides)
     return files.load(name_or_path, ModelSpec, overrides)
@@ -171,7 +171,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def _check_phase(vehicle: type[Vehicle], phase: Phase, index: int) -> None:
-    """A phase that the vehicle can do; ValidationError at its place otherwise."""
+    """ValidationError, with the place, for a phase impossible for the vehicle."""
     if not vehicle.can(phase):
         what = f'the {vehicle.name} cannot do a "{phase.kind}" phase'
         raise misfit(("phases", index, "kind"), what, "vehicles that can: " + ", ".join(vehicles_for(phase)))

@@ -46,16 +46,16 @@ from sim.vehicles import VEHICLES
 from sim.vehicles.base import STEP_S
 
 Block = dict[str, NDArray[Any]]
-"""The dataset's columns over one block of samples."""
+"""The dataset's columns over a block of samples."""
 
 
 @dataclass(frozen=True)
 class PreparedRun:
-    """A scenario made ready to run: the values of this run drawn, the effects of each sensor built.
+    """A scenario ready to run: values of the run drawn, effects of each sensor built.
 
-    scenario: as written; drawn: with its sensors' data sheets written out and this run's values of what varies;
-    field_enu_nT (3,); effects: a tuple in chain order for each sensor of three axes; scalar: those of a sensor of the
-    field's strength, None without one.
+    scenario: as written; drawn: with the sensors' data sheets written out and the varied values of the run;
+    field_enu_nT (3,); effects: a tuple in chain order for each vector magnetometer; scalar: effects of the scalar
+    magnetometer, None without.
     """
 
     scenario: Scenario
@@ -73,12 +73,12 @@ class PreparedRun:
 
     @property
     def finer(self) -> bool:
-        """Whether an effect follows the field between samples, which the engine's steps then give."""
+        """Whether an effect depends on the field between samples, computed at the engine's steps."""
         return any(continuous_part(effects) for effects in (*self.effects, self.scalar or ()))
 
     @property
     def effects_named(self) -> tuple[str, ...]:
-        """Names of all effects of all sensors, each once, in chain order: that of every sensor, whichever it has."""
+        """Names of all effects of all sensors, each once, in chain order."""
         present = {effect.name for sensor in self.effects for effect in sensor}
         return tuple(name for name in self.drawn.effect_order or effect_table.BY_NAME if name in present)
 
@@ -94,7 +94,7 @@ class PreparedRun:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """What the run's file says of itself: the scenario, and the true parameters of field and effects."""
+        """Metadata of the run's file: the scenario, and the true parameters of field and effects."""
         parameters = {
             "field_enu_nT": self.field_enu_nT.tolist(),
             "effects": [effect_table.as_tables(sensor)[0] for sensor in self.effects],
@@ -107,7 +107,7 @@ class PreparedRun:
 
 
 def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> PreparedRun:
-    """Draw the values that vary from run to run; InputError for an effect on a channel that the vehicle has not."""
+    """Draw the values that vary from run to run; InputError for an effect on a channel missing from the vehicle."""
     seed = scenario.seed if seed is None else seed
     drawn = apply_vary(equipped(scenario), stream(seed, run, "vary"))
     effects = tuple(drawn.chain(sensor) for sensor in drawn.vectors)
@@ -117,7 +117,7 @@ def plan(scenario: Scenario, run: int = 0, seed: int | None = None) -> PreparedR
 
 
 def channels_of(vehicle: str) -> tuple[str, ...]:
-    """The channels that a simulation with this kind of vehicle gives."""
+    """The channels of a simulation with a kind of vehicle."""
     cls = VEHICLES[vehicle]
     return (TEMPERATURE, *(current_name(motor) for motor in range(1, cls.motors + 1)), *cls.own_channels)
 
@@ -138,7 +138,7 @@ def true_motion(plan: PreparedRun) -> Iterator[Motion]:
 def blocks(plan: PreparedRun, motions: Iterable[Motion] | None = None) -> Iterator[Block]:
     """The run's columns, block by block: memory does not grow with the run's length.
 
-    motions : the run's, where they are known already; flown otherwise.
+    motions : true motion of the run if already computed.
     """
     scenario = plan.drawn
     thermometer = Thermometer(scenario.thermal, plan.interval_s)
@@ -152,7 +152,7 @@ def blocks(plan: PreparedRun, motions: Iterable[Motion] | None = None) -> Iterat
 
 
 class _Magnetometers:
-    """All magnetometers of a run, with their memory of it so far."""
+    """All magnetometers of a run, with the memory of the run so far."""
 
     def __init__(self, plan: PreparedRun) -> None:
         self.plan = plan
@@ -160,7 +160,7 @@ class _Magnetometers:
         self._scalar = None if plan.scalar is None else ScalarMagnetometer(plan.scalar, plan.seed, plan.run)
 
     def measure(self, motion: Motion, temperature_degC: Array) -> Block:
-        """Their signals over the run's next block, and what each effect contributes."""
+        """Signals over the next block, and the contribution of each effect."""
         scenario, block = self.plan.drawn, Block()
         for k, (effects, sensor) in enumerate(zip(self._vectors, scenario.vectors, strict=True)):
             states = _states(self.plan, motion, scenario.sensors[sensor], temperature_degC)
@@ -172,7 +172,7 @@ class _Magnetometers:
 
 
 def _recorded(scenario: Scenario, motion: Motion, measured: dict[str, Array]) -> Block:
-    """What the instruments beside the magnetometer give."""
+    """Measurements of the further instruments."""
     about: Block = {
         "time_s": motion.time_s,
         "phase": np.full(len(motion.time_s), scenario.phases[motion.phase].label),
@@ -188,7 +188,7 @@ def _recorded(scenario: Scenario, motion: Motion, measured: dict[str, Array]) ->
 
 
 def _magnetometer(plan: PreparedRun, effects: Chain, state: State, finer: State | None, number: int | None) -> Block:
-    """One magnetometer's signal, and what each effect contributes to it; number: of several, from 1."""
+    """Signal of a magnetometer, and the contribution of each effect; number: index from 1 in an array, else None."""
     mag_nT, labels = effects.apply(state, finer)
     block = _columns(mag_names(number), mag_nT)
     for name in plan.effects_named:
@@ -209,9 +209,9 @@ def _truth(plan: PreparedRun, motion: Motion) -> Block:
 def _states(
     plan: PreparedRun, motion: Motion, sensor: SensorSpec, temperature_degC: Array
 ) -> tuple[State, State | None]:
-    """What the magnetometer at its place on the body goes through, at the samples and, where it is known, finer.
+    """State at the position of a magnetometer on the body, at the samples and, if known, on the finer grid.
 
-    Its temperature is held from sample to sample.
+    The temperature is held from sample to sample.
     """
     state, finer = _state(plan, motion, sensor, temperature_degC), motion.finer
     if finer is None:
@@ -222,7 +222,7 @@ def _states(
 
 
 def _state(plan: PreparedRun, motion: Motion, sensor: SensorSpec, temperature_degC: Array) -> State:
-    """The same at the times of a motion, whose interval is that of the samples."""
+    """State at the position of a magnetometer for a motion with the sample interval."""
     k = motion.kinematics
     field = to_body(motion.R_wb, plan.field_enu_nT[None])
     pos_enu_m = k.pos_enu_m + to_world(motion.R_wb, np.array([sensor.position_m]))
@@ -241,7 +241,7 @@ def _state(plan: PreparedRun, motion: Motion, sensor: SensorSpec, temperature_de
 
 
 def _alignment_q(effects: tuple[Effect, ...]) -> Array:
-    """Navigation's initial alignment error as a quaternion (1, 4): the product of all such effects."""
+    """Navigation's initial alignment error as a quaternion (1, 4): the product of all such effects in the chain."""
     q = np.array([[1.0, 0.0, 0.0, 0.0]])
     for effect in effects:
         if isinstance(effect, AttitudeMisalignment):

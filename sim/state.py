@@ -1,4 +1,4 @@
-"""One block of the truth that effects act on."""
+"""A block of the truth, as input of the effects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scenarios.arrays import Array
 from scenarios.errors import InputError
 
 MOTION = frozenset({"attitude", "rate", "position"})
-"""What an effect may need of the motion; whatever else it needs is a channel."""
+"""Inputs of an effect from the motion; all further inputs are channels."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class State:
         return len(self.time_s)
 
     def channel(self, name: str) -> Array:
-        """A channel (n,); InputError that lists those there are."""
+        """A channel (n,); InputError with the list of known channels."""
         if name not in self.channels:
             raise missing_channel(name, self.channels)
         return self.channels[name]
@@ -68,10 +68,10 @@ class State:
         return np.column_stack(columns) if columns else np.zeros((len(self), 0))
 
     def current_of(self, motor: int) -> Array:
-        """The current (n,) of a motor by its number, or for 0 of all together; InputError for one that is not there."""
+        """Current (n,) of a motor by number, or for 0 the sum of all; InputError for an unknown motor."""
         return self.channel(current_name(motor)) if motor else np.asarray(self.current_A.sum(axis=1))
 
 
 def missing_channel(name: str, there: Mapping[str, object]) -> InputError:
-    """What is said where an effect needs a channel that nobody gives."""
+    """Error for an effect on an unknown channel."""
     return InputError(f"needs the channel {name!r}", do="the channels are " + (", ".join(there) or "none"))

@@ -1,4 +1,4 @@
-"""How far a vehicle is from its path: a blown-away vehicle's data are true, but not what the scenario asks for."""
+"""Tracking error: distance between vehicle and path; large where wind or current exceed the actuators."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ REMEDY = "the data hold what it did instead; ask for less wind or current, or a 
 
 
 class Tracker:
-    """Gathers the tracking of a run, block by block.
+    """Accumulates the tracking error of a run, block by block.
 
-    Counted is what guidance steers and its run-in has settled: not unpowered dives, not the turntable, which stays.
+    Guided phases count from the end of the settling time; unpowered dives and the turntable do not count.
     """
 
     def __init__(self, phases: Sequence[Phase]) -> None:
@@ -53,7 +53,7 @@ class Tracker:
 
 
 def together(runs: Iterable[Tracking | None]) -> Tracking | None:
-    """The tracking of several runs of one length; None where none has any."""
+    """The tracking error of several runs of equal length; None where no run has any."""
     known = [run for run in runs if run is not None]
     if not known:
         return None
@@ -61,7 +61,7 @@ def together(runs: Iterable[Tracking | None]) -> Tracking | None:
 
 
 def warning(runs: Sequence[Tracking | None]) -> str:
-    """One line about vehicles that are farther off than LIMIT_M; empty where all follow."""
+    """A line about vehicles farther from the path than LIMIT_M; empty where all follow."""
     lost = [run for run in runs if run is not None and run.max_m > LIMIT_M]
     if not lost:
         return ""

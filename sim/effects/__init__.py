@@ -1,4 +1,4 @@
-"""Effects: one class each, one table of them all, and the way from a scenario's tables to them and back."""
+"""Effects: the classes, the table of all of them, and the conversion from and to a scenario's tables."""
 
 from __future__ import annotations
 

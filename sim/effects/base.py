@@ -1,4 +1,4 @@
-"""An effect: one frozen class of parameters that the simulator injects, the dataset labels and a diagnosis proposes."""
+"""An effect: a frozen class of parameters, injected by the simulator, labelled in datasets, proposed by a diagnosis."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ Stage = Literal["field", "vehicle", "sensor", "electronics"]
 _STRICT = ConfigDict(extra="forbid", field_title_generator=lambda name, _: name)
 E = TypeVar("E", bound="Effect")
 PLAIN = ""
-"""The form that an effect always has, see `Quantity.form`."""
+"""The form of every effect, see `Quantity.form`."""
 SMALL = 0.01
-"""Of a tangent parameter, in its unit: small enough that contributions add up."""
+"""A small value of a tangent parameter, in the parameter's unit: contributions add up."""
 
 
 def array(values: Vec3 | Mat3 | float | tuple[float, ...]) -> Array:
@@ -39,9 +39,9 @@ def array(values: Vec3 | Mat3 | float | tuple[float, ...]) -> Array:
 
 @dataclass_transform(frozen_default=True)
 def frozen(cls: type[E]) -> type[E]:
-    """Make an effect of a class: its annotated parameters become the checked fields of a frozen dataclass.
+    """Make an effect of a class: annotated parameters become the checked fields of a frozen dataclass.
 
-    Values are checked when an effect is made and kept as floats in tuples; InputError names the wrong one.
+    Values are checked when an effect is made and kept as floats in tuples; InputError names the wrong parameter.
     """
     made = cast("type[E]", dataclass(frozen=True, config=_STRICT)(cls))
     made.describe_parameters()
@@ -63,20 +63,25 @@ def frozen(cls: type[E]) -> type[E]:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Effect(ABC):
-    """One disturbance: a class decorated with `frozen`, of physical parameters with their unit in the name.
+    """A disturbance: a class decorated with `frozen`, whose fields are physical parameters with the unit in the name.
 
-    ``signal_out = signal_in + apply(state, signal_in, rng, memory)``: what it returns is also its label. With
-    `active_s` that holds from one time of the run until another, and outside the effect contributes nothing.
+    ``signal_out = signal_in + apply(state, signal_in, rng, memory)``; the contribution is stored as the effect's label.
+    With `active_s` = (t_0, t_1) the contribution is zero outside t_0 <= t < t_1.
 
-    A parameter is a field annotated with a `Quantity` (unit, range, meaning, role), a `Choice` (a word) or a
-    `ChannelName`, and has a default; with all defaults the effect does nothing. The roles say what a fit may do, see
-    `values.Role`.
+    A parameter is a field annotated with a `Quantity` (unit, range, meaning, role), a `OneOf` (a word) or a
+    `ChannelName`, and has a default; with all defaults the effect does nothing. The role of a parameter tells a fit how
+    to determine the value, see `parameters.Role`.
 
-    A subclass also says: `name`; `stage`, where in the chain it acts; `needs`, what must be known of the motion
-    ("attitude", "rate", "position") and the channels that it depends on, by column; `example`, values with which it
-    acts; `traits`, how it shows and is told from others; `stochastic`, whether it draws from rng; `static`, whether
-    field, channels and time at one instant decide it, so that a calibration of the instrument can take it out;
-    `continuous`, whether the field's course between samples decides it, so that the simulator gives it every step.
+    =============  =================================================================================================
+    name           key of the effect in scenarios, labels and reports
+    stage          place in the chain: field, vehicle, sensor or electronics
+    needs          inputs of the motion ("attitude", "rate", "position"), and channels by column
+    example        parameters with which the effect acts, for tests and documentation
+    traits         identifiability and remedy, see `Traits`
+    stochastic     the contribution is random
+    static         field, channels and time of one instant determine the contribution, so a calibration can remove it
+    continuous     the field between the samples determines the contribution, so the simulator computes every step
+    =============  =================================================================================================
     """
 
     name: ClassVar[str]
@@ -89,13 +94,13 @@ class Effect(ABC):
     continuous: ClassVar[bool] = False
 
     linear: ClassVar[tuple[str, ...]]
-    """Names of the parameters in which the contribution is linear; they give `basis` for free."""
+    """Names of the linear parameters, the columns of `basis`."""
     search: ClassVar[dict[str, tuple[float, ...]]]
     """The values to try of each listed parameter."""
     forms: ClassVar[dict[str, tuple[Parameter, ...]]]
     """The parameters of each fuller form, in the order of the class."""
     tangents: ClassVar[dict[str, tuple[Vec3, ...]]]
-    """Small values of each tangent parameter, one along each component."""
+    """A small value of each tangent parameter along each component."""
 
     _parameters: ClassVar[tuple[Parameter, ...]]
     _spans: ClassVar[dict[str, Array]]
@@ -117,45 +122,45 @@ class Effect(ABC):
         """Contribution (n, 3) in nT to a block of the signal (n, 3), body (sensor) frame.
 
         `memory` is empty at the start of a run and handed on from block to block: filter states, last samples,
-        sub-streams of rng. Cutting a run into other blocks gives the same contribution.
+        sub-streams of rng. The contribution does not depend on how a run is cut into blocks.
         """
 
     def is_active(self, time_s: Array) -> NDArray[np.bool_]:
-        """Whether it acts at times (n,) of the run."""
+        """Whether t_0 <= t < t_1 at times (n,) of the run, for `active_s` = (t_0, t_1)."""
         low, high = self.active_s or (-np.inf, np.inf)
         return np.asarray((time_s >= low) & (time_s < high))
 
     def contribution(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        """What `apply` gives while the effect acts, else zero; its memory and its random numbers know no switch."""
+        """Contribution of `apply` while active, else zero; memory and random numbers advance in any case."""
         label = self.apply(state, signal_nT, rng, memory)
         return label if self.active_s is None else np.where(self.is_active(state.time_s)[:, None], label, 0.0)
 
     def convention_columns(self, state: State, signal_nT: Array) -> Array:
-        """Columns (n, 3, k) by which it would differ if it were counted from elsewhere: another temperature, slope.
+        """Columns (n, 3, k) of a change of reference: a different reference temperature, slope or zero.
 
-        A change of the iron along these is no finding of its own beside the effect.
+        A change of the fitted iron along these columns is a matter of convention and no second finding.
         """
         return np.zeros((len(state), 3, 0))
 
     @classmethod
     def central_reference(cls, state: State) -> dict[str, float]:
-        """Fixed parameters from which a curve is best counted along a course: a temperature of its middle."""
+        """Reference values in the middle of a recording, such as the mean temperature, by parameter."""
         return {}
 
     def problem(self) -> str | None:
-        """What is wrong with the parameters taken together, if anything; each alone is checked before."""
+        """Contradiction between the parameters, None if there is none; single values are checked before."""
         return None
 
     @property
     def required_inputs(self) -> tuple[str, ...]:
-        """What must be known for it: what its class needs, and the channel that it names."""
+        """Inputs of the motion and channels needed: those of the class, and the channel named by a parameter."""
         name = self.with_role("channel")
         named = getattr(self, name) if name else ""
         return (*self.needs, named) if named else self.needs
 
     @classmethod
     def describe_parameters(cls) -> None:
-        """Keep what the annotations say of the parameters; once, when the class is made."""
+        """Collect the annotations of the parameters; called once, when the class is made."""
         own = {name: info for name, info in cls.__pydantic_fields__.items() if name != ACTIVE_WINDOW.name}
         known = tuple(Parameter.of(name, info) for name, info in own.items())
         cls._parameters = known
@@ -172,24 +177,24 @@ class Effect(ABC):
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Names of the parameters, and of the window."""
+        """Names of the parameters, and of the active window."""
         return (*(p.name for p in cls._parameters), ACTIVE_WINDOW.name)
 
     @classmethod
     def with_role(cls, *roles: Role) -> str | None:
-        """Name of the first parameter that has one of these roles."""
+        """Name of the first parameter with one of the roles, None without."""
         return next((p.name for p in cls._parameters if p.role in roles), None)
 
     @classmethod
     def search_role(cls) -> Role | None:
-        """What of it no list of values can hold, so that a search must find it: a moment, a place, a frequency."""
+        """Role of the parameter that needs a search of the whole recording (moment, place, frequency), None without."""
         return next((p.role for p in cls._parameters if p.role in SEARCHED_ROLES), None)
 
     @classmethod
     def linear_units(cls, forms: Collection[str] | None = None) -> list[tuple[str, Array]]:
-        """The k unit values (parameter, value) that span the linear parameters: one of each column of `basis`.
+        """The k unit values (parameter, value) that span the linear parameters, one for each column of `basis`.
 
-        forms : only parameters of these fuller forms; PLAIN is what the effect always has.
+        forms : only parameters of these fuller forms; PLAIN is the form of every effect.
         """
         return [
             (p.name, unit.reshape(p.shape))
@@ -200,7 +205,7 @@ class Effect(ABC):
 
     @classmethod
     def basis(cls, state: State, signal_nT: Array, forms: Collection[str] | None = None, **nonlinear: Any) -> Array:
-        """Columns (n, 3, k): the contribution of each unit of the linear parameters, for given other parameters.
+        """Columns (n, 3, k): contribution of each unit of the linear parameters, the rest given.
 
         ``apply == basis @ coefficients``; k = 0 when no parameter is linear. forms : as for `linear_units`.
         """
@@ -225,7 +230,7 @@ class Effect(ABC):
 
     @property
     def forms_in_use(self) -> tuple[str, ...]:
-        """PLAIN, and the fuller forms of which a parameter is another than where it does nothing."""
+        """PLAIN, and the fuller forms with a parameter that differs from the default."""
         used = (
             form for form, several in self.forms.items() if any(getattr(self, p.name) != p.default for p in several)
         )
@@ -237,7 +242,7 @@ class Effect(ABC):
     ) -> Self:
         """The effect whose linear parameters have the given (k,) coefficients; the inverse of `coefficients`.
 
-        forms : as for `linear_units`; what is of another form is not there.
+        forms : as for `linear_units`; parameters of further forms keep their defaults.
         """
         values: dict[str, Any] = {}
         for (name, unit), factor in zip(cls.linear_units(forms), np.asarray(coefficients), strict=True):
@@ -246,23 +251,23 @@ class Effect(ABC):
 
 
 class Replacement(Effect):
-    """An effect that puts another value in the signal's place: a delayed, clipped, rounded or repeated one.
+    """An effect whose output replaces the signal: a delayed, clipped, rounded or repeated value.
 
-    A subclass writes `replace`; the contribution follows. The chain takes the value itself, so that rounded values
-    lie on their lattice and repeated ones are equal to the last bit.
+    A subclass writes `replace`, and the contribution is the difference. The chain takes the output as the signal, so
+    rounded values lie on the grid of the converter, and repeated values are equal to the last bit.
     """
 
     @abstractmethod
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        """The signal (n, 3) that leaves the effect."""
+        """Output signal (n, 3) of the effect."""
 
     def replaced(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        """The signal (n, 3) that leaves: what `replace` gives while the effect acts, else what came."""
+        """Output signal (n, 3): `replace` while the effect is active, else the input."""
         out = self.replace(state, signal_nT, rng, memory)
         return out if self.active_s is None else np.where(self.is_active(state.time_s)[:, None], out, signal_nT)
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        """Contribution (n, 3): the signal that leaves minus the signal that came."""
+        """Contribution (n, 3): output signal minus input signal."""
         return self.replace(state, signal_nT, rng, memory) - signal_nT
 
 

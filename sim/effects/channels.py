@@ -1,4 +1,4 @@
-"""A disturbance that follows a channel in a way that no law says."""
+"""Empirical disturbance by a channel: a polynomial without a physical law."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sim.state import State
 
 Late = Literal["channel", "curve"]
 HIGHEST = 3
-"""The highest power of a curve: a higher one fits the ends of the channel's range, and foretells nothing there."""
+"""The highest power of a curve: higher powers fit the ends of the channel's range without predicting them."""
 LAGS_S = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 
 
@@ -24,8 +24,8 @@ LAGS_S = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 class ChannelEffect(Effect):
     """Curve of any channel x: ``c1 u + c2 u^2 + c3 u^3``, ``u = (x - centre) / scale``, x or the curve late by a lag.
 
-    It names the channel and not the mechanism. Where |u| > 1 the curve goes on along its tangent at the end. Several
-    channels are several effects, whose curves add up.
+    The effect identifies the channel, not the mechanism. Where |u| > 1 the curve continues along the tangent at the
+    end. Several channels are several effects, whose curves add up.
     """
 
     name = "channel_effect"
@@ -69,12 +69,12 @@ class ChannelEffect(Effect):
         return np.asarray(terms @ array((self.linear_nT, self.square_nT, self.cube_nT))[: self.order])
 
     def convention_columns(self, state: State, signal_nT: Array) -> Array:
-        """Another value of x at which it contributes nothing."""
+        """Constant on each axis: a different value of x without contribution."""
         return np.tile(np.eye(3), (len(state), 1, 1))
 
 
 def felt(u: Array, order: int, late: Late, lag_s: float, interval_s: float, memory: Memory) -> Array:
-    """Powers (n, order) of u (n,), of which u or the powers come through a first-order lag, at rest at the start."""
+    """Powers (n, order) of u (n,) behind a first-order lag of u or of the powers, at rest at the start."""
     if lag_s == 0:
         return powers(u, order)
     if late == "channel":
@@ -83,9 +83,9 @@ def felt(u: Array, order: int, late: Late, lag_s: float, interval_s: float, memo
 
 
 def powers(u: Array, order: int) -> Array:
-    """Powers 1 to `order` (n, order) of u (n,), which go on along their tangents beyond -1 and 1.
+    """Powers 1 to `order` (n, order) of u (n,), continued along the tangents beyond -1 and 1.
 
-    ``w^p + p w^(p-1) (u - w)``, w = u within -1 and 1 or the nearer of the two.
+    ``w^p + p w^(p-1) (u - w)``, w = u clipped to -1 and 1.
     """
     w = np.clip(u, -1.0, 1.0)
     out, lower = np.empty((len(u), order)), np.ones(len(u))

@@ -1,4 +1,4 @@
-"""Fields of currents in the vehicle: eddy currents in its skin, supply currents of its motors."""
+"""Fields of currents in the vehicle: eddy currents in the skin, supply currents of the motors."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ LAGS_S = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 
 @frozen
 class EddyCurrent(Effect):
-    """Field of the eddy currents that turning in the Earth's field induces: ``B dT/dt`` ([Li2017] eq. 1).
+    """Field of the eddy currents induced by turning in the Earth's field: ``B dT/dt`` ([Li2017] eq. 1).
 
-    With a time constant, behind a first-order lag (exact for a rate linear between samples, steady at the start):
-    currents in a conductor with inductance do not follow at once. They undo at most the change that makes them, so B is
-    no larger than they last: a ball of copper of half a metre 0.5 s, a hull of aluminium 0.2 s.
+    With a time constant tau, of a conductor with inductance, behind a first-order lag (exact for a rate linear between
+    samples, steady at the start). Eddy currents oppose the change at most fully, so B <= tau: 0.5 s for a copper ball
+    of half a metre, 0.2 s for an aluminium hull.
     """
 
     name = "eddy_current"
@@ -62,8 +62,8 @@ class EddyCurrent(Effect):
 class MotorCurrent(Effect):
     """Field of the motors' supply currents: ``g I(t)``, with a bent line ``g I + g2 I |I| + g3 I^3``.
 
-    What is logged may be ahead of the current, as a throttle is: then I comes through a first-order lag. Motors whose
-    wires run differently are several tables, each with its own motor.
+    Where the logged quantity leads the current, as a throttle does, I is behind a first-order lag. Motors with
+    different wiring are several tables, one for each motor.
     """
 
     name = "motor_current"
@@ -112,16 +112,16 @@ def _field_of(current: Array, gain: Array, square: Array, cube: Array) -> Array:
 
 
 def _harmonic(which: str, form: str) -> Quantity:
-    """One of the two amplitudes of a harmonic."""
+    """Amplitude of the sine or the cosine of a harmonic."""
     return Quantity("nT/A", -1e9, 1e9, f"{which} forward, left, up", role="linear", form=form)
 
 
 @frozen
 class CurrentRipple(Effect):
-    """Field of a supply current that pulses: ``a I(t) sin(theta(t) + phi)``, ``theta = 2 pi (f t + d t^2 / 2)``.
+    """Field of a pulsating supply current: ``a I(t) sin(theta(t) + phi)``, ``theta = 2 pi (f t + d t^2 / 2)``.
 
     Harmonics add ``I(t) (s_k sin(k theta) + c_k cos(k theta))``, k = 2 and 3. A frequency above half the sample rate is
-    aliased, as it is in a sampled instrument.
+    aliased, as in a sampled instrument.
     """
 
     name = "current_ripple"
@@ -161,7 +161,7 @@ class CurrentRipple(Effect):
         return _current(state, self.motor, self.name)[:, None] * waves
 
     def _harmonics(self) -> Iterator[tuple[int, Vec3, Vec3]]:
-        """Number, sine and cosine of the harmonics that there are."""
+        """Number, sine and cosine amplitude of each harmonic in use."""
         both = (self.second_sine_nT_A, self.second_cosine_nT_A), (self.third_sine_nT_A, self.third_cosine_nT_A)
         return ((k, sine, cosine) for k, (sine, cosine) in enumerate(both, 2) if any(sine) or any(cosine))
 

@@ -1,4 +1,4 @@
-"""A signal that comes late: low-pass of the sensor, delay of its values."""
+"""Delayed signals: low-pass of the sensor, latency of the values."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from sim.state import State
 
 @frozen
 class Bandwidth(Replacement):
-    """First-order low-pass ``H(f) = 1 / (1 + i f / f_c)``, exact for a signal that is a parabola through three samples.
+    """First-order low-pass ``H(f) = 1 / (1 + i f / f_c)``, exact for a signal of parabolas through three samples.
 
-    It delays slow signals by 1 / (2 pi f_c) at any sample rate, also for f_c far above it.
+    Slow signals are delayed by 1 / (2 pi f_c) at any sample rate, also for f_c far above the sample rate.
     """
 
     name = "bandwidth"
@@ -55,11 +55,11 @@ class Bandwidth(Replacement):
 
 @frozen
 class Latency(Replacement):
-    """Values that are old when they are stamped: ``s(t - d)``, a parabola through three samples; the first is held.
+    """Latency of the values: ``s(t - d)``, a parabola through three samples; the first sample is held.
 
-    Between samples h apart a parabola errs by ``h^3 s''' / 16`` at most, a line by ``h^2 s'' / 8``, as a low-pass does.
-    It comes before noise and rounding: a late value has the noise of its own measurement, not a mean of three, and
-    interpolation would break the lattice of the values.
+    With samples h apart a parabola errs by at most ``h^3 s''' / 16``, a line by ``h^2 s'' / 8``, as a low-pass does.
+    Latency comes before noise and rounding: a late value has the noise of a single measurement, not of a mean of three,
+    and interpolation would take the values off the converter's grid.
     """
 
     name = "latency"

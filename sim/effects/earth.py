@@ -1,4 +1,4 @@
-"""The Earth's field as it is not: off by a constant, changing, uneven, seen through a turned navigation frame."""
+"""Errors of the Earth's field: a constant, a change in time, a gradient, a turned navigation frame."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ UNIT_GRADIENTS: tuple[Mat3, ...] = (
 class RegionalField(Effect):
     """Constant error of the given earth field: ``R_wb^T c``, c in east, north, up.
 
-    What a field model leaves out at a place (the crust's field is some hundred nT), or another date, or a field that
-    was measured elsewhere. Where hard and soft iron are fitted too, the part of c along the field is a scale of the
-    soft iron, and the rest is a turn of the field like that of `attitude_misalignment`.
+    The difference between true and given field: the crust's field (some hundred nT), a different date or place. Where
+    hard and soft iron are fitted too, the part of c along the field acts as a scale of the soft iron, and the part
+    across the field acts as a turn, like `attitude_misalignment`.
     """
 
     name = "regional_field"
@@ -86,7 +86,7 @@ class DiurnalDrift(Effect):
         return np.asarray(to_body(state.R_wb, course[:, None] * array(self.amplitude_enu_nT)))
 
     def convention_columns(self, state: State, signal_nT: Array) -> Array:
-        """Another time of the day at which the field is the given one."""
+        """Constant field in the world: a different time of the day as reference."""
         return np.asarray(state.R_wb.transpose(0, 2, 1))
 
 
@@ -95,7 +95,7 @@ class FieldGradient(Effect):
     """Uniform gradient of the field: ``R_wb^T G (p - origin)``.
 
     G symmetric (no currents) and trace-free (no monopoles): the five free components are xx, yy, xy, xz, yz in
-    east, north, up. [Li2017] names the uneven field (below 5 nT/m) as an error that its model leaves out.
+    east, north, up. [Li2017] names the uneven field (below 5 nT/m) as an error outside the model.
     """
 
     name = "field_gradient"
@@ -123,7 +123,7 @@ class FieldGradient(Effect):
     origin_enu_m: Annotated[Vec3, Quantity("m", -1e7, 1e7, "where it contributes nothing", role="origin")] = ZERO3
 
     def problem(self) -> str | None:
-        """A matrix that no static source outside can make."""
+        """Asymmetry or trace of G, which no static source outside the vehicle can make."""
         gradient = array(self.gradient_nT_m)
         slack = 1e-6 * np.abs(gradient).max()
         if np.abs(gradient - gradient.T).max() > slack:
@@ -141,10 +141,10 @@ class FieldGradient(Effect):
 class AttitudeMisalignment(Effect):
     """Fixed turn of navigation's attitude on the world side, the inertial system's initial alignment error.
 
-    ``R_nav = R_delta R_wb``, R_delta = Rz Ry Rx. The magnetometer does not feel it: its contribution to a simulated
-    signal is zero, and the simulator turns navigation's attitude by `turn`. On a recording, where R_wb is not
-    known, it corrects a model built on R_nav: ``R_wb^T F = R_nav^T F + R_nav^T (R_delta - I) F``.
-    [Li2017] names it as an error that its model leaves out.
+    ``R_nav = R_delta R_wb``, R_delta = Rz Ry Rx. The magnetometer does not sense the turn: the contribution to a
+    simulated signal is zero, and the simulator turns navigation's attitude by `turn`. On a recording, where R_wb is not
+    known, the effect corrects a model built on R_nav: ``R_wb^T F = R_nav^T F + R_nav^T (R_delta - I) F``.
+    [Li2017] names the misalignment as an error outside the model.
     """
 
     name = "attitude_misalignment"

@@ -1,4 +1,4 @@
-"""What the converter does to a value: clip it, round it."""
+"""Errors of the converter: clipping and rounding."""
 
 from __future__ import annotations
 

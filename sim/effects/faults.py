@@ -1,4 +1,4 @@
-"""Rare failures of the electronics: single wrong values, and values that stand still."""
+"""Rare failures of the electronics: single wrong values, and repeated values."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from sim.state import State
 
 @frozen
 class Spikes(Effect):
-    """Single wrong values at Poisson moments, each on one axis drawn at random.
+    """Single wrong values at Poisson moments, on a random axis.
 
-    The size has either sign and an exponential magnitude of mean A: a Laplace distribution of standard deviation
-    ``sqrt(2) A``. A moment falls on the sample before it.
+    The size has a random sign and an exponential magnitude of mean A: a Laplace distribution of standard deviation
+    ``sqrt(2) A``. A moment between two samples falls on the earlier sample.
     """
 
     name = "spikes"
@@ -42,7 +42,7 @@ class Spikes(Effect):
 
 @frozen
 class Dropouts(Replacement):
-    """Gaps in which the electronics repeats its last value on all axes.
+    """Gaps in which the electronics repeats the last value on all axes.
 
     Times between gaps and lengths of gaps are exponential; the share of repeated samples is ``d / (d + 1 / rate)``.
     """
@@ -81,7 +81,7 @@ def _spikes(rng: np.random.Generator, n: int, wait: Array, gap: float, amplitude
 
 @kernel
 def _hold(rng: np.random.Generator, signal: Array, last: Array, clock: Array, means: Array) -> Array:
-    """clock: 0 at work or 1 in a gap, and how many sample intervals that lasts from here."""
+    """Repeat the last value in gaps; clock: 0 at work or 1 in a gap, and sample intervals until the next change."""
     out = np.empty_like(signal)
     for i in range(len(signal)):
         while clock[1] <= 0.0:

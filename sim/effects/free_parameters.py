@@ -1,4 +1,4 @@
-"""The numbers of effects that a refinement moves, as one vector."""
+"""The free parameters of effects as one vector, for a refinement."""
 
 from __future__ import annotations
 
@@ -13,49 +13,49 @@ from sim.effects.base import Effect
 from sim.effects.parameters import Role
 
 STAY: tuple[Role, ...] = ("moment", "motor", "channel", "fixed")
-"""Roles of parameters that are not refined: a sample that a search found, a whole number, a name, a convention."""
+"""Roles of parameters excluded from refinement: a sample found by a search, a whole number, a name, a convention."""
 FIRST_STEP, LEAST_STEP = 0.1, 1e-6
-"""Step of a number, over the largest of its kind, from which its scale is taken where it is zero."""
+"""Scale of a number at zero: share of the largest component of the parameter, and least scale."""
 
 
 @dataclass(frozen=True)
 class FreeParameters:
-    """Of each effect the coefficients of its linear parameters, then the components of the others that move.
+    """For each effect the coefficients of the linear parameters, then the components of the further free parameters.
 
-    A parameter moves unless its role fixes it, of a fuller form only if that is in use; one that is not linear only if
-    it is not at "none".
+    A parameter is free unless the role fixes it; of a fuller form only if the form is in use; a nonlinear parameter
+    only if not at the value "none".
     """
 
     effects: tuple[Effect, ...]
 
     @property
     def values(self) -> Array:
-        """The numbers as they are (k,)."""
+        """The free numbers (k,)."""
         return np.concatenate([np.zeros(0), *(part for effect in self.effects for part in _parts(effect))])
 
     @property
     def scale(self) -> Array:
-        """The size (k,) of a change of each number that matters."""
+        """Size (k,) of a relevant change of each number."""
         parts = [part for effect in self.effects for part in _parts(effect) if len(part)]
         sizes = [np.full(len(part), max(float(np.abs(part).max()) * FIRST_STEP, LEAST_STEP)) for part in parts]
         return np.asarray(np.maximum(np.abs(self.values), np.concatenate([np.zeros(0), *sizes])))
 
     def at(self, x: Array) -> tuple[Effect, ...]:
-        """The effects with other numbers (k,), each brought into its bounds.
+        """The effects with new numbers (k,), clipped to the bounds.
 
-        Raises InputError where an effect does not take them together.
+        Raises InputError where the numbers of an effect contradict each other.
         """
         cut = np.cumsum([sum(map(len, _parts(effect))) for effect in self.effects])[:-1]
         return tuple(_with(effect, part) for effect, part in zip(self.effects, np.split(x, cut), strict=True))
 
     def spread(self, std: Array) -> tuple[dict[str, Array], ...]:
-        """Standard deviations (k,) of the numbers as those of each parameter's components, for each effect."""
+        """Standard deviations (k,) of the numbers by parameter and component, for each effect."""
         cut = np.cumsum([sum(map(len, _parts(effect))) for effect in self.effects])[:-1]
         return tuple(_spread(effect, part) for effect, part in zip(self.effects, np.split(std, cut), strict=True))
 
 
 def _others(effect: Effect) -> tuple[str, ...]:
-    """Names of the parameters that move and that the effect is not linear in."""
+    """Names of the free nonlinear parameters."""
     return tuple(
         p.name
         for p in effect.parameters()
@@ -71,7 +71,7 @@ def _parts(effect: Effect) -> Sequence[Array]:
 
 
 def _with(effect: Effect, x: Array) -> Effect:
-    """The effect with its free numbers (k,) brought into its bounds."""
+    """The effect with free numbers (k,) clipped to the bounds."""
     forms = effect.forms_in_use
     k = len(effect.linear_units(forms))
     bounds = {p.name: (p.low, p.high) for p in effect.parameters()}

@@ -1,4 +1,4 @@
-"""Axes and sensitivities of the sensor: turned, not square to each other, not equal."""
+"""Axes and sensitivities of the sensor: rotation, non-orthogonality, scale."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sim.state import State
 class Misalignment(Effect):
     """Turn of the whole sensor against the body: ``(R - I) s``, R = Rz Ry Rx.
 
-    Form "zhang2018": the symmetric small-angle matrix of [Zhang2018] eq. 2 in R's place, which is no rotation.
+    Form "zhang2018": the symmetric small-angle matrix of [Zhang2018] eq. 2 in place of the rotation R.
     """
 
     name = "misalignment"
@@ -43,10 +43,10 @@ class Misalignment(Effect):
 
 @frozen
 class NonOrthogonality(Effect):
-    """Axes that are not square to each other: ``(N - I) s``, N upper-triangular with rows of length one.
+    """Non-orthogonal axes: ``(N - I) s``, N upper-triangular with unit rows.
 
     ``N = [[cos xz cos xy, sin xy, sin xz cos xy], [0, cos yz, sin yz], [0, 0, 1]]``: [Zhang2018] eq. 3 with
-    xy = gamma, xz = alpha, yz = beta. With a rotation before it, any three axes.
+    xy = gamma, xz = alpha, yz = beta. Behind a rotation, N describes any three axes.
     """
 
     name = "non_orthogonality"
@@ -73,7 +73,7 @@ class NonOrthogonality(Effect):
 
 @frozen
 class Scale(Effect):
-    """Sensitivities that differ from one: ``diag(e) s``, so factors 1 + e ([Zhang2018] C_SF, [Long2013] C_k)."""
+    """Sensitivities other than 1: ``diag(e) s``, factors 1 + e ([Zhang2018] C_SF, [Long2013] C_k)."""
 
     name = "scale"
     stage = "sensor"

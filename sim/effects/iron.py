@@ -1,4 +1,4 @@
-"""The vehicle's iron: induced and permanent magnetism, and permanent magnetism that changes."""
+"""The vehicle's iron: induced magnetism, permanent magnetism, drift of the permanent magnetism."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class HardIron(Effect):
 
 @frozen
 class HardIronDrift(Effect):
-    """Permanent magnetism that changes in the run, zero at its start: ``r t``, or ``r tau (1 - exp(-t / tau))``.
+    """Drift of the permanent magnetism, zero at the start: ``r t``, or ``r tau (1 - exp(-t / tau))``.
 
     Shocks, pressure and temperature change a hull's magnetism; [Zhang2018] finds the ellipsoid moving in the run.
     """
@@ -88,7 +88,7 @@ class HardIronDrift(Effect):
         return course_s[:, None] * (array(self.rate_nT_h) / 3600.0)
 
     def convention_columns(self, state: State, signal_nT: Array) -> Array:
-        """Another time at which it contributes nothing, as that at which the iron was calibrated."""
+        """Constant on each axis: a different time without contribution, such as the time of the calibration."""
         return np.tile(array(self.rate_nT_h)[:, None], (len(state), 1, 1))
 
 

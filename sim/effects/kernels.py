@@ -1,4 +1,4 @@
-"""Loops over samples that several effects share; compiled, sequential, the same bits on every machine."""
+"""Compiled loops over samples shared by several effects; sequential, with equal bits on every machine."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ def _lag(signal: Array, before: Array, state: Array, decay: float, new: float, o
 
 
 def first_order_lag(signal: Array, time_constant_s: float, interval_s: float, memory: dict[str, Array]) -> Array:
-    """Response y (n, q) of tau dy/dt = x - y, exact for an x (n, q) that is linear between its samples.
+    """Response y (n, q) of tau dy/dt = x - y, exact for an input x (n, q) linear between samples.
 
     ``y_k = a y_k-1 + b x_k + c x_k-1,  a = exp(-h/tau),  b = 1 - (tau/h)(1 - a),  c = (tau/h)(1 - a) - a``.
-    A ramp comes out tau late whatever the sample interval h, also for tau << h. It starts in the steady state.
+    A ramp comes out tau late whatever the sample interval h, also for tau << h. The initial state is steady.
     """
     if not memory:
         memory["before"], memory["state"] = signal[0].copy(), signal[0].copy()
@@ -58,10 +58,11 @@ def first_order_lag(signal: Array, time_constant_s: float, interval_s: float, me
 
 
 def curved_lag(signal: Array, time_constant_s: float, interval_s: float, memory: dict[str, Any]) -> Array:
-    """The same, exact for an x (n, q) that between two samples is the parabola through these and the one before.
+    """Response y (n, q) of tau dy/dt = x - y, exact for an x (n, q) of parabolas through three samples.
 
-    Adds ``z_k = a z_k-1 + q (x_k - 2 x_k-1 + x_k-2)``, ``q = ((tau/h)(1 - a) (1 + 2 tau/h) - 2 tau/h) / 2``. For
-    tau << h a line gives the rate half an interval late, a parabola where it is.
+    `first_order_lag` plus ``z_k = a z_k-1 + q (x_k - 2 x_k-1 + x_k-2)``,
+    ``q = ((tau/h)(1 - a) (1 + 2 tau/h) - 2 tau/h) / 2``. For tau << h the rate of a line is half an interval late, the
+    rate of a parabola is in time.
     """
     if not memory:
         memory["past"], memory["bent"] = np.stack([signal[0], signal[0]]), np.zeros(signal.shape[1])

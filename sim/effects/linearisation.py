@@ -1,4 +1,4 @@
-"""The straight line of an effect whose characteristic is bent."""
+"""Linear part of an effect with a curved characteristic."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from sim.state import State
 
 
 def linearise(effect: Effect, along: State) -> Effect:
-    """An effect of motors in the plain form that follows its fuller one best but for a constant; any other as it is.
+    """The plain form of a motor's effect that best follows the fuller form, a constant left free; the rest unchanged.
 
-    The first coefficient of a bent line is its slope at zero, which may have another sign than all that was seen.
+    The first coefficient of a bent line is the slope at zero, possibly with the opposite sign of the observed slope.
     """
     fuller = any(p.role == "linear" and p.form in effect.forms_in_use[1:] for p in effect.parameters())
     if effect.with_role("motor") is None or not fuller:

@@ -1,4 +1,4 @@
-"""Noise of the sensor: white, and flicker (1/f) noise as a sum of first-order processes."""
+"""Noise of the sensor: white noise, and flicker (1/f) noise as a sum of first-order processes."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class WhiteNoise(Effect):
 
 
 def _flicker_density(f: Array) -> Array:
-    """One-sided density 1 / f in nT^2/Hz of flicker noise of 1 nT/sqrt(Hz) at 1 Hz, at f (m,) in Hz."""
+    """Power density 1 / f in nT^2/Hz of flicker noise of 1 nT/sqrt(Hz) at 1 Hz, at f (m,) in Hz."""
     return np.asarray(1 / f)
 
 
@@ -49,8 +49,8 @@ def _flicker_density(f: Array) -> Array:
 class FlickerNoise(Effect):
     """Flicker noise: one-sided power density ``d^2 / f`` in nT^2/Hz, from 1e-5 Hz to 0.45 of the sample rate.
 
-    A bank of first-order processes, two a decade, whose sum follows 1/f within 3 % in that band; flat below it, and
-    stationary from the first sample. Its Allan deviation is about ``sqrt(2 ln 2) d`` at every averaging time.
+    A bank of first-order processes, two a decade, whose sum follows 1/f within 3 % in the band; flat below the band,
+    stationary from the first sample. The Allan deviation is about ``sqrt(2 ln 2) d`` at every averaging time.
     """
 
     name = "flicker_noise"
@@ -77,10 +77,10 @@ class FlickerNoise(Effect):
 
 @lru_cache(maxsize=32)
 def flicker_bank(interval_s: float) -> tuple[Array, Array]:
-    """Decay a sample and standard deviation of each process, for density one at 1 Hz and a sample interval.
+    """Decay per sample and standard deviation of each process, for unit density at 1 Hz and a sample interval.
 
-    Non-negative least squares of the density of the sum, times f, against one; the zero of the moving average
-    (x_k + 0.2 x_k-1) / 1.2 lets sampled processes fall on beyond a fifth of the sample rate.
+    Non-negative least squares of (density of the sum) x f against 1; the zero of the moving average
+    (x_k + 0.2 x_k-1) / 1.2 keeps the sampled density falling beyond a fifth of the sample rate.
     """
     rate = 1.0 / interval_s
     low, high = min(FLICKER_LOW_HZ, 1e-3 * rate), 0.45 * rate

@@ -1,4 +1,4 @@
-"""A sensor whose answer is not a straight line: curvature, and memory of where the signal came from."""
+"""Nonlinear characteristics of a sensor: curvature and hysteresis."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PLAYS_NT = (100.0, 300.0, 1000.0, 3000.0, 10_000.0, 30_000.0, 100_000.0)
 class Nonlinearity(Effect):
     """Curvature of the characteristic: ``F (c2 (s/F)^2 + ... + c5 (s/F)^5) + k |s|`` on each axis, F the reference.
 
-    k : half of the difference of the slopes on both sides of zero.
+    k : half of the difference between the slopes on both sides of zero.
     """
 
     name = "nonlinearity"
@@ -62,23 +62,23 @@ class Nonlinearity(Effect):
         return signal_nT * ratio * (array(self.second_order) + ratio * higher) + np.abs(signal_nT) * array(self.kink)
 
     def convention_columns(self, state: State, signal_nT: Array) -> Array:
-        """Another slope and another value at zero, from which a bend is counted."""
+        """Slope and zero of the line from which the curvature is counted."""
         return _slopes_and_zeros(signal_nT, self.reference_nT)
 
 
 def _slopes_and_zeros(signal_nT: Array, reference_nT: float) -> Array:
-    """Columns (n, 3, 6): another slope on each axis, and another value at zero."""
+    """Columns (n, 3, 6): a slope and a constant on each axis."""
     zeros = np.tile(reference_nT * np.eye(3), (len(signal_nT), 1, 1))
     return np.concatenate([signal_nT[:, :, None] * np.eye(3), zeros], axis=2)
 
 
 def _further_gain(whose: str, form: str) -> Quantity:
-    """The gain of a loop beside the first."""
+    """The gain of a further loop."""
     return Quantity("", -1.0, 1.0, f"g of {whose}", role="linear", per_axis=True, form=form)
 
 
 def _further_threshold(whose: str, form: str) -> Quantity:
-    """The half-width of a loop beside the first."""
+    """The half-width of a further loop."""
     return Quantity("nT", 1e-3, 1e6, f"r of {whose}", role="listed", tried=PLAYS_NT, form=form)
 
 
@@ -86,11 +86,10 @@ def _further_threshold(whose: str, form: str) -> Quantity:
 class Hysteresis(Effect):
     """Lag of the core's magnetisation behind the signal: ``-g E_r(s)``, E_r the stop operator.
 
-    ``e_k = clip(e_k-1 + s_k - s_k-1, -r, r)``, e = 0 at the start, on each axis: what a play of half-width r leaves
-    over, never above r. Plays add up, ``-sum_j g_j E_rj(s)``, a Prandtl-Ishlinskii model; several thresholds of the
-    first have one gain, which their mean is multiplied by. A rounded loop ``-g D_r(s)``, ``dD = ds - |ds| D / r``,
-    bends as it turns round, where a play breaks; what was there before the run falls off, ``b exp(-w / r)``, w the way
-    that the signal has gone.
+    ``e_k = clip(e_k-1 + s_k - s_k-1, -r, r)``, e = 0 at the start, on each axis: the signal minus a play of half-width
+    r. Plays add up, ``-sum_j g_j E_rj(s)``, a Prandtl-Ishlinskii model; several thresholds of the first play share one
+    gain, applied to the mean of the stops. A rounded loop ``-g D_r(s)``, ``dD = ds - |ds| D / r``, turns smoothly,
+    where a play has a corner; the initial magnetisation decays as ``b exp(-w / r)``, w the path length of the signal.
     """
 
     name = "hysteresis"
@@ -140,7 +139,7 @@ class Hysteresis(Effect):
         return self._with_rounded_loop(out, signal_nT, memory)
 
     def convention_columns(self, state: State, signal_nT: Array) -> Array:
-        """Another slope and another value at zero, from which a loop is counted: a play is the signal less a stop."""
+        """Slope and zero from which a loop is counted: a play is the signal minus a stop."""
         return _slopes_and_zeros(signal_nT, float(np.max(self.threshold_nT)))
 
     def _with_rounded_loop(self, out: Array, signal_nT: Array, memory: Memory) -> Array:
@@ -176,7 +175,7 @@ def _stops(signal: Array, before: Array, stops: Array, thresholds: Array, weight
 
 
 def _way(signal: Array, memory: Memory) -> Array:
-    """The way (n, 3) that a signal (n, 3) has gone on each axis since the start."""
+    """Path length (n, 3) of a signal (n, 3) on each axis since the start."""
     steps = np.abs(np.diff(signal, axis=0, prepend=memory["left_at"][None]))
     way: Array = memory["way"] + np.cumsum(steps, axis=0)
     memory["left_at"], memory["way"] = signal[-1].copy(), way[-1]
@@ -185,7 +184,7 @@ def _way(signal: Array, memory: Memory) -> Array:
 
 @kernel
 def _rounded(signal: Array, before: Array, loop: Array, threshold: float) -> Array:
-    """Rounded loops (n, 3) of a signal (n, 3) from their values (3,) before: the distance to a branch falls off."""
+    """Rounded loops (n, 3) of a signal (n, 3) from initial values (3,): dD = ds - |ds| D / r, exact for a step."""
     out = np.empty_like(signal)
     for i in range(len(signal)):
         for j in range(3):

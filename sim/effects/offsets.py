@@ -1,4 +1,4 @@
-"""The sensor's own offset: constant, jumping, wandering."""
+"""The sensor's offset: constant, jump, random walk."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class SensorOffset(Effect):
 
 @frozen
 class OffsetJump(Effect):
-    """Offset that jumps once: ``b`` from time t_0 on."""
+    """Jump of the offset: ``b`` from time t_0 on."""
 
     name = "offset_jump"
     stage = "sensor"
@@ -55,15 +55,15 @@ class OffsetJump(Effect):
 
 
 def _walk_density(f: Array) -> Array:
-    """One-sided density 1 / (2 pi^2 f^2) in nT^2/Hz of a Wiener process of 1 nT/sqrt(s), at f (m,) in Hz."""
+    """Power density 1 / (2 pi^2 f^2) in nT^2/Hz of a Wiener process of 1 nT/sqrt(s), at f (m,) in Hz."""
     return np.asarray(1 / (2 * np.pi**2 * f**2))
 
 
 @frozen
 class OffsetRandomWalk(Effect):
-    """Offset that wanders: a Wiener process, zero at the start, of standard deviation ``q sqrt(t)``.
+    """Random walk of the offset: a Wiener process, zero at the start, of standard deviation ``q sqrt(t)``.
 
-    Its Allan deviation is ``q sqrt(tau / 3)``.
+    The Allan deviation is ``q sqrt(tau / 3)``.
     """
 
     name = "offset_random_walk"

@@ -1,4 +1,4 @@
-"""The five papers' measurement models as chains of effects, each in the paper's own order."""
+"""The measurement models of the five papers as chains of effects, in the order of each paper."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def zhang2018(
 ) -> Chained:
     """``H_m = A_soft (H_e + h) + h + w,  A_soft = C_M C_NO C_SF`` ([Zhang2018] eq. 1 to 7).
 
-    The hard iron h acts twice: on the vehicle before the matrix, and behind it, where it is a sensor offset.
+    The hard iron h acts twice: as hard iron of the vehicle before the matrix, as sensor offset behind the matrix.
     """
     return (
         HardIron(hard_iron_nT),
@@ -75,7 +75,7 @@ def long2013(
 
 
 def zhou2012(axes: Array) -> Chained:
-    """``B = A B_t``, A (3, 3) with the sensor's axes in the level frame as rows, of length one ([Zhou2012]).
+    """``B = A B_t``, the rows of A (3, 3) the sensor's unit axes in the level frame ([Zhou2012]).
 
     A = N Q: the turn Q of a square sensor, then the axes' leaning N (RQ decomposition).
     """
@@ -92,10 +92,10 @@ def ding2021(
     euler_deg: Vec3 = ZERO3,
     noise_std_nT: float = 0.0,
 ) -> Chained:
-    """One sensor of the array: ``B_c = K C B + b,  B_r = T_gamma T_alpha T_beta B`` ([Ding2021] eq. 3, 5, 6).
+    """A sensor of the array: ``B_c = K C B + b,  B_r = T_gamma T_alpha T_beta B`` ([Ding2021] eq. 3, 5, 6).
 
-    B_r is the field in the array's frame, so ``B_c = K C Q B_r + b`` with Q = (T_gamma T_alpha T_beta)^-1. The T turn
-    the frame (components change by the inverse turn) by `euler_deg` = (alpha about x, beta about y, gamma about z),
+    B_r is the field in the array's frame: ``B_c = K C Q B_r + b``, Q = (T_gamma T_alpha T_beta)^-1. The T turn the
+    frame (components change by the inverse turn) by `euler_deg` = (alpha about x, beta about y, gamma about z),
     y first. For C see `ding2021_axes`.
     """
     N = ding2021_axes(psi_deg, phi_deg, theta_deg)
@@ -109,10 +109,10 @@ def ding2021(
 
 
 def ding2021_axes(psi_deg: float, phi_deg: float, theta_deg: float) -> Array:
-    """C (3, 3) from the text to figure 2 of [Ding2021], rows the axes of the sensor in its ideal frame.
+    """C (3, 3) from the text to figure 2 of [Ding2021], rows the axes of the sensor in the ideal frame.
 
     z is shared; y leans by psi toward z in the plane of ideal y and z; x rises by phi from the plane of ideal x
-    and y, and its shadow there is turned by theta toward y.
+    and y, with a projection turned by theta toward y.
     """
     psi, phi, theta = (math.radians(angle) for angle in (psi_deg, phi_deg, theta_deg))
     x = (math.cos(phi) * math.cos(theta), math.cos(phi) * math.sin(theta), math.sin(phi))

@@ -1,4 +1,4 @@
-"""A parameter of an effect: its unit, the range of its components, its meaning, and what a fit may do with it."""
+"""A parameter of an effect: unit, range of the components, meaning, and role in a fit."""
 
 from __future__ import annotations
 
@@ -40,37 +40,37 @@ Role = Literal[
     "fixed",
     "free",
 ]
-"""What a fit may do with a parameter.
+"""Role of a parameter in a fit.
 
 =========  ==========================================================================================================
-linear     the contribution is proportional to it (zero when it is zero): least squares
+linear     the contribution is proportional to the parameter: least squares
 tangent    the contributions of small values add up: least squares about zero, then refined
 listed     a few values are tried (`tried`), then the best is refined between its neighbours
 moment     a time of the run; every sample is tried, and the best is kept
 place      a position beside the path; a grid is searched, then refined
-origin     where a field that is linear in the place vanishes; found with the constant that another one adds
+origin     zero of a field linear in the position; found together with a constant
 frequency  of a tone; the lines of a spectrum are searched, then refined
-period     of a slow wave; as it is by default a course of the run, and the best of a spectrum where that tells
-phase      of a tone; a sine and a cosine span it
-sweep      how fast a tone's frequency changes; some cycles' worth in a run are tried, about its middle
+period     of a slow wave; the default, then the best of a spectrum where the run is long enough
+phase      of a tone; spanned by a sine and a cosine
+sweep      rate of change of a tone's frequency; changes by some cycles in a run are tried
 motor      the number of a motor; each is tried
-channel    the name of a channel; each that a recording holds is tried, after every effect that says its own causes
+channel    the name of a channel; every channel of a recording is tried, after the effects with known causes
 level      the size of a random disturbance, of each axis
-fixed      a convention or a form (a reference, an extent): left as it is given
-free       refined from where it stands
+fixed      a convention or a form (a reference, an extent): kept as given
+free       refined from the given value
 =========  ==========================================================================================================
 """
 SEARCHED_ROLES = ("moment", "place", "origin", "frequency")
-"""Roles that no short list of values can serve: they need a search of the whole recording."""
+"""Roles that need a search of the whole recording, instead of a short list of values."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Annotation of an effect's parameter: unit, the range of each component, meaning and role.
+    """Annotation of an effect's parameter: unit, range of each component, meaning and role.
 
-    per_axis : one number may stand for all three axes. tried : the values that a fit tries first ("listed"). units :
-    values that span a linear parameter whose components are not free; otherwise each component is one. form : the
-    fuller form of the effect that it belongs to, by a name of its own; a fit asks for it once the effect is found.
+    per_axis : a single number stands for all three axes. tried : first values of a fit ("listed"). units : values
+    that span a linear parameter with dependent components; by default each component is free. form : name of the
+    fuller form of the effect with this parameter; a fit tries the form once the effect is accepted.
     """
 
     unit: str
@@ -94,7 +94,7 @@ class Quantity:
         return shown | {"description": f"{self.doc} [{self.unit}]" if self.unit else self.doc}
 
     def _plain(self, value: Any) -> Any:
-        """Arrays as tuples, one number as three; a truth value is no number."""
+        """Arrays as tuples, a single number as three; a truth value is no number."""
         if isinstance(value, np.ndarray | np.generic):
             value = value.tolist()
         if self.per_axis and isinstance(value, float | int) and not isinstance(value, bool):
@@ -104,7 +104,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Annotation of a parameter that takes one of a few words."""
+    """Annotation of a parameter with a few words as values."""
 
     doc: str
 
@@ -114,7 +114,7 @@ class OneOf:
 
 @dataclass(frozen=True)
 class ChannelName:
-    """Annotation of a parameter that names a channel by its column; the empty text names none."""
+    """Annotation of a parameter that names a channel by column; the empty text names none."""
 
     doc: str
 
@@ -124,10 +124,9 @@ class ChannelName:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of an effect class: its name, default and shape beside what its annotation says.
+    """A parameter of an effect class: name, default and shape, with the annotation.
 
-    `options`: the words that it takes, if it takes one of a few. `several`: a number, or any number of them.
-    `integer`: a count or an index.
+    `options`: the permitted words, if any. `several`: a number, or a list of numbers. `integer`: a count or an index.
     """
 
     name: str
@@ -151,7 +150,7 @@ class Parameter:
 
     @property
     def unit(self) -> str:
-        """The unit of its components, empty for a pure number."""
+        """Unit of the components, empty for a pure number."""
         return self.quantity.unit
 
     @property
@@ -166,27 +165,27 @@ class Parameter:
 
     @property
     def doc(self) -> str:
-        """What it means."""
+        """Meaning."""
         return self.quantity.doc
 
     @property
     def role(self) -> Role:
-        """What a fit may do with it."""
+        """Role in a fit."""
         return self.quantity.role
 
     @property
     def form(self) -> str:
-        """The fuller form that it belongs to, empty for what the effect always has."""
+        """Name of the fuller form of the parameter, empty for the plain form."""
         return self.quantity.form
 
     @property
     def worded(self) -> bool:
-        """Whether it takes a word, which has no range, and no number."""
+        """Whether the value is a word, without range or number."""
         return isinstance(self.default, str)
 
     @property
     def expected(self) -> str:
-        """What a value looks like, for messages."""
+        """Description of a valid value, for messages."""
         if self.worded:
             return "one of " + ", ".join(self.options) if self.options else "the name of a channel"
         if self.integer:
@@ -200,13 +199,13 @@ class Parameter:
 
 
 ACTIVE_WINDOW = Parameter("active_s", None, (2,), Quantity("s", 0.0, 1e9, "from when to when it acts", role="fixed"))
-"""What every effect has beside its own parameters, see `Effect.acts`."""
+"""Parameter of every effect: the interval of activity, see `Effect.is_active`."""
 
 
 def input_error(error: ValidationError, parameters: Sequence[Parameter], given: Mapping[str, Any]) -> InputError:
-    """The first of pydantic's errors about the values given for an effect's parameters, in one line.
+    """The first of pydantic's errors about the values given for an effect's parameters, as a line.
 
-    Its `where` is the name of the parameter, empty where the parameters do not go together.
+    `where` is the name of the parameter, empty where the parameters contradict each other.
     """
     problem = error.errors(include_url=False)[0]
     if not problem["loc"]:
@@ -233,7 +232,7 @@ def _what(parameter: Parameter, problem: ErrorDetails, given: Any) -> str:
 
 
 def _ranged(source: Any, low: float, high: float) -> Any:
-    """The type with every number in it finite and in the range; what is no number is refused, not converted."""
+    """The type with every number finite and in the range; values of a different type are refused, not converted."""
     if source is int:
         return Annotated[int, Field(ge=low, le=high, strict=True), BeforeValidator(_whole)]
     if source is float:

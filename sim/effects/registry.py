@@ -1,7 +1,7 @@
-"""The table of all effects, in their physical order.
+"""The table of all effects, in physical order.
 
-To add one: a class in a file of this package, and a line in EFFECTS. Injection, labels, checks, `list effects`, the
-editor's schema, the documentation, the diagnosis and the contract tests follow.
+To add an effect: a class in a file of this package, and a line in EFFECTS. Injection, labels, checks, `list effects`,
+the editor's schema, the documentation, the diagnosis and the contract tests follow.
 """
 
 from __future__ import annotations
@@ -60,20 +60,20 @@ EFFECTS: tuple[type[Effect], ...] = (
     Spikes,
     Dropouts,
 )
-"""Every effect, in the order in which the chain applies them unless a scenario gives another."""
+"""Every effect, in the default order of the chain."""
 
 BY_NAME: dict[str, type[Effect]] = {cls.name: cls for cls in EFFECTS}
 
 
 def find(name: str, where: str) -> type[Effect]:
-    """The class of an effect; InputError with the nearest names if there is none."""
+    """The class of an effect; InputError with the nearest names if the name is unknown."""
     if name in BY_NAME:
         return BY_NAME[name]
     raise InputError(f"no effect {name!r}", where=where, do=nearest(name))
 
 
 def nearest(name: str) -> str:
-    """The names nearest to one that is not there, as advice."""
+    """The known names nearest to an unknown name, as advice."""
     near = difflib.get_close_matches(name, BY_NAME, n=3) or list(BY_NAME)
     return "did you mean " + ", ".join(near) + "?"
 
@@ -84,7 +84,7 @@ def summary(name: str) -> str:
 
 
 def describe(name: str) -> str:
-    """An effect's documentation and its parameters with unit, range, default and meaning."""
+    """An effect's documentation, and the parameters with unit, range, default and meaning."""
     cls = find(name, "effects")
     lines = [f"{name} ({cls.stage}): {summary(name)}"]
     lines += ["    " + line.strip() for line in (cls.__doc__ or "").split("\n")[1:] if line.strip()]

@@ -1,4 +1,4 @@
-"""What remembers the samples before, along a recording whose samples are not evenly spaced."""
+"""Filters with memory on recordings with uneven sample times."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from scenarios.arrays import Array
 from sim.state import State
 
 UNEVEN = 0.05
-"""Difference from the interval, in intervals, from which on steps of time are uneven: rounded stamps stay below it."""
+"""Largest deviation of even time steps, in intervals: larger than the rounding of time stamps."""
 SPARSEST = 4
-"""Even samples to one of the recording beyond which it is mostly gaps: taken sample by sample, without a spectrum."""
+"""Even samples for each recorded sample, beyond which a recording is mostly gaps and is not resampled."""
 
 
 def respond_on_even_grid(state: State, signal_nT: Array, respond: Callable[[Array], Array]) -> Array:
-    """What `respond` makes of a signal (n, 3) that it needs evenly spaced: on such a grid, and back at the true times.
+    """Response to a signal (n, 3), computed on an even grid and interpolated back to the sample times.
 
-    Between samples the signal is a smooth curve (Akima's), and what the response adds to it another; a gap is bridged.
+    Signal and added response are interpolated by smooth curves (Akima's); gaps are bridged.
     """
     time_s, step_s = state.time_s, state.interval_s
     uneven = np.abs(np.diff(time_s) - step_s).max(initial=0.0) > UNEVEN * step_s

@@ -1,4 +1,4 @@
-"""Small matrices of the sensor's geometry: rotations, triangular axes, and the angles back out of them."""
+"""Small matrices of the sensor's geometry: rotations and triangular axes, with the inverse functions for the angles."""
 
 from __future__ import annotations
 

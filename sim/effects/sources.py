@@ -1,4 +1,4 @@
-"""Magnetic bodies beside the way: wrecks and ordnance as dipoles, pipelines as long thin magnets."""
+"""Magnetic bodies near the path: wrecks and ordnance as dipoles, pipelines as long thin magnets."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ MU0_4PI_nT = 100.0
 class LocalDipole(Effect):
     """Field of a fixed magnetic body: a dipole, or with an extent a thin cylinder of uniform magnetisation.
 
-    ``B = mu_0/(4 pi) R_wb^T (3 (m.r) r / r^5 - m / r^3)``, r from the body to the sensor; the cylinder
-    runs from `position` to `position + extent`, its moment m is spread evenly along it, in any direction, and B is
-    the integral of the dipole's along it in closed form.
+    ``B = mu_0/(4 pi) R_wb^T (3 (m.r) r / r^5 - m / r^3)``, r from the body to the sensor. The cylinder runs from
+    `position` to `position + extent`; the moment m, in any direction, is spread evenly along the cylinder, and B is the
+    integral of the dipole's field in closed form.
 
     Raises InputError where the sensor goes through the body.
     """
@@ -71,7 +71,7 @@ def dipole_field_nT(way_m: Array, moment_A_m2: Array) -> Array:
 
 @kernel
 def _dipole_field(way: Array, moment: Array) -> Array:
-    """3 (m.u) u / r^3 - m / r^3, u = R / r: so near a body too nothing overflows."""
+    """3 (m.u) u / r^3 - m / r^3, u = R / r: free of overflow also close to a body."""
     field = np.empty((len(way), 3))
     for i in range(len(way)):
         r = math.sqrt(way[i, 0] ** 2 + way[i, 1] ** 2 + way[i, 2] ** 2)

@@ -1,4 +1,4 @@
-"""Effects as a scenario's tables write them: checked, in the chain's order, and back to tables."""
+"""Effects from a scenario's tables: checked, in the order of the chain, and back to tables."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ Path = tuple[str | int, ...]
 
 
 class Effects(Mapping[str, tuple[Effect, ...]]):
-    """The `effects` tables of a scenario: name -> the effects of that name, as one table or an array of tables.
+    """The `effects` tables of a scenario: name -> effects of the name, from a table or an array of tables.
 
     Parameters
     ----------
-    written : name -> table of parameters, or array of tables, as the user wrote them. They are kept so, and are what
-        is stored of a scenario: nothing is added, nothing reordered.
+    written : name -> table of parameters, or array of tables, as the user wrote them. A scenario is stored with the
+        tables as written: nothing is added, nothing reordered.
 
     Raises pydantic's ValidationError with the place of the first unknown effect or parameter, or wrong value.
     """
@@ -73,7 +73,7 @@ class Effects(Mapping[str, tuple[Effect, ...]]):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Under each name one table, or an array of them."""
+        """Under each name a table, or an array of tables."""
         tables: dict[str, Any] = {
             name: (kind | list[kind], Field(title=name, description=summary(name)))  # type: ignore[valid-type]
             for name, kind in BY_NAME.items()
@@ -93,13 +93,13 @@ EffectName = Annotated[str, AfterValidator(_known), WithJsonSchema({"type": "str
 
 
 def in_order(groups: Sequence[Effects], order: Sequence[str] | None) -> tuple[Effect, ...]:
-    """The effects of several tables in the chain's order: the physical one, or another; of a name in turn."""
+    """The effects of several tables in the physical order, or in the given order of names."""
     names = tuple(BY_NAME) if order is None else order
     return tuple(effect for name in names for group in groups for effect in group.get(name, ()))
 
 
 def check_order(order: Sequence[str] | None, present: Iterable[str]) -> None:
-    """An order names every effect that is present, each once; ValidationError at `effect_order` otherwise."""
+    """Check that an order names every effect present, each once; ValidationError at `effect_order` otherwise."""
     for name in order or ():
         if list(order or ()).count(name) > 1:
             raise misfit(("effect_order",), f"{name} is named twice")
@@ -129,7 +129,7 @@ def build(tables: Mapping[str, Any], order: Sequence[str] | None = None, where: 
 
 
 def as_tables(effects: Sequence[Effect]) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Tables and order from which `build` makes the same effects; of one kind all must follow each other."""
+    """Tables and order, the inverse of `build`; InputError unless effects of one kind follow each other."""
     names = tuple(dict.fromkeys(effect.name for effect in effects))
     grouped = {name: [table(effect) for effect in effects if effect.name == name] for name in names}
     if [effect.name for effect in effects] != [name for name in names for _ in grouped[name]]:
@@ -138,7 +138,7 @@ def as_tables(effects: Sequence[Effect]) -> tuple[dict[str, Any], tuple[str, ...
 
 
 def table(effect: Effect) -> dict[str, Any]:
-    """The effect as a table for TOML: every parameter of the forms in use, tuples as lists, and its window if any."""
+    """The effect as a table for TOML: parameters of the forms in use, tuples as lists, the active window if any."""
     plain: dict[str, Any] = TypeAdapter(type(effect)).dump_python(effect, mode="json", exclude_none=True)
     idle = {p.name for p in effect.parameters() if p.form not in effect.forms_in_use}
     return {name: value for name, value in plain.items() if name not in idle}

@@ -1,4 +1,4 @@
-"""What the sensor's temperature changes: sensitivity and offset."""
+"""Temperature effects of the sensor: sensitivity and offset."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ SecondLag = Annotated[
 
 @frozen
 class TemperatureScale(Effect):
-    """Sensitivity that changes with temperature: ``(k (T - T_ref) + k2 (T - T_ref)^2) s`` on each axis.
+    """Temperature dependence of the sensitivity: ``(k (T - T_ref) + k2 (T - T_ref)^2) s`` on each axis.
 
-    T is felt late by a lag, or two.
+    T is the measured temperature behind one first-order lag, or two.
     """
 
     name = "temperature_scale"
@@ -70,13 +70,13 @@ class TemperatureScale(Effect):
         return _middle(state)
 
     def convention_columns(self, state: State, signal_nT: Array) -> Array:
-        """Another temperature at which it contributes nothing."""
+        """Scale on each axis: a different reference temperature."""
         return signal_nT[:, :, None] * np.stack([array(self.slope_1_K), array(self.square_1_K2)], axis=1)
 
 
 @frozen
 class TemperatureOffset(Effect):
-    """Offset that changes with temperature: ``k (T - T_ref) + k2 (T - T_ref)^2``, T felt late by a lag, or two."""
+    """Temperature dependence of the offset: ``k (T - T_ref) + k2 (T - T_ref)^2``, T behind one lag, or two."""
 
     name = "temperature_offset"
     stage = "sensor"
@@ -102,17 +102,17 @@ class TemperatureOffset(Effect):
         return _middle(state)
 
     def convention_columns(self, state: State, signal_nT: Array) -> Array:
-        """Another temperature at which it contributes nothing."""
+        """Constant on each axis: a different reference temperature."""
         return np.tile(np.stack([array(self.slope_nT_K), array(self.square_nT_K2)], axis=1), (len(state), 1, 1))
 
 
 def _middle(state: State) -> dict[str, float]:
-    """The reference temperature in the middle of a course, to a tenth of a degree."""
+    """Mean temperature of a recording as reference, to a tenth of a degree."""
     return {"reference_degC": round(float(np.mean(state.channel(TEMPERATURE))), 1)}
 
 
 def _felt_degC(state: State, lags_s: tuple[float, ...], memory: Memory) -> Array:
-    """Temperature (n, 1) of a sensor that follows the measured one with first-order lags, at rest at the start."""
+    """Temperature (n, 1) of a sensor behind the measured temperature by first-order lags, at rest at the start."""
     felt_degC = state.channel(TEMPERATURE)[:, None]
     for i, lag_s in enumerate(lags_s):
         if lag_s > 0:

@@ -1,4 +1,4 @@
-"""What a diagnosis must know of an effect beside its equation and its parameters."""
+"""Traits of an effect for a diagnosis: identifiability, look-alikes, remedy."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ Density = Callable[[Array], Array]
 
 @dataclass(frozen=True)
 class Traits:
-    """How an effect shows in a recording, how it is told from others, and what helps.
+    """Identifiability of an effect in a recording, its look-alikes, and the remedy.
 
-    apart : what to do that tells it from the effects that look like it on one motion.
-    remedy : what takes it away, or out of the data.
-    absorbed : a fit of hard and soft iron takes it up whole, so that it shows only as a change of the given model.
-    same_as : name of an effect that does the same on every motion where iron is fitted too, and that is named first.
-    kin : effects of one kin are the same to first order: their forms alone, which may be in error, tell them apart.
-    contains : names of simpler effects that it nearly makes too: it is one of these where it gains hardly more.
-    constant : it adds one constant vector, whose change a slow wander imitates.
-    one_run : an event of one run, which another run cannot show.
-    slow : an offset that follows time, or one slow channel: where that only rises the one may be the other.
-    lasting : a course of the whole run, which no switch begins or ends.
-    memory : after it the noise of neighbouring samples is correlated.
-    first_form : a fuller form that it is also looked for with, where its plain one explains too little to be found.
-    converter : done by the converter to each value: seen in the values themselves, left out of a smooth prediction.
-    source : a field of its own, with a part along the earth's, which no error of the attitude has.
-    turns : an error of the attitude itself, which turns the field and adds nothing along it.
-    fastest_nT_s : rate of change, the mean over a recording, that nature does not exceed.
-    spectrum : of a slow random disturbance, its density at a level of one.
+    experiment : action that distinguishes the effect from its look-alikes on a single motion.
+    remedy : action that removes the effect, or its contribution to the data.
+    absorbed : fitted hard and soft iron absorb the effect completely; only a change of the given model is observable.
+    equivalent_to : effect with equal contributions on every motion where iron is fitted too; reported first.
+    family : effects of one family are equal to first order; only their forms, possibly in error, distinguish them.
+    contains : simpler effects that are nearly special cases; preferred where the gain over them is small.
+    constant : the contribution is a constant vector, whose change a slow wander imitates.
+    one_run : an event of a single run, not observable in a second run.
+    slow : an offset that follows time or a slow channel; the two are confounded where the channel only rises.
+    whole_run : a course of the whole run, without a begin or an end.
+    correlates_noise : the noise of neighbouring samples is correlated behind the effect.
+    first_form : fuller form of the first search, where the plain form explains too little for acceptance.
+    converter : acts on each value in the converter: observable in the values, left out of a smooth prediction.
+    field_source : a magnetic field with a part along the Earth's, in contrast to errors of the attitude.
+    attitude_error : an error of the attitude, which turns the field without a part along the field.
+    max_rate_nT_s : largest natural rate of change, mean over a recording.
+    spectrum : density of a slow random disturbance at unit level.
     """
 
     experiment: str = ""
@@ -54,7 +54,7 @@ class Traits:
 
 
 LATE = "late"
-"""The kin of what makes a measurement follow the field late."""
+"""The family of delays: low-pass, latency, eddy currents."""
 IN_ITS_MOUNT = "turn the sensor in its mount, which turns its own errors and not the vehicle's"
 AT_SEVERAL_RATES = (
     "turn and shake at several rates: a delay grows with the rate, a low-pass and eddy currents fall behind it"
@@ -64,4 +64,4 @@ THE_TRACK_AGAIN = "fly the track again at another height and heading"
 LONG_AT_REST = "log a longer run at rest"
 ANOTHER_INSTRUMENT = "measure the field there with another instrument, or check the attitude against a known bearing"
 OTHER_THRUST = "change the thrust while the attitude is held"
-"""What to do that tells effects apart which look alike on one motion."""
+"""Experiments that distinguish look-alikes."""

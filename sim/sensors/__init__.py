@@ -1,7 +1,6 @@
-"""The table of sensors that a scenario can name.
+"""The table of sensors for scenarios.
 
-To add one: its data sheet as a `Sensor` in a file of this package, and a line in SENSORS. Scenario files, their schema,
-`list sensors`, the documentation and the contract tests follow.
+To add a sensor: the data sheet as a `Sensor` in a file of this package, and a line in SENSORS.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ SENSORS: dict[str, Sensor] = {
         GSM_19,
     )
 }
-"""Every sensor by its name."""
+"""Every sensor by name."""
 
 
 def _known(name: str) -> str:

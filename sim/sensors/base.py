@@ -1,4 +1,4 @@
-"""A magnetometer that can be bought: the figures of its data sheet, and what each means in the chain."""
+"""A commercial magnetometer: the figures of the data sheet, and the meaning of each in the chain."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Values = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class DatasheetFigure:
-    """One figure of a data sheet: its words there, and the effect that stands for it.
+    """A figure of a data sheet: the wording of the sheet, and the corresponding effect.
 
-    values : parameters of the effect, or a function of the sample rate in Hz that gives them.
-    spread : how parameters differ from unit to unit; a figure that is no tolerance has none.
-    compared : whether the figure was compared with the document, or with a text that quotes it.
+    values : parameters of the effect, or a function of the sample rate in Hz that returns them.
+    spread : distribution of parameters over the units of a type; empty for a figure without tolerance.
+    compared : True if the figure was compared with the document, False if only with a quotation.
     """
 
     quantity: str
@@ -30,17 +30,17 @@ class DatasheetFigure:
     compared: bool = True
 
     def at(self, rate_hz: float) -> Values:
-        """The effect's parameters at a sample rate, those of a unit in the middle of its tolerances."""
+        """The effect's parameters at a sample rate, for a unit in the middle of the tolerances."""
         return self.values(rate_hz) if callable(self.values) else self.values
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """A magnetometer by its data sheet.
+    """A magnetometer with the figures of the data sheet.
 
-    document : title and revision of the sheet. left_out : what it does not say, or what no effect models. fastest_hz :
-    the greatest sample rate, None where the sheet gives none below the simulator's. scalar : it gives the field's
-    strength alone.
+    document : title and revision of the sheet. left_out : quantities missing from the sheet or without an effect.
+    fastest_hz : the greatest sample rate, None where the sheet gives none below the simulator's. scalar : True for a
+    magnetometer of the field's strength.
     """
 
     name: str
@@ -52,12 +52,12 @@ class Sensor:
     scalar: bool = False
 
     def tables(self, rate_hz: float) -> dict[str, dict[str, Any]]:
-        """The effects' tables as a scenario writes them, at a sample rate in Hz, of a unit without its tolerances."""
+        """The effects' tables for a scenario, at a sample rate in Hz, for a unit in the middle of the tolerances."""
         found: dict[str, dict[str, Any]] = {}
         for figure in self.figures:
             found.setdefault(figure.effect.name, {}).update(figure.at(rate_hz))
         return found
 
     def spread(self) -> dict[tuple[str, str], Vary]:
-        """(effect, parameter) -> how it differs from unit to unit."""
+        """(effect, parameter) -> distribution over the units of a type."""
         return {(one.effect.name, key): how for one in self.figures for key, how in one.spread.items()}

@@ -1,7 +1,7 @@
-"""Figures of data sheets as effects: what each quantity means, once for all sensors.
+"""Figures of data sheets as effects: the meaning of each quantity, defined once for all sensors.
 
-A tolerance is drawn anew in each run, for each axis: a typical figure is one standard deviation of a normal law, a
-greatest one bounds a uniform law.
+A tolerance is drawn anew in each run, for each axis: a typical figure is the standard deviation of a normal law, a
+greatest figure the bound of a uniform law.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from sim.sensors.base import DatasheetFigure
 REFERENCE_DEGC = 25.0
 """Temperature at which data sheets give offset and sensitivity."""
 PLAY_NT = 10_000.0
-"""Half-width of the play that stands for a core's memory: the Earth's field drives it through at every turn."""
+"""Half-width of the play of a core: small enough to be driven through by the Earth's field at every turn."""
 
 
 def typical(size: float) -> Vary:
@@ -37,12 +37,12 @@ def within(size: float) -> Vary:
 
 
 def full_scale(words: str, range_nT: float, **about: Any) -> DatasheetFigure:
-    """Greatest field on an axis, nT, beyond which the output stays where it is."""
+    """Largest field on an axis, nT; beyond, the output saturates."""
     return DatasheetFigure("range", words, Saturation, {"full_scale_nT": range_nT}, **about)
 
 
 def resolution(words: str, step_nT: float, **about: Any) -> DatasheetFigure:
-    """Field of one least significant bit, nT."""
+    """Field of a least significant bit, nT."""
     return DatasheetFigure("resolution", words, Quantisation, {"step_nT": step_nT}, **about)
 
 
@@ -73,7 +73,7 @@ def offset_drift(words: str, law: Vary, **about: Any) -> DatasheetFigure:
 
 
 def sensitivity(words: str, law: Vary, **about: Any) -> DatasheetFigure:
-    """Error of the sensitivity, as a part of it."""
+    """Relative error of the sensitivity."""
     return DatasheetFigure("sensitivity", words, Scale, {"error": list(ZERO3)}, {"error": law}, **about)
 
 
@@ -84,22 +84,22 @@ def sensitivity_drift(words: str, law: Vary, **about: Any) -> DatasheetFigure:
 
 
 def sensitivity_slope(words: str, slope_1_K: float, **about: Any) -> DatasheetFigure:
-    """Change of the sensitivity with temperature that every unit has, 1/K."""
+    """Change of the sensitivity with temperature, common to all units, 1/K."""
     values = {"slope_1_K": 3 * [slope_1_K], "reference_degC": REFERENCE_DEGC}
     return DatasheetFigure("sensitivity drift", words, TemperatureScale, values, **about)
 
 
 def orthogonality(words: str, law: Vary, **about: Any) -> DatasheetFigure:
-    """How far the axes lean to each other, degrees."""
+    """Angles between the axes minus 90 degrees, degrees."""
     return DatasheetFigure(
         "orthogonality", words, NonOrthogonality, {"angles_deg": list(ZERO3)}, {"angles_deg": law}, **about
     )
 
 
 def linearity(words: str, part: float, span_nT: float, **about: Any) -> DatasheetFigure:
-    """Greatest departure from the best straight line over +-span, as a part of the span.
+    """Largest departure from the best straight line over +-span, relative to the span.
 
-    It stands for a cubic: ``c3 x^3`` departs from its best line over -1 to 1 by ``c3 / 4`` (Chebyshev).
+    Modelled as a cubic: ``c3 x^3`` departs from the best line over -1 to 1 by ``c3 / 4`` (Chebyshev).
     """
     values = {"third_order": list(ZERO3), "reference_nT": span_nT}
     return DatasheetFigure("linearity", words, Nonlinearity, values, {"third_order": within(4 * part)}, **about)
@@ -112,5 +112,5 @@ def hysteresis(words: str, width_nT: float, **about: Any) -> DatasheetFigure:
 
 
 def bandwidth(words: str, cutoff_hz: float, **about: Any) -> DatasheetFigure:
-    """Frequency in Hz at which the power is halved."""
+    """Frequency in Hz of half power."""
     return DatasheetFigure("frequency response", words, Bandwidth, {"cutoff_hz": cutoff_hz}, **about)

@@ -1,4 +1,4 @@
-"""Vehicles in MuJoCo: one file each; a new one is a line in VEHICLES."""
+"""Vehicles in MuJoCo: a file each, and a line in VEHICLES."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ else:
 
 
 def vehicles_for(phase: PhaseBase | type[PhaseBase]) -> list[str]:
-    """Names of the vehicles that can do a phase."""
+    """Names of the vehicles able to do a phase."""
     return [name for name, cls in VEHICLES.items() if cls.can(phase)]
 
 

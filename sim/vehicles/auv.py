@@ -18,7 +18,7 @@ from sim.vehicles.fluid import added_mass
 from sim.vehicles.free_body_control import MEMORY_SIZE, follow, tracking_gains
 
 THRUSTERS = 8
-"""The first actuators of the MJCF; behind them stand the two ballast forces."""
+"""The first actuators of the MJCF, before the two ballast forces."""
 
 AMPERE_PER_N_1_5 = 0.068
 """Current of a thruster: 24 A at 50 N on 16 V, as small commercial ones draw in static tests."""
@@ -66,7 +66,7 @@ class Auv(Vehicle):
         return tracking_gains(model, phase.powered, ballast_N)
 
     def added_mass(self, model: mujoco.MjModel) -> Array:
-        """That of hull and planes, 6 x 6."""
+        """Added mass of hull and planes, 6 x 6."""
         return added_mass(model)
 
     def flow(self, n: int, rng: np.random.Generator, memory: dict[str, Any]) -> Array:
@@ -74,7 +74,7 @@ class Auv(Vehicle):
         return np.tile(np.asarray(self.spec.current_enu_m_s, dtype=np.float64), (n, 1))
 
     def currents_A(self, ctrl: Array) -> Array:
-        """I = k |T|^1.5 (n, 8): a propeller's power grows with thrust so (momentum theory), at constant voltage."""
+        """I = k |T|^1.5 (n, 8): power of a propeller at thrust T (momentum theory), at constant voltage."""
         thrust_N = np.abs(ctrl[:, :THRUSTERS])
         return np.asarray(AMPERE_PER_N_1_5 * thrust_N * np.sqrt(thrust_N))
 

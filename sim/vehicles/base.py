@@ -1,4 +1,4 @@
-"""A vehicle: its table in a scenario, its MuJoCo model, its controller, its looks, and what its motors draw."""
+"""A vehicle: table in a scenario, MuJoCo model, controller, picture, motor currents."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sim.vehicles.geoms import Geom, visible_geoms
 
 MODELS = Path(__file__).parent.parent / "models"
 STEP_S = 0.02
-"""Physics and control step; Runge-Kutta of fourth order (errors far below a millimetre at this step)."""
+"""Physics and control step; Runge-Kutta of fourth order (errors far below a millimetre)."""
 
 
 @dataclass(frozen=True)
@@ -34,27 +34,27 @@ class Kinematics:
 
 
 class VehicleTable(Table):
-    """The `vehicle` table of a scenario; a subclass says its `kind`, one word, and what else a user may set."""
+    """The `vehicle` table of a scenario; a subclass fixes the `kind`, a single word, and adds further settings."""
 
     kind: str
 
 
 @dataclass(frozen=True)
 class Vehicle(ABC):
-    """One vehicle, made from its table of the scenario (`spec`). A subclass says all about it:
+    """A vehicle, made from the scenario's table (`spec`). A subclass defines:
 
     ===========  =================================================================================================
-    name         the `kind` in its table
-    table        its table in a scenario, with what a user may set
+    name         the `kind` in the table
+    table        class of the table, with the settings of the vehicle
     summary      a line for lists
-    noun         the vehicle in a sentence, with its article
-    abilities    what it can do; a phase that needs another ability is refused
-    model_file   its MJCF in sim/models; the geoms that are not transparent are its picture
-    body         the body that carries the magnetometer
-    motors       how many currents `currents_A` gives
-    control      numba function of signature `sim.engine.control_signature`, run each STEP_S; its reference row has
+    noun         the vehicle in a sentence, with article
+    abilities    a phase that needs a missing ability is refused
+    model_file   MJCF in sim/models; the visible geoms are the picture
+    body         the body with the magnetometer
+    motors       number of currents of `currents_A`
+    control      numba function of signature `sim.engine.control_signature`, run each STEP_S; the reference row has
                  the columns of scenarios.paths.base.REFERENCE_COLUMNS
-    memory_size  how many numbers the control keeps from step to step
+    memory_size  length of the memory that the control keeps from step to step
     ===========  =================================================================================================
     """
 
@@ -70,26 +70,26 @@ class Vehicle(ABC):
     control: ClassVar[Callable[..., None]]
     memory_size: ClassVar[int] = 1
     tilts_deg: ClassVar[tuple[float, float]] = (20.0, 20.0)
-    """Roll and pitch that a planned motion asks of it at most, where the user says nothing else."""
+    """Default limits of roll and pitch in a planned motion."""
     turning_deg_s: ClassVar[float] = 20.0
-    """Rate at which a planned motion turns it from one attitude to the next."""
+    """Rate of turn between attitudes in a planned motion."""
     drag_1_m: ClassVar[float] = 0.0
-    """Drag over mass and square of speed, against which a planned motion pushes it to and fro."""
+    """Drag over mass and square of speed, for planned motions to and fro."""
     own_channels: ClassVar[Mapping[str, tuple[str, str]]] = {}
-    """Unit and meaning of what it gives beside its motors' currents, by the name of the column."""
+    """Unit and meaning of the vehicle's channels in addition to motor currents, by column."""
 
     def __init_subclass__(cls) -> None:
         unsaid = [name for name in REQUIRED if not hasattr(cls, name)]
         if unsaid:
-            raise TypeError(f"vehicle {cls.__name__} does not say its {', '.join(unsaid)}")
+            raise TypeError(f"vehicle {cls.__name__} does not define its {', '.join(unsaid)}")
 
     @classmethod
     def can(cls, phase: PhaseBase | type[PhaseBase]) -> bool:
-        """Whether it is able to do a phase, level."""
+        """Whether the vehicle is able to do a phase, level."""
         return phase.needs in cls.abilities
 
     def model(self) -> mujoco.MjModel:
-        """The compiled MJCF; its step is STEP_S, its integrator RK4."""
+        """The compiled MJCF, with step STEP_S and integrator RK4."""
         return mujoco.MjModel.from_xml_path(str(MODELS / self.model_file))
 
     @abstractmethod
@@ -98,7 +98,7 @@ class Vehicle(ABC):
 
     @abstractmethod
     def gains(self, model: mujoco.MjModel, phase: PhaseBase) -> Array:
-        """Constants that the controller uses in this phase (allocation, mass, gains, ballast), flat."""
+        """Constants of the controller in a phase (allocation, mass, gains, ballast), flat."""
 
     def added_mass(self, model: mujoco.MjModel) -> Array:
         """Added mass M_A (6, 6) in the body frame about the body's origin; (0, 0): none."""
@@ -110,7 +110,7 @@ class Vehicle(ABC):
 
     @property
     def random_flow(self) -> bool:
-        """Whether its flow draws random numbers: otherwise all runs of one path are one motion."""
+        """Whether the flow draws random numbers; otherwise all runs of a path share one motion."""
         return False
 
     @abstractmethod
@@ -118,7 +118,7 @@ class Vehicle(ABC):
         """Motor currents (n, motors) from the actuator commands (n, nu)."""
 
     def channels(self, log: StateLog) -> dict[str, Array]:
-        """Its `own_channels`, each (n,), from the engine's log, such as a battery's charge; none by default."""
+        """Values (n,) of each of `own_channels` from the engine's log, such as a battery's charge; none by default."""
         return {}
 
     @abstractmethod
@@ -126,16 +126,16 @@ class Vehicle(ABC):
         """Motion from the engine's log."""
 
     def turns(self, q: Array) -> dict[str, Array]:
-        """Attitude (n, 4) of each body that turns on its own, from that of the main body, which is the first."""
+        """Attitude (n, 4) of each separately turning body, from the attitude of the main body, the first."""
         return {self.body: q}
 
     def geoms(self) -> tuple[Geom, ...]:
-        """Its picture: each solid in the frame of its body, one of `turns` or the world."""
+        """Picture of the vehicle: each solid in the frame of a body of `turns`, or of the world."""
         return visible_geoms(self.model(), self.turns(np.zeros((0, 4))))
 
 
 REQUIRED = ("name", "table", "summary", "noun", "abilities", "model_file", "body", "motors", "control")
-"""What a vehicle must say; a class without is refused when it is made."""
+"""Required attributes of a vehicle, checked when a class is made."""
 
 
 def free_body_kinematics(log: StateLog) -> Kinematics:

@@ -1,4 +1,4 @@
-"""What the engine says of a free body in a fluid: added mass, drag, righting moment, wrenches of its actuators."""
+"""Properties of a free body in a fluid, from the engine: added mass, drag, righting moment, actuator wrenches."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ COEFFICIENT, FIRST_MASS, FIRST_INERTIA = 0, 6, 9
 def added_mass(model: mujoco.MjModel) -> Array:
     """M_A = sum over ellipsoids of T^T rho diag(m_A, I_A) T; T (6, 6) takes the body's velocity to the geom's.
 
-    The virtual masses and inertias are the engine's own ([Tuckerman1925]), so that they match its Coriolis terms.
-    Transformation of a mass matrix to another origin: [Fossen2011] section 7.5.
+    Virtual masses and inertias are the engine's ([Tuckerman1925]), consistent with the engine's Coriolis terms.
+    Transformation of a mass matrix to a new origin: [Fossen2011] section 7.5.
     """
     data = _at_identity(model)
     total = np.zeros((6, 6))
@@ -41,7 +41,7 @@ def righting_arm(model: mujoco.MjModel) -> Array:
 
 
 def drag(model: mujoco.MjModel) -> Array:
-    """Drag D (6, 6), column j the force against unit velocity j, by asking the engine (without its added mass)."""
+    """Drag D (6, 6), column j the force against unit velocity j, evaluated by the engine (added mass left out)."""
     viscous = copy(model)
     viscous.geom_fluid[:, FIRST_MASS:] = 0.0
     data = _at_identity(viscous)

@@ -1,6 +1,6 @@
 """Tracking control of a free body with thrusters: inverse dynamics, quaternion attitude error, thrust allocation.
 
-With nu = (v, w) the velocity in the body frame, a_d the commanded acceleration and w_d' the commanded angular one,
+With the velocity nu = (v, w) in the body frame, commanded accelerations a_d (linear) and w_d' (angular),
 
     tau = (M + M_A) nu_c' + [w x p, w x L + v x p] + D |nu| nu - [0, r x R^T z],   T = B^+ tau,
 
@@ -42,8 +42,8 @@ AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 def tracking_gains(model: mujoco.MjModel, powered: bool, ballast_N: Mapping[str, float] | None = None) -> Array:
     """Gains of `follow` for a body with a free joint, flat: a head of ACTUATORS numbers, then a ROW for each actuator.
 
-    ballast_N : commands of the actuators that are ballast, by name, where there is no thrust; every other actuator is
-        a thruster. Its largest thrust is the smaller end of its `ctrlrange`, without a range infinite.
+    ballast_N : name of a ballast actuator -> command without thrust. Every further actuator is a thruster, with the
+        smaller end of the actuator's `ctrlrange` as largest thrust, infinite without a range.
 
     Raises ValueError where the thrusters cannot give a wrench along each of the six axes.
     """
@@ -149,7 +149,7 @@ def _travel(qpos, qvel, row, integral, g):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _inverse_dynamics(nu, rate, up, gains, wrench):  # type: ignore[no-untyped-def]
-    """Wrench that gives nu' = rate in still water, with the momenta (p, L) = (M + M_A) nu ([Fossen2011] theorem 3.2).
+    """Wrench for nu' = rate in still water, with the momenta (p, L) = (M + M_A) nu ([Fossen2011] theorem 3.2).
 
     tau = (M + M_A) nu' + [w x p, w x L + v x p] + D |nu| nu - [0, r x R^T z],  D from the engine's own drag; the
     righting moment r x R^T z of lift and weight acts on the hull without thrust.
@@ -178,7 +178,7 @@ def _inverse_dynamics(nu, rate, up, gains, wrench):  # type: ignore[no-untyped-d
 
 @njit(cache=True, nogil=True)
 def _allocate(wrench, actuators, ctrl):  # type: ignore[no-untyped-def]
-    """Write T = B^+ tau, all thrusts scaled by the share that keeps each in its limit; True if the share is 1."""
+    """Write T = B^+ tau, all thrusts scaled by a common share to keep every limit; True if the share is 1."""
     share = 1.0
     for k in range(ctrl.size):
         row = ROW * k

@@ -1,4 +1,4 @@
-"""What a vehicle looks like: the visible geoms of its MJCF, plain, for drawing elsewhere."""
+"""Picture of a vehicle: the visible geoms of the MJCF, plain, for drawing elsewhere."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ import numpy as np
 from scenarios.arrays import Array
 
 PLAIN = (0.5, 0.5, 0.5, 1.0)
-"""MuJoCo's colour of a geom that names none: its material's counts then."""
+"""MuJoCo's colour of a geom without a colour; the material's colour is used instead."""
 DRAWN = ("SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX", "MESH")
 
 
 @dataclass(frozen=True)
 class Geom:
-    """One solid, fixed to a body of the model.
+    """A solid, fixed to a body of the model.
 
-    shape: MuJoCo's word, lower case, with its sizes size_m (3,); place_m (3,) and turn (3, 3) in the body's frame;
+    shape: MuJoCo's word, lower case, with sizes size_m (3,); place_m (3,) and turn (3, 3) in the body's frame;
     colour: red, green, blue, each to 255; triangles_m (n, 3, 3) of a mesh, in the geom's own frame.
     """
 
@@ -35,7 +35,7 @@ class Geom:
 
 
 def visible_geoms(model: mujoco.MjModel, bodies: Collection[str]) -> tuple[Geom, ...]:
-    """The geoms that are not transparent, each in the frame of the innermost of these bodies that carries it."""
+    """The geoms that are not transparent, each in the frame of the innermost carrying body in `bodies`."""
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     kinds = {int(getattr(mujoco.mjtGeom, f"mjGEOM_{word}")): word.lower() for word in DRAWN}

@@ -88,7 +88,7 @@ class Quadrotor(Vehicle):
         return bool(self.spec.gust_std_m_s > 0)
 
     def currents_A(self, ctrl: Array) -> Array:
-        """I = k T^1.5 a motor (momentum theory), T its thrust; a stopped rotor may be a rounding below zero."""
+        """I = k T^1.5 a motor (momentum theory) at thrust T; a stopped rotor may be a rounding below zero."""
         thrust_N = np.maximum(ctrl, 0.0)
         return np.asarray(AMPERE_PER_N32 * thrust_N * np.sqrt(thrust_N))
 
@@ -97,6 +97,6 @@ class Quadrotor(Vehicle):
 
 
 def drag_N_s2_m2(model: mujoco.MjModel) -> float:
-    """D of the drag -D |v| v: density x coefficient x pi r^2 of the sphere that stands for the airframe."""
+    """D of the drag -D |v| v: density x coefficient x pi r^2 of the sphere in place of the airframe."""
     hull = model.geom("hull").id
     return float(model.opt.density * model.geom_fluid[hull, 1] * np.pi * model.geom_size[hull, 0] ** 2)

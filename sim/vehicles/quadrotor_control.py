@@ -16,14 +16,14 @@ CONSTANTS = ("mass", "gravity", "jx", "jy", "jz", "arm", "torque_m", "max_thrust
 """The controller's constants, in order: kg, m/s^2, kg m^2, rotor arm m, drag torque per thrust m, N, N s^2/m^2."""
 MASS, GRAVITY, JX, JY, JZ, ARM, TORQUE_M, MAX_THRUST, DRAG = range(len(CONSTANTS))
 INTEGRAL, AHEAD, SLOPE, FORCE, TURN, SIZE = 0, 3, 6, 9, 12, 15
-"""Memory: integral of the position error (m/s^2), last feed-forward force, its slope, force, last commanded rate."""
+"""Memory: integral of the position error (m/s^2), last feed-forward force and slope, force, last commanded rate."""
 
 K_POSITION, K_VELOCITY, K_INTEGRAL = 6.25, 5.0, 2.5
-"""Position loop, 1/s^2, 1/s, 1/s^3: a double pole at 2.5 rad/s with integral action below it."""
+"""Position loop, 1/s^2, 1/s, 1/s^3: a double pole at 2.5 rad/s with slower integral action."""
 K_ATTITUDE, K_RATE = 225.0, 30.0
 """Attitude loop, 1/s^2 and 1/s: a double pole at 15 rad/s, six times the position loop's."""
 MAX_CORRECTION_M_S2, MAX_SLOPE_M_S3, MAX_TURN_RAD_S2 = 6.0, 40.0, 60.0
-"""Feedback acceleration; slopes beyond the others are jumps of the reference, between phases, and not fed forward."""
+"""Limits of feedback acceleration, force slope and turn; larger slopes are jumps between phases, not fed forward."""
 TAN_TILT, LEAST_LIFT, YAW_SHARE = 1.7320508, 0.3, 0.15
 """Commanded tilt at most 60 degrees, lift at least 0.3 of the weight; yaw's share of a rotor's thrust."""
 
@@ -35,7 +35,7 @@ def _clip(x, limit):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _force(qpos, qvel, reference, k, memory):  # type: ignore[no-untyped-def]
-    """Commanded force (ENU) m (a + g + feedback) + D |v| v, its feed-forward part's slope; both into memory."""
+    """Commanded force (ENU) m (a + g + feedback) + D |v| v and the slope of the feed-forward part; both into memory."""
     v = reference[3:6]
     drag = k[DRAG] * np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     for i in range(3):
@@ -72,7 +72,7 @@ def _scaled(a, factor):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def attitude_for(force, yaw):  # type: ignore[no-untyped-def]
-    """Columns of the attitude whose z axis is along the force and whose x axis has exactly this heading."""
+    """Columns of the attitude with the z axis along the force and the x axis at the heading `yaw`."""
     c, s = np.cos(yaw), np.sin(yaw)
     b3 = _scaled(force, 1.0 / np.sqrt(_dot(force, force)))
     b1 = c * b3[2], s * b3[2], -s * b3[1] - c * b3[0]
@@ -151,10 +151,10 @@ def _difference(turn, memory):  # type: ignore[no-untyped-def]
 
 @njit(control_signature, cache=True)
 def control(qpos, qvel, reference, gains, memory, ctrl):  # type: ignore[no-untyped-def]
-    """Rotor thrusts (front left, rear left, rear right, front right; N) that follow position and yaw.
+    """Rotor thrusts (front left, rear left, rear right, front right; N) for position and yaw.
 
     f = F . R e3 [Lee2010] eq. 15, M by eq. 16 with e_R = 1/2 vee(R_d^T R - R^T R_d), e_O = O - R^T R_d O_d. The
-    reference's pitch and roll are not used: a quadrotor's follow from its acceleration.
+    reference's pitch and roll are not used: pitch and roll of a quadrotor follow from the acceleration.
     """
     _force(qpos, qvel, reference, gains, memory)
     force = memory[FORCE], memory[FORCE + 1], memory[FORCE + 2]

@@ -21,15 +21,15 @@ FRAMES = YAW_FRAME, PITCH_FRAME, PLATFORM = ("yaw_frame", "pitch_frame", "platfo
 
 @njit(cache=True)
 def _euler(jx, jy, jz, wx, wy, wz, ax, ay, az):  # type: ignore[no-untyped-def]
-    """Moment on a turning frame, J alpha + w x J w, in its own axes."""
+    """Moment on a turning frame, J alpha + w x J w, in the axes of the frame."""
     return jx * ax + (jz - jy) * wy * wz, jy * ay + (jx - jz) * wz * wx, jz * az + (jy - jx) * wx * wy
 
 
 @njit(cache=True)
 def inverse_dynamics(qpos, rate, accel, inertia, torque):  # type: ignore[no-untyped-def]
-    """Hinge torques that accelerate the balanced frames so; hinges in the order yaw, pitch, roll.
+    """Hinge torques for given accelerations of the balanced frames; hinges in the order yaw, pitch, roll.
 
-    Newton-Euler recursion: rates and accelerations from the yaw frame inwards, each in its own frame, moments
+    Newton-Euler recursion: rates and accelerations from the yaw frame inwards, each in the frame's axes, moments
     J alpha + w x J w back outwards. inertia (9,): diagonals of the yaw frame, pitch frame and platform, kg m^2.
     """
     sp, cp, sr, cr = np.sin(qpos[1]), np.cos(qpos[1]), np.sin(qpos[2]), np.cos(qpos[2])
@@ -49,7 +49,7 @@ def inverse_dynamics(qpos, rate, accel, inertia, torque):  # type: ignore[no-unt
 def control(qpos, qvel, reference, gains, memory, ctrl):  # type: ignore[no-untyped-def]
     """Computed torque: inverse dynamics of u = a_ref + 2 w (v_ref - v) + w^2 (q_ref - q), and the bearings' damping.
 
-    The torque is held for a step, so the reference's acceleration is carried on to the middle of the step by its last
+    The torque is held for a step, so the reference's acceleration is extrapolated to the middle of the step by the last
     difference. Whole turns in q_ref - q do not count. gains: w, damping (3), inertia (9); memory: a_ref (3), u (3).
     """
     w, accel = gains[0], memory[3:6]
@@ -73,7 +73,7 @@ class TurntableSpec(VehicleTable):
 class Turntable(Vehicle):
     """Three balanced frames on hinges with torque motors; R_wb = Rz(yaw) Ry(pitch) Rx(roll), the position stays zero.
 
-    The motors sit far from the platform: they draw no current that a magnetometer could see.
+    The motors sit far from the platform: their currents have no effect on the magnetometer.
     """
 
     name: ClassVar[str] = "turntable"
@@ -109,7 +109,7 @@ class Turntable(Vehicle):
         return Kinematics(still, multiply_q(multiply_q(yaw, pitch), roll), still, _body_rate(log), still)
 
     def turns(self, q: Array) -> dict[str, Array]:
-        """Outside the platform: the pitch frame has its yaw and pitch, the yaw frame its yaw."""
+        """Outside the platform: the pitch frame with yaw and pitch, the yaw frame with yaw alone."""
         w, x, y, z = q.T
         yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))

@@ -68,7 +68,7 @@ def test_the_schema_shows_it(vehicle: Vehicle) -> None:
 
 
 def test_a_vehicle_that_leaves_something_unsaid_is_refused_when_it_is_made() -> None:
-    with pytest.raises(TypeError, match=r"vehicle Raft does not say its table, .*noun, abilities"):
+    with pytest.raises(TypeError, match=r"vehicle Raft does not define its table, .*noun, abilities"):
         type("Raft", (Vehicle,), {"name": "raft", "summary": "drifts"})
 
 
