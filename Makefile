@@ -1,7 +1,7 @@
 # One command for each habit; every target sets up what it needs.
 PYTHON ?= python3
 VENV   := .venv
-BIN    := $(VENV)/bin
+BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 READY  := $(VENV)/.ready
 JOBS   ?= 2
 

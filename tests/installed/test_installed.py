@@ -84,6 +84,38 @@ magbench.validation.gates.gate_outcome.GateOutcome
 """What a type checker says to each reveal_type in TYPED, in parts."""
 
 
+PROCESSES = """
+import multiprocessing
+import pickle
+from magbench.calib.reference import Reference
+
+if __name__ == "__main__":
+    assert pickle.loads(pickle.dumps(Reference(48_000.0))) == Reference(48_000.0)
+    for method in ("spawn", "forkserver"):
+        with multiprocessing.get_context(method).Pool(1) as pool:
+            print(pool.apply(Reference, (48_000.0,)).strength_nT)
+"""
+FAILING = """
+import inspect, sys, traceback
+import magbench
+from magbench.calib import reference
+
+steps = set()
+def trace(frame, event, argument):
+    steps.add((frame.f_code.co_filename, frame.f_lineno))
+    return trace
+
+sys.settrace(trace)
+try:
+    reference.Reference(-1.0)
+except Exception as error:
+    sys.settrace(None)
+    last = traceback.extract_tb(error.__traceback__)[-1]
+print(reference.__file__, last.filename, (last.filename, last.lineno) in steps)
+print(inspect.getsource(reference) == open(reference.__file__).read())
+"""
+
+
 @pytest.fixture(scope="module", params=["wheel", "editable"])
 def python(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The interpreter of a new environment with magbench installed, and the rest as it is in this one."""
@@ -151,6 +183,20 @@ def test_the_users_packages_are_the_users(run: Callable[..., str], project: Path
     assert place == str(project / "sim")
     assert {name for name in modules.split() if name.split(".")[0] in PARTS} == set(PARTS)
     assert "magbench.scenarios.errors" in modules.split()
+
+
+def test_results_go_to_other_processes(run: Callable[..., str], project: Path) -> None:
+    (project / "program.py").write_text(PROCESSES)
+    assert run("program.py").split() == ["48000.0", "48000.0"]
+
+
+def test_an_error_and_a_debugger_show_the_file_itself(run: Callable[..., str], python: Path) -> None:
+    """The checkout's own file, where the installation is editable."""
+    files, source = run("-c", FAILING).splitlines()
+    module, last, stepped = files.split()
+    assert module == last
+    assert (stepped, source) == ("True", "True")
+    assert (Path(module) == ROOT / "calib" / "reference.py") == (not list(python.parents[1].rglob("magbench/calib")))
 
 
 def test_nothing_but_magbench_is_installed(python: Path) -> None:
