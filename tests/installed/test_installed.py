@@ -178,7 +178,7 @@ def test_commands_workers_and_python_run_beside_the_users_packages(
 
 
 def test_the_users_packages_are_the_users(run: Callable[..., str], project: Path) -> None:
-    code = "import sys, magbench.app, sim, calib, scenarios, validation; print(*sim.__path__); print(*sys.modules)"
+    code = f"import sys, magbench.app, {', '.join(PARTS)}; print(*sim.__path__); print(*sys.modules)"
     place, modules = run("-c", code).splitlines()
     assert place == str(project / "sim")
     assert {name for name in modules.split() if name.split(".")[0] in PARTS} == set(PARTS)
