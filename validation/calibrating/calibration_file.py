@@ -1,4 +1,4 @@
-"""calibration.json: written, read again, and applied to another recording."""
+"""The file calibration.json: write, read, and apply to a recording."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ WANTED = "give a calibration.json that `magbench calibrate` wrote"
 
 
 def write_calibrations(results: Mapping[str, Calibration], out: Path, forms: Sequence[str] = ()) -> None:
-    """Write OUT/calibration.json, {name: calibration}, and of each the forms of `validation.calibrating.export`.
+    """Write OUT/calibration.json, {name: calibration}, and each calibration in the export formats `forms`.
 
-    Exports of several calibrations go to folders of their names. Raises InputError, before anything is written, for a
-    form that cannot hold a calibration, and when the system refuses.
+    Exports of several calibrations go to folders OUT/NAME/. Raises InputError for a format that cannot hold a
+    calibration, before any file is written, and for a file that cannot be written.
     """
     files = {FILE: json.dumps({k: calib.to_dict(c) for k, c in results.items()}, indent=1, allow_nan=False) + "\n"}
     for key, result in results.items():
@@ -43,9 +43,10 @@ def write_calibrations(results: Mapping[str, Calibration], out: Path, forms: Seq
 
 
 def read_calibrations(path: Path) -> dict[str, Calibration]:
-    """Read a calibration.json: one calibration, or {name: calibration}; InputError says what is wrong with it.
+    """Read {name: calibration} from a calibration.json, or from a file of a single calibration.
 
-    What `run` and `calibrate` print with --json, and scores.json, hold {name: calibration} under `calibrations`.
+    The JSON output of `run` and `calibrate` and scores.json are read too: key `calibrations`. Raises InputError for a
+    file without a calibration and for invalid values.
     """
     data = parsed_json(read_text(path, WANTED, "utf-8-sig"), str(path), WANTED)
     if isinstance(data, dict) and isinstance(data.get("calibrations"), dict):
@@ -60,11 +61,11 @@ def read_calibrations(path: Path) -> dict[str, Calibration]:
 def apply_file(
     calibration: Path, data: Path, out: Path, *, name: str | None = None, run: int = 0, maps: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Correct a recording with one calibration of a file and write it to `out`, .parquet or .csv.
+    """Correct a recording with a calibration of a file and write the result to `out`, .parquet or .csv.
 
-    Of an array every sensor is corrected by its own calibration, `name@1` and so on. Returns what was done, with a
-    warning where the calibration is `unobservable`. Raises InputError for files that cannot be used, an unknown name,
-    a calibration that gave no estimate, and an `out` that would replace what it is made from.
+    name : the calibration, by default the first; for an array each sensor uses its calibration `name@1` ... Returns
+    `calibrator`, `samples`, and a `warning` where a calibration is unobservable. Raises InputError for unusable
+    files, an unknown name, a calibration without an estimate, and an `out` that would replace an input.
     """
     _check_kept(out, (calibration, data))
     known = read_calibrations(calibration)
@@ -80,7 +81,7 @@ def apply_file(
 
 
 def _check_kept(out: Path, sources: Sequence[Path]) -> None:
-    """Refuse to write over one of the sources, or over a file in one that is a directory."""
+    """Raise InputError where `out` is a source, or a file in a source directory."""
     for source in sources:
         if out.exists() and source.exists() and (source.samefile(out.parent) or source.samefile(out)):
             raise InputError("would replace what it is made from", where=str(out), do="write to another file")

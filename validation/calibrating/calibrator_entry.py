@@ -1,4 +1,4 @@
-"""A calibrator under test: its name, its facts, and the method that fits."""
+"""A calibrator under test: name, facts, and fit method."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ class TimedCalibration:
 
 
 class FitMethod(Protocol):
-    """How a calibrator is run: in this process, in a process for one Python object, or as an external program.
+    """How a calibrator is run: in the calling process, in the process of a Python object, or as an external program.
 
     Instances hold names and settings only, can be pickled, and load code when called.
     """
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
-        """Return the calibration of one recording."""
+        """Return the calibration of a recording."""
 
 
 @dataclass(frozen=True)
 class CalibratorEntry:
     """A calibrator that takes part in a run, comparison or gate; small, frozen, and equal in every process.
 
-    attitude_free : no attitude is used, so scores leave out the rotation that the field strength cannot determine.
+    attitude_free : no attitude is used; scores leave out the rotation not determined by the field strength.
     whole_array : all sensors of an array are fitted at once. eddy : eddy currents are estimated too.
     needs : what the recording must hold, keys of `calib.base.NEEDS`.
     """
@@ -50,7 +50,7 @@ class CalibratorEntry:
     needs: tuple[str, ...] = ()
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None) -> Calibration:
-        """Return the calibration of one recording; see `fit_timed`."""
+        """Return the calibration of a recording; see `fit_timed`."""
         return self.fit_timed(recording, reference, rng).calibration
 
     def fit_timed(
@@ -77,12 +77,12 @@ class BuiltIn:
     name: str
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
-        """Fit one recording in this process."""
+        """Fit a recording in the calling process."""
         return time_fit(lambda: calib.get(self.name).fit(recording, reference, rng))
 
 
 def time_fit(fit: Callable[[], Calibration]) -> TimedCalibration:
-    """Run a fit in this process and measure the processor time."""
+    """Run a fit in the calling process and measure the processor time."""
     start_s = time.process_time()
     calibration = fit()
     return TimedCalibration(calibration, time.process_time() - start_s)

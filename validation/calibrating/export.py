@@ -1,4 +1,4 @@
-"""A calibration in the form that flight controllers and firmware read."""
+"""Export formats of a calibration for flight controllers, firmware and ROS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scenarios.errors import InputError
 FLU_TO_FRD = np.diag([1.0, -1.0, -1.0])
 NT_PER_GAUSS = 1e5
 SYMMETRIC = 1e-3
-"""Largest asymmetry of a matrix that a form with six numbers still takes; half of it is lost."""
+"""Largest |M - M^T| of a matrix that a six-number format accepts; the antisymmetric half is dropped."""
 
 
 def c_header(calibration: Calibration) -> str:
@@ -31,7 +31,7 @@ def c_header(calibration: Calibration) -> str:
 def px4(calibration: Calibration) -> str:
     """PX4 parameters of magnetometer 0: scale (m - offset), gauss, forward-right-down, symmetric scale matrix.
 
-    PX4 applies them in the sensor's axes, before CAL_MAG0_ROT, to the sensor whose device number is CAL_MAG0_ID.
+    PX4 applies the parameters in sensor axes, before CAL_MAG0_ROT, to the sensor of device number CAL_MAG0_ID.
     """
     offset, matrix = _frd_symmetric(calibration)
     upper = (matrix[0, 1], matrix[0, 2], matrix[1, 2])
@@ -44,7 +44,7 @@ def px4(calibration: Calibration) -> str:
 def ardupilot(calibration: Calibration) -> str:
     """ArduPilot parameters of compass 1: matrix SCALE (m + OFS), milligauss, forward-right-down, symmetric matrix.
 
-    ArduPilot applies them in the body's axes; the matrix holds the scale, so SCALE is 1 and an older one goes.
+    ArduPilot applies the parameters in body axes; the matrix includes the scale, so COMPASS_SCALE is reset to 1.
     """
     offset, matrix = _frd_symmetric(calibration)
     upper = (matrix[0, 1], matrix[0, 2], matrix[1, 2])
@@ -68,11 +68,11 @@ FORMATS: dict[str, tuple[str, Callable[[Calibration], str]]] = {
     "ardupilot": ("ardupilot.param", ardupilot),
     "ros": ("magnetometer.yaml", ros_yaml),
 }
-"""Name of each form: file name and writer."""
+"""Export formats by name: file name and function that writes the text."""
 
 
 def known_forms(text: str) -> tuple[str, ...]:
-    """The forms in a list with commas; raises InputError for one that is not in FORMATS."""
+    """Parse a comma-separated list of formats; InputError for a name that is not in FORMATS."""
     forms = tuple(form.strip() for form in text.split(","))
     for form in forms:
         if form not in FORMATS:
@@ -81,9 +81,9 @@ def known_forms(text: str) -> tuple[str, ...]:
 
 
 def exported(calibration: Calibration, form: str) -> tuple[str, str]:
-    """File name and text of a calibration in one of FORMATS.
+    """Return file name and text of a calibration in a format of FORMATS.
 
-    Raises InputError for a calibration without an estimate, and where the form cannot hold it.
+    Raises InputError for a calibration without an estimate, and for a matrix that the format cannot hold.
     """
     if calibration.status.kind in ("not_applicable", "not_converged"):
         why = f"{calibration.name} gave no calibration: {calibration.status.reason}"
@@ -93,9 +93,9 @@ def exported(calibration: Calibration, form: str) -> tuple[str, str]:
 
 
 def _frd_symmetric(calibration: Calibration) -> tuple[Array, Array]:
-    """Offset (3,) and symmetric matrix (3, 3) in forward-right-down axes.
+    """Return offset (3,) and symmetric matrix (3, 3) in forward-right-down axes.
 
-    Raises InputError for a matrix that turns the sensor: these forms have no room for it.
+    Raises InputError for a matrix with a rotation, which six numbers cannot hold.
     """
     matrix = FLU_TO_FRD @ calibration.matrix @ FLU_TO_FRD
     if np.abs(matrix - matrix.T).max() > SYMMETRIC:

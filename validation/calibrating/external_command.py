@@ -1,4 +1,4 @@
-"""A calibrator that is a program in any language: it reads a recording's file and writes a calibration's."""
+"""A calibrator that is an external program: the recording is written to a file, the calibration read from JSON."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ VARIABLES = {
     VECTOR: "MAGBENCH_FIELD_ENU_NT",
     "seed": "MAGBENCH_SEED",
 }
-"""The values that a program is told: as placeholders, and as environment variables."""
+"""Values passed to a program, as placeholders and as environment variables."""
 KNOWN = (*RECORDINGS, RESULT, *VARIABLES)
 PLACEHOLDER = re.compile(r"\{([A-Za-z_][\w.]*)\}")
 NAMED = re.compile(r"([A-Za-z][\w.-]*)(?::([\w,]+))?=(.+)", re.DOTALL)
 Need = Literal["gyro", "accel", "attitude"]
-"""What a program may be said to need of the recording beside the field."""
-STATED: tuple[Need, ...] = get_args(Need)
+"""Signals that a program may be declared to need beside the magnetometer."""
+DECLARABLE: tuple[Need, ...] = get_args(Need)
 MAX_RESULT_BYTES = 2**24
 EXAMPLE = "--exec 'NAME=./mycal {recording} {result}'"
 
 
 @dataclass(frozen=True)
 class ExternalCommand:
-    """A program as its words, which hold placeholders.
+    """A program given as words with placeholders.
 
-    needs : some of STATED. time_limit_s : the time that a fit may take; sha256 : of the files among the words, by which
-    a comparison that goes on later knows them again.
+    needs : some of DECLARABLE. time_limit_s : time limit of one fit. sha256 : digests of the files among the words, so
+    that a resumed comparison notices a changed program.
     """
 
     name: str
@@ -59,26 +59,26 @@ class ExternalCommand:
 
     @property
     def uses_vector(self) -> bool:
-        """Whether it asks for the field vector."""
+        """Whether the words hold the placeholder of the field vector."""
         return VECTOR in _placeholders(self.words)
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
-        """The calibration that the program writes; a failure of whatever kind is its status."""
+        """Run the program on a recording and return the calibration; every failure becomes the status."""
         needs = (*self.needs, *(("field_vector",) if self.uses_vector else ()))
         status = unusable(recording, reference, needs, self.name)
         if status is not None:
             return TimedCalibration(Calibration(name=self.name, status=status), 0.0)
         with TemporaryDirectory(prefix="magbench-", ignore_cleanup_errors=True) as made:
             place = Path(made)
-            values = _told(reference, rng)
-            files = self._written(place, recording, values)
+            values = _values(reference, rng)
+            files = self._write_inputs(place, recording, values)
             variables = {VARIABLES[key]: text for key, text in values.items()}
             ended = run_program(_filled(self.words, values | files), place, variables, self.time_limit_s)
-            found = self._answer(Path(files[RESULT]), ended)
+            found = self._read_result(Path(files[RESULT]), ended)
         return TimedCalibration(replace(found, name=self.name, wall_s=ended.wall_s), ended.cpu_s)
 
-    def _written(self, place: Path, recording: Recording, values: Mapping[str, str]) -> dict[str, str]:
-        """The files that the words name, by placeholder, those to read written; beside them reference.json."""
+    def _write_inputs(self, place: Path, recording: Recording, values: Mapping[str, str]) -> dict[str, str]:
+        """Write the recording and reference.json; return the path of each file placeholder, the result's included."""
         files = {key: str(place / name) for key, name in RECORDINGS.items() if key in _placeholders(self.words)}
         for file in files.values():
             write_recording(recording, Path(file))
@@ -87,24 +87,25 @@ class ExternalCommand:
         (place / "reference.json").write_text(json.dumps(reference), encoding="utf-8")
         return files | {RESULT: str(place / "result.json")}
 
-    def _answer(self, result: Path, ended: ProgramExit) -> Calibration:
+    def _read_result(self, result: Path, ended: ProgramExit) -> Calibration:
+        """Return the calibration of a result file; status `not_converged` where the program or the file failed."""
         try:
             if ended.failure:
                 raise InputError(ended.failure)
             return checked(from_json(_text(result), where=result.name), result.name)
         except InputError as error:
             reason = str(error).replace(f"{result.parent}/", "")
-            return failed(self.name, f"{reason}; it said: {ended.said}" if ended.said else reason)
+            return failed(self.name, f"{reason}; it said: {ended.output}" if ended.output else reason)
 
 
 def parse_command(text: str, time_limit_s: float) -> ExternalCommand:
-    """The command that an `--exec` text says: words as a shell splits them, NAME= or NAME:NEEDS= before them or not.
+    """Parse an `--exec` text: words as a shell splits them, optionally after NAME= or NAME:NEEDS=.
 
-    A word that names a file here is meant wherever the program runs. Raises InputError for a program that is not
-    there, for an unknown placeholder, and for a text without {recording} or {result}.
+    Words that name existing files become absolute paths. Raises InputError for a missing program, an unknown
+    placeholder, and a text without {recording} or {result}.
     """
     named = NAMED.fullmatch(text.strip())
-    name, said, line = named.groups() if named else ("", None, text)
+    name, declared, line = named.groups() if named else ("", None, text)
     try:
         words = shlex.split(line)
     except ValueError as error:
@@ -113,14 +114,14 @@ def parse_command(text: str, time_limit_s: float) -> ExternalCommand:
     found = (_program(words[0], text), *map(_whole_path, words[1:]))
     files = (Path(word) for word in found if os.path.isabs(word) and os.path.isfile(word))
     shas = tuple(sha256_of(file) for file in files)
-    return ExternalCommand(name or Path(words[0]).stem, found, time_limit_s, shas, _needs(said, text))
+    return ExternalCommand(name or Path(words[0]).stem, found, time_limit_s, shas, _needs(declared, text))
 
 
-def _needs(said: str | None, text: str) -> tuple[str, ...]:
-    needs = tuple(said.split(",")) if said else ()
-    if not set(needs) <= set(STATED):
-        do = f"NAME:{STATED[0]}=..., some of {', '.join(STATED)}"
-        raise InputError(f"needs {said!r}", where=f"--exec {text}", do=do)
+def _needs(declared: str | None, text: str) -> tuple[str, ...]:
+    needs = tuple(declared.split(",")) if declared else ()
+    if not set(needs) <= set(DECLARABLE):
+        do = f"NAME:{DECLARABLE[0]}=..., some of {', '.join(DECLARABLE)}"
+        raise InputError(f"needs {declared!r}", where=f"--exec {text}", do=do)
     return needs
 
 
@@ -135,7 +136,7 @@ def _check_placeholders(used: set[str], where: str) -> None:
 
 
 def _program(word: str, text: str) -> str:
-    """A program on the PATH by its name, any other by its whole path."""
+    """Return the name of a program on the PATH, or the absolute path of a program given by path."""
     found = shutil.which(word)
     if found is None:
         what = "may not be run" if Path(word).is_file() else "no such program"
@@ -152,8 +153,8 @@ def _placeholders(words: Sequence[str]) -> set[str]:
     return {key for word in words for key in PLACEHOLDER.findall(word)}
 
 
-def _told(reference: Reference, rng: np.random.Generator) -> dict[str, str]:
-    """The values by placeholder, as text; the vector only where it is known."""
+def _values(reference: Reference, rng: np.random.Generator) -> dict[str, str]:
+    """Return the values by placeholder, as text; the field vector only where known."""
     values = {"field_strength_nT": repr(float(reference.strength_nT)), "seed": str(int(rng.integers(2**31)))}
     if reference.field_enu_nT is not None:
         values[VECTOR] = ",".join(repr(float(value)) for value in reference.field_enu_nT)
@@ -165,7 +166,7 @@ def _filled(words: Sequence[str], values: Mapping[str, str]) -> list[str]:
 
 
 def _text(path: Path) -> str:
-    """What the program wrote; InputError for nothing, for what is no file of its own, and for too much."""
+    """Return the text of the result file; InputError for a missing file, a link, and more than MAX_RESULT_BYTES."""
     if not path.exists():
         raise InputError("the program wrote no result", where=path.name)
     if path.is_symlink() or (path.is_file() and path.stat().st_size > MAX_RESULT_BYTES):

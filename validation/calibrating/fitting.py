@@ -14,7 +14,7 @@ from validation.calibrating.calibrator_entry import CalibratorEntry
 
 @dataclass(frozen=True)
 class SensorFit:
-    """The calibration of one sensor by one calibrator.
+    """Calibration of a sensor by a calibrator.
 
     key : `name`, or `name@sensor` of an array, sensors counted from 1. sensor : the index counted from 0.
     recording : of this sensor alone. cpu_s : processor time of the fit, of all sensors for a whole-array method.

@@ -1,4 +1,4 @@
-"""The words by which a calibrator is asked for again: in another process, in a file of gates."""
+"""How a calibrator is named on a command line or in a gate file, stored with a comparison."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from validation.calibrating.python_object import ImportedObject, default_name
 
 @dataclass(frozen=True)
 class Invocation:
-    """What `--with` takes, or of a program its name, and its words with their placeholders.
+    """The `--with` text of a calibrator; of a program the name, and the words with placeholders.
 
-    time_limit_s : of a fit; None for one of magbench's own. needs : what a program is said to need of a recording.
+    time_limit_s : of one fit, None for a built-in calibrator. needs : signals that a program is declared to need.
     """
 
     calibrator: str
@@ -26,9 +26,9 @@ class Invocation:
     needs: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, found: CalibratorEntry) -> Self | None:
-        """None for an object in memory, which no words name."""
-        match found.method:
+    def of(cls, entry: CalibratorEntry) -> Self | None:
+        """Return the invocation of an entry; None for an object in memory, which has no name elsewhere."""
+        match entry.method:
             case BuiltIn(name):
                 return cls(name)
             case ImportedObject(name, spec, time_limit_s):
@@ -38,26 +38,26 @@ class Invocation:
         return None
 
     def plain(self) -> dict[str, Any]:
-        """As JSON has it, which `read` takes."""
+        """Return plain values for JSON, accepted by `read`."""
         return asdict(self)
 
     @classmethod
     def read(cls, plain: Mapping[str, Any]) -> Self:
-        """From plain values; a comparison of an earlier magbench says no needs."""
+        """Build from plain values; `needs` is missing in comparisons of earlier versions."""
         return cls(plain["calibrator"], tuple(plain["words"]), plain["time_limit_s"], tuple(plain.get("needs", ())))
 
     @property
     def exec(self) -> str:
-        """A program's command; what lies below this directory is seen from here, so that it moves with it."""
-        return " ".join(_quoted(_from_here(word)) for word in self.words)
+        """The command of a program; paths below the working directory are written relative to the directory."""
+        return " ".join(_quoted(_relative(word)) for word in self.words)
 
 
-def _from_here(word: str) -> str:
+def _relative(word: str) -> str:
     here = os.path.join(os.getcwd(), "")
     return f".{os.sep}{word.removeprefix(here)}" if word.startswith(here) else word
 
 
 def _quoted(word: str) -> str:
-    """As a shell wants it, but for a placeholder's braces, which no `exec` minds."""
+    """Quote a word for a shell; braces of placeholders need no quotes in `exec`."""
     bare = PLACEHOLDER.sub("x", word)
     return word if shlex.quote(bare) == bare else shlex.quote(word)

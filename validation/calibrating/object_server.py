@@ -1,4 +1,8 @@
-"""What runs in the process of an outside object: it loads the object, and fits as often as it is asked."""
+"""Program of an object's process: import one Python object and serve fit requests.
+
+POSIX: the system limits the size of written files (`setrlimit`) and the time of a fit (interval timer). On Windows only
+the parent process ends a fit at the time limit.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +10,13 @@ import importlib
 import json
 import os
 import pickle
-import resource
 import signal
 import sys
 import time
 import traceback
 from dataclasses import asdict, dataclass
 from functools import partial
-from multiprocessing.connection import Connection
+from multiprocessing import connection as connections
 from pathlib import Path
 
 import numpy as np
@@ -28,12 +31,12 @@ from validation.calibrating.calibrator_entry import failed, time_fit
 from validation.calibrating.program import MAX_FILE_BYTES
 
 ALARM_S = 5.0
-"""How long after the limit of time the process ends by itself, where the one that should end it is gone."""
+"""Time after the limit at which the process ends itself, in case the parent process is gone."""
 
 
 @dataclass(frozen=True)
 class FitRequest:
-    """One fit: what is fitted, and how long it may take."""
+    """One fit: recording, reference, random generator and time limit."""
 
     recording: Recording
     reference: Reference
@@ -43,7 +46,7 @@ class FitRequest:
 
 @dataclass(frozen=True)
 class ObjectFacts:
-    """What an object says of itself, the file of its module, and which content of it was loaded."""
+    """What an object declares, the file of its module, and the SHA-256 of the file as loaded."""
 
     needs: tuple[str, ...]
     whole_array: bool
@@ -53,10 +56,10 @@ class ObjectFacts:
 
 
 def serve(handle: int, spec: str) -> None:
-    """Load `module:object` and answer requests on an open connection until it is closed."""
-    connection = Connection(handle)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (MAX_FILE_BYTES, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
-    sys.path.insert(0, os.getcwd())  # after our own packages are imported, which those here may share names with
+    """Import `module:object` and answer requests on an open connection until the connection is closed."""
+    connection = _opened(handle)
+    _limit_files()
+    sys.path.insert(0, os.getcwd())  # only now: magbench is imported, whatever names the directory holds
     try:
         method = load_object(spec)
         file = sys.modules[spec.partition(":")[0]].__file__ or ""
@@ -76,7 +79,7 @@ def serve(handle: int, spec: str) -> None:
 
 
 def load_object(spec: str) -> Outside:
-    """The calibrator or function that `module:object` names; InputError says why it cannot be had."""
+    """Import the calibrator or function `module:object`; InputError names what is missing."""
     module, _, path = spec.partition(":")
     try:
         found: object = importlib.import_module(module)
@@ -90,13 +93,12 @@ def load_object(spec: str) -> Outside:
 
 
 def content_of(file: str) -> str:
-    """SHA-256 of a file, hexadecimal; of what is no file, as a module that is built in, nothing."""
+    """Return the SHA-256 of a file, hexadecimal; "" without a file, as for a built-in module."""
     return sha256_of(Path(file)) if os.path.isfile(file) else ""
 
 
 def _answer(method: Outside, request: FitRequest, spec: str) -> Calibration:
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    signal.setitimer(signal.ITIMER_REAL, request.time_limit_s + ALARM_S)
+    _set_alarm(request.time_limit_s + ALARM_S)
     try:
         return fitted(method, request.recording, request.reference, request.rng, spec)
     except InputError as error:
@@ -104,16 +106,36 @@ def _answer(method: Outside, request: FitRequest, spec: str) -> Calibration:
     except Exception as error:
         return failed(spec, f"{type(error).__name__}: {error}{_place(error, spec)}")
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        _set_alarm(0.0)
+
+
+def _opened(handle: int) -> connections.Connection:
+    if sys.platform == "win32":
+        return connections.PipeConnection(handle)
+    return connections.Connection(handle)
+
+
+def _limit_files() -> None:
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_FSIZE, (MAX_FILE_BYTES, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+
+
+def _set_alarm(after_s: float) -> None:
+    """End the process after a time; 0: never."""
+    if sys.platform != "win32":
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_REAL, after_s)
 
 
 def _place(error: Exception, spec: str) -> str:
-    """Where in the object's own module an error arose."""
+    """Return the file and line of an error in the object's own module, in brackets; "" where none is known."""
     module = sys.modules[spec.partition(":")[0]].__file__
-    frames = [one for one in traceback.extract_tb(error.__traceback__) if one.filename == module]
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == module]
     return f" ({os.path.basename(frames[-1].filename)}:{frames[-1].lineno})" if frames else ""
 
 
-def _send(connection: Connection, **answer: object) -> None:
-    """Send an answer, and the processor time that this process has taken until now."""
+def _send(connection: connections.Connection, **answer: object) -> None:
+    """Send an answer and the processor time of the process so far."""
     connection.send_bytes(json.dumps(answer | {"process_cpu_s": time.process_time()}).encode())

@@ -1,62 +1,99 @@
-"""Processes that others' calibrators run in: their surroundings, their end, and what they said."""
+"""Child processes of external calibrators: environment, start, end, processor time and last output.
+
+POSIX: a child leads a new process group; `os.killpg` kills the group, `os.wait4` gives the processor time. Windows: a new process group, ended by `taskkill /T`; no processor time is reported.
+"""
 
 from __future__ import annotations
 
 import os
 import re
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 TIME_LIMIT_S = 60.0
-"""How long a fit may take before it counts as failed, unless the user says otherwise."""
+"""Default time limit of a fit; a longer fit counts as failed."""
 LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S = 0.1, 86_400.0
-"""What users may say."""
+"""Range of time limits that users may set."""
 MARK = "MAGBENCH_CHILD"
-"""Environment variable by which all that a child started is found again."""
+"""Environment variable that marks every process started by a child."""
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""Trials share the cores already: threads of a fit would wait for each other, and change its time."""
+"""Trials already share the cores: threads within a fit would wait for each other and change the measured time."""
 ROUNDS, ROUND_S = 100, 0.01
-"""How often, and how far apart, what a child left is looked for until there is nothing."""
-SAID_LINES, SAID_CHARACTERS = 4, 400
-"""The end of a program's output that goes into the reason."""
+"""Number and interval of searches for marked processes that survive the kill."""
+OUTPUT_LINES, OUTPUT_CHARACTERS = 4, 400
+"""Length of the program output quoted in a failure's reason."""
 UNPRINTABLE = re.compile(r"[^\x20-\x7e\xa0-\U0010ffff]+")
 
 
-def surroundings(mark: str, more: Mapping[str, str] = MappingProxyType({})) -> dict[str, str]:
-    """The environment of a child: this process's, one thread, and its mark."""
+def child_environment(mark: str, more: Mapping[str, str] = MappingProxyType({})) -> dict[str, str]:
+    """Return the environment of a child: the environment of this process, single-threaded BLAS, and the mark."""
     return {**ONE_THREAD, **os.environ, MARK: mark, **more}
 
 
-def end_all(leader: int, mark: str) -> None:
-    """Kill a child's process group, and what has left the group but not its surroundings; wait until they are gone.
+def start_options(handle: int | None = None) -> dict[str, Any]:
+    """Return the `subprocess.Popen` options of a child in a new process group that inherits one open handle."""
+    if sys.platform == "win32":
+        options: dict[str, Any] = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+        if handle is not None:
+            os.set_handle_inheritable(handle, True)
+            options["startupinfo"] = subprocess.STARTUPINFO(lpAttributeList={"handle_list": [handle]})
+        return options
+    return {"start_new_session": True, "pass_fds": () if handle is None else (handle,)}
 
-    The latter is found where the system shows processes as files.
+
+def has_ended(child: subprocess.Popen[bytes]) -> bool:
+    """Return whether a child has ended; on POSIX the child stays a zombie, so `reap` can read its processor time."""
+    if sys.platform == "win32":
+        return child.poll() is not None
+    return os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+
+
+def reap(child: subprocess.Popen[bytes]) -> float:
+    """Wait for a child, set its return code, and return its processor time, s (0 on Windows)."""
+    if sys.platform == "win32":
+        child.wait()
+        return 0.0
+    _, status, usage = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    return usage.ru_utime + usage.ru_stime
+
+
+def end_all(leader: int, mark: str) -> None:
+    """Kill a child's process group and every process that carries the mark; return when all are gone.
+
+    A process that left the group is found by the environment in /proc, where /proc exists.
     """
+    if sys.platform == "win32":
+        subprocess.run(["taskkill", "/F", "/T", "/PID", str(leader)], capture_output=True, check=False)
+        return
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(leader, signal.SIGKILL)
     for _ in range(ROUNDS):
-        if not _killed(f"{MARK}={mark}".encode()):
+        if not _kill_marked(f"{MARK}={mark}".encode()):
             break
         time.sleep(ROUND_S)
 
 
-def _killed(wanted: bytes) -> int:
-    """How many processes with this in their environment were there, and killed."""
-    found = 0
+def _kill_marked(wanted: bytes) -> int:
+    """Kill the processes with an entry in their environment; return their number."""
+    killed = 0
     for place in Path("/proc").glob("[0-9]*/environ"):
         with suppress(OSError):
             if wanted in place.read_bytes().split(b"\0"):
                 os.kill(int(place.parent.name), signal.SIGKILL)
-                found += 1
-    return found
+                killed += 1
+    return killed
 
 
 def ending(status: int) -> str:
-    """How a process ended, in words; `status` is its exit status, or minus the signal that ended it."""
+    """Describe the end of a process; status : exit status, or minus the number of the signal."""
     if status >= 0:
         return f"exit status {status}"
     with suppress(ValueError):
@@ -65,11 +102,11 @@ def ending(status: int) -> str:
 
 
 def last_lines(output: int, place: Path | None = None) -> str:
-    """The end of an open file as one line, the paths under `place` shortened."""
-    size = os.fstat(output).st_size
-    wanted = 4 * SAID_CHARACTERS  # bytes a character, at most
-    text = os.pread(output, wanted, max(0, size - wanted)).decode(errors="replace")
+    """Return the last lines of an open file, joined by bars; the path `place` is removed. The writer has ended."""
+    wanted = 4 * OUTPUT_CHARACTERS  # at most four bytes a character
+    os.lseek(output, max(0, os.fstat(output).st_size - wanted), os.SEEK_SET)
+    text = os.read(output, wanted).decode(errors="replace")
     if place is not None:
-        text = text.replace(f"{place}/", "")
+        text = text.replace(f"{place}{os.sep}", "")
     lines = [" ".join(UNPRINTABLE.sub(" ", line).split()) for line in text.splitlines()]
-    return " | ".join([line for line in lines if line][-SAID_LINES:])[-SAID_CHARACTERS:]
+    return " | ".join([line for line in lines if line][-OUTPUT_LINES:])[-OUTPUT_CHARACTERS:]

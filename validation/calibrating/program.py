@@ -1,10 +1,15 @@
-"""A program run in a directory of its own, with limits on its time and on what it writes."""
+"""An external program, run in its own directory with limits on time, files and disk space.
+
+POSIX: a shell sets the limits (`ulimit`) before becoming the program. Windows: the program starts without a shell, and
+only the limits watched from here hold.
+"""
 
 from __future__ import annotations
 
 import math
 import os
 import subprocess
+import sys
 import time
 import uuid
 from collections.abc import Mapping, Sequence
@@ -12,65 +17,75 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from validation.calibrating.processes import end_all, ending, last_lines, surroundings
+from validation.calibrating.processes import (
+    child_environment,
+    end_all,
+    ending,
+    has_ended,
+    last_lines,
+    reap,
+    start_options,
+)
 
 MAX_FILE_BYTES, MAX_DISK_BYTES, MAX_FILES = 2**26, 2**28, 10_000
-"""What a program may write: bytes a file, bytes in all, files; a calibration has some hundred bytes."""
+"""Limits of a program's output: bytes in a file, bytes in total, files; a calibration takes a few hundred bytes."""
 OUTPUT = "output.txt"
 PAUSE_S = 0.001, 0.05
-"""Shortest and longest time between two looks at a program."""
+"""Shortest and longest time between two checks of a program."""
 BLOCK_BYTES = 512
 """The unit of `ulimit -f`."""
 LIMITED = 'ulimit -c 0; ulimit -f {blocks}; ulimit -t {cpu_s}; exec "$@"'
-"""What the shell does before it becomes the program; the limit of processor time ends what outlives this process."""
+"""Shell script that sets limits and becomes the program; the processor-time limit ends orphans of this process."""
 
 
 @dataclass(frozen=True)
 class ProgramExit:
-    """How a program ended: what went wrong ("" for nothing), the end of its output, the time it took."""
+    """Result of a program: the failure ("" for none), the end of its output, elapsed and processor time in s."""
 
     failure: str
-    said: str
+    output: str
     wall_s: float
     cpu_s: float
 
 
 def run_program(words: Sequence[str], place: Path, variables: Mapping[str, str], time_limit_s: float) -> ProgramExit:
-    """Run a program in the directory `place` to its end, or to the limit of time or disk; then all it started ends.
+    """Run a program in the directory `place` until it ends or exceeds a limit, then end all that the program started.
 
-    Its standard input is empty; its output goes to a file that is limited as all files are.
+    Standard input is empty; the output goes to a file under the common file limit.
     """
     mark, start_s = uuid.uuid4().hex, time.monotonic()
     with open(place / OUTPUT, "w+b") as output:
         child = subprocess.Popen(
-            ["sh", "-c", _limits(time_limit_s), "sh", *words],
+            [*_limits(time_limit_s), *words],
             cwd=place,
-            env=surroundings(mark, variables),
+            env=child_environment(mark, variables),
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.STDOUT,
-            start_new_session=True,
+            **start_options(),
         )
         try:
-            over = _watched(child.pid, place, start_s + time_limit_s)
+            failure = _watch(child, place, start_s + time_limit_s)
         finally:
             end_all(child.pid, mark)
-            _, status, usage = os.wait4(child.pid, 0)
-            child.returncode = os.waitstatus_to_exitcode(status)
+            cpu_s = reap(child)
         wall_s = time.monotonic() - start_s
-        failure = over or (ending(child.returncode) if child.returncode else "")
-        return ProgramExit(failure, last_lines(output.fileno(), place), wall_s, usage.ru_utime + usage.ru_stime)
+        failure = failure or (ending(child.returncode) if child.returncode else "")
+        return ProgramExit(failure, last_lines(output.fileno(), place), wall_s, cpu_s)
 
 
-def _limits(time_limit_s: float) -> str:
+def _limits(time_limit_s: float) -> list[str]:
+    """Return the words before a program's own that put it under limits."""
+    if sys.platform == "win32":
+        return []
     cpu_s = math.ceil(time_limit_s * (os.cpu_count() or 1))
-    return LIMITED.format(blocks=MAX_FILE_BYTES // BLOCK_BYTES, cpu_s=cpu_s)
+    return ["sh", "-c", LIMITED.format(blocks=MAX_FILE_BYTES // BLOCK_BYTES, cpu_s=cpu_s), "sh"]
 
 
-def _watched(child: int, place: Path, deadline_s: float) -> str:
-    """Wait for the end of a process, which stays to be waited for; what it has too much of, or ""."""
+def _watch(child: subprocess.Popen[bytes], place: Path, deadline_s: float) -> str:
+    """Wait for the end of a process and return ""; or return the limit that was exceeded."""
     begun_bytes, pause_s = _used(place)[0], PAUSE_S[0]
-    while os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
+    while not has_ended(child):
         if time.monotonic() > deadline_s:
             return "stopped at the time limit"
         used_bytes, files = _used(place)
@@ -82,7 +97,7 @@ def _watched(child: int, place: Path, deadline_s: float) -> str:
 
 
 def _used(place: Path) -> tuple[int, int]:
-    """Bytes and files in a directory, counted until there are too many."""
+    """Return bytes and files in a directory; counting stops above MAX_FILES."""
     total_bytes = files = 0
     for folder, _, names in os.walk(place):
         for name in names:

@@ -1,4 +1,4 @@
-"""A calibrator that is a Python object of anybody's, `module:object`."""
+"""A calibrator that is a Python object given as `module:object`."""
 
 from __future__ import annotations
 
@@ -16,12 +16,10 @@ from validation.calibrating.object_server import FitRequest
 
 @dataclass(frozen=True)
 class ImportedObject:
-    """The object that `spec` names (module:object).
+    """The object `spec` (module:object), imported and called in a child process that is kept between fits.
 
-    time_limit_s : the time that a fit may take; sha256 : of its module's file, by which a comparison that goes on later
-    knows it again.
-    It is imported and called in a process of its own, which stays for the next fit: an object that hangs, or ends the
-    interpreter, costs that process.
+    time_limit_s : time limit of one fit. sha256 : digest of the module's file, so that a resumed comparison notices a
+    changed module. An object that hangs or ends the interpreter costs the child process alone.
     """
 
     name: str
@@ -30,7 +28,7 @@ class ImportedObject:
     sha256: str
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
-        """The calibration that the object answers with; a failure of whatever kind is its status."""
+        """Fit one recording in the object's process; every failure becomes the status."""
         try:
             answer, cpu_s = process_of(self.spec).fit(FitRequest(recording, reference, rng, self.time_limit_s))
         except ProcessLostError as lost:

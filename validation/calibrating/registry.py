@@ -1,4 +1,4 @@
-"""Calibrators that this process registered under a name: objects in memory, of a notebook or a test."""
+"""Registered calibrators: Python objects in memory, given a name by a notebook or a test."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ REGISTERED: dict[str, Outside] = {}
 
 @dataclass(frozen=True)
 class RegisteredObject:
-    """A registered object, called in the process that fits; another process gets it by its module and name."""
+    """A registered object, called in the process that fits; pickled by reference to module and name."""
 
     name: str
     method: Outside
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
-        """The calibration that the object answers with; what it raises, this raises."""
+        """Fit a recording in the calling process; exceptions of the object propagate."""
         return time_fit(lambda: fitted(self.method, recording, reference, rng, self.name))
 
     def __reduce__(self) -> tuple[type[RegisteredObject], tuple[str, Outside]]:
-        """What another process makes it of; InputError for an object that it would not find."""
-        if not _found_elsewhere(self.method):
+        """Pickle by reference; InputError for an object that other processes cannot import."""
+        if not _importable(self.method):
             what = "is registered in this process, and other processes do not find it"
             do = "put it into a module and name it module:object, or use one job"
             raise InputError(what, where=self.name, do=do)
@@ -41,10 +41,10 @@ class RegisteredObject:
 
 
 def register(found: object, name: str | None = None) -> None:
-    """Make a Calibrator (class or instance), or a function as `calib.outside` takes it, known by a name here.
+    """Register a Calibrator (class or instance), or a function accepted by `calib.outside`, under a name.
 
-    The name is the object's own by default; one that was registered before is replaced. Raises InputError for anything
-    else, and for the name of one of magbench's calibrators.
+    name : by default the object's own; an earlier registration of equal name is replaced. Raises InputError for any
+    other object, and for the name of a built-in calibrator.
     """
     called = name or getattr(found, "name", None) or getattr(found, "__name__", None)
     if not isinstance(called, str) or not NAME.fullmatch(called):
@@ -55,8 +55,8 @@ def register(found: object, name: str | None = None) -> None:
     REGISTERED[called] = outside(found, called)
 
 
-def _found_elsewhere(method: Outside) -> bool:
-    """Whether a process that starts anew can import what this is made of."""
+def _importable(method: Outside) -> bool:
+    """Return whether a new process can import the object."""
     home = type(method) if isinstance(method, Calibrator) else method
     module = getattr(home, "__module__", None) or type(method).__module__
     try:
