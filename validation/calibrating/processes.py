@@ -1,6 +1,7 @@
 """Child processes of external calibrators: environment, start, end, processor time and last output.
 
-POSIX: a child leads a new process group; `os.killpg` kills the group, `os.wait4` gives the processor time. Windows: a new process group, ended by `taskkill /T`; no processor time is reported.
+POSIX: a child leads a new process group; `os.killpg` kills the group, `os.wait4` gives the processor time.
+Windows: a child starts a new process group; `taskkill /T` ends the tree, and no processor time is reported.
 """
 
 from __future__ import annotations

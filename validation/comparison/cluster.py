@@ -1,4 +1,4 @@
-"""Trials on a Dask cluster that is there already: its workers compute, this process keeps."""
+"""Engine that computes trials on an existing Dask cluster and collects the results here."""
 
 from __future__ import annotations
 
@@ -16,74 +16,74 @@ from validation.comparison.engine import GoneError, Trials
 from validation.comparison.trial import PendingTrial, Trial, compute
 
 AHEAD = 2
-"""Tasks a worker's thread that are submitted at a time: none waits for work."""
+"""Tasks submitted ahead for each worker thread, so that no thread waits for work."""
 PATIENCE_S = 60.0
-"""How long a scheduler that is gone, or one without workers, is waited for."""
+"""Time to wait for a lost scheduler, or for a scheduler without workers."""
 LOOK_S = 1.0
-"""Time between looks at the cluster while no trial lands."""
+"""Time between checks of the cluster while no trial arrives."""
 CONNECT_S = 5.0
-"""Time for one attempt to connect."""
+"""Time limit of a connection attempt."""
 
 
 class DisconnectedError(Exception):
-    """The scheduler does not answer any more; what was in hand is to be submitted again."""
+    """The scheduler stopped answering; submitted tasks must be submitted again."""
 
 
 @dataclass(frozen=True)
 class Cluster:
-    """The Dask cluster whose scheduler is at `address`; a worker that dies, or joins late, changes no figure."""
+    """Dask cluster with a scheduler at `address`; workers that die or join late change no result."""
 
     address: str
     patience_s: float = PATIENCE_S
 
-    def trials(self, tasks: Iterable[PendingTrial], lost: Callable[[PendingTrial], Trial]) -> Trials:
-        """The trial of every task, through losses of workers and of the scheduler that last less than `patience_s`.
+    def trials(self, tasks: Iterable[PendingTrial], on_loss: Callable[[PendingTrial], Trial]) -> Trials:
+        """Yield the trial of every task; losses of workers or scheduler shorter than `patience_s` are survived.
 
-        Raises InputError where distributed is not installed, and where scheduler or workers stay away.
+        Raises InputError where distributed is not installed, and where scheduler or workers stay away longer.
         """
         _check_installed()
         source, again = iter(tasks), list[PendingTrial]()
         with _quiet():
             while True:
-                hand = _Hand(self, lost)
+                connection = _Connection(self, on_loss)
                 try:
-                    yield from hand.trials(chain(again, source))
+                    yield from connection.trials(chain(again, source))
                     return
                 except DisconnectedError:
-                    again = hand.tasks()
+                    again = connection.pending()
                 finally:
-                    hand.close()
+                    connection.close()
 
     def missing(self, what: str) -> GoneError:
-        """What ends the comparison."""
+        """Return the error that ends the comparison."""
         do = "start it again, and repeat the command: it resumes"
         return GoneError(f"{what} for {self.patience_s:g} s", where=f"--scheduler {self.address}", do=do)
 
 
 @dataclass
-class _Hand:
-    """A connection, and the tasks that are submitted through it."""
+class _Connection:
+    """A connection to the scheduler with the tasks submitted through the connection."""
 
     cluster: Cluster
-    lost: Callable[[PendingTrial], Trial]
+    on_loss: Callable[[PendingTrial], Trial]
     submitted: dict[str, tuple[Any, PendingTrial]] = field(default_factory=dict)
     landed: SimpleQueue[str] = field(default_factory=SimpleQueue)
 
     def __post_init__(self) -> None:
         self.client = _connected(self.cluster)
-        self._looked_s, self._known = -LOOK_S, 0
+        self._checked_s, self._thread_count = -LOOK_S, 0
 
-    def tasks(self) -> list[PendingTrial]:
-        """What was submitted and has not been told."""
+    def pending(self) -> list[PendingTrial]:
+        """Return the submitted tasks without a result."""
         return [task for _, task in self.submitted.values()]
 
     def close(self) -> None:
-        """Give back what is not needed any more; errors of a scheduler that is gone do not matter."""
+        """Close the client; errors of a lost scheduler are ignored."""
         with suppress(Exception):
             self.client.close(timeout=CONNECT_S)
 
     def trials(self, source: Iterator[PendingTrial]) -> Iterator[Trial]:
-        """Submit a bounded number ahead, and yield what lands."""
+        """Submit a bounded number of tasks ahead and yield trials as they arrive."""
         while True:
             ahead = AHEAD * max(1, self._threads())
             for task in islice(source, max(0, ahead - len(self.submitted))):
@@ -102,7 +102,7 @@ class _Hand:
         future.add_done_callback(lambda done: self.landed.put(done.key))
 
     def _next(self) -> str:
-        """The key of the next that is done; GoneError where there is no worker for too long."""
+        """Return the key of the next finished task; GoneError without a worker for `patience_s`."""
         alone_since_s = time.monotonic()
         while True:
             with suppress(Empty):
@@ -113,16 +113,16 @@ class _Hand:
                 raise self.cluster.missing("has had no worker")
 
     def _threads(self) -> int:
-        """Threads of all workers, asked for now and then; DisconnectedError where the scheduler does not answer."""
+        """Return the threads of all workers, updated every LOOK_S; DisconnectedError without an answer."""
         if self.client.status != "running":
             raise DisconnectedError
-        if time.monotonic() - self._looked_s >= LOOK_S:
+        if time.monotonic() - self._checked_s >= LOOK_S:
             try:
-                self._known = sum(self.client.ncores().values())
+                self._thread_count = sum(self.client.ncores().values())
             except Exception as error:
                 raise DisconnectedError from error
-            self._looked_s = time.monotonic()
-        return self._known
+            self._checked_s = time.monotonic()
+        return self._thread_count
 
     def _result(self, future: Any, task: PendingTrial) -> Trial:
         from distributed import KilledWorker
@@ -132,7 +132,7 @@ class _Hand:
         try:
             trial: Trial = future.result()
         except KilledWorker:
-            return self.lost(task)
+            return self.on_loss(task)
         except ModuleNotFoundError as error:
             do = "install on every machine what this one has, calibrators of your own too"
             raise InputError(f"a worker has no module {error.name}", where=self.cluster.address, do=do) from None
@@ -148,7 +148,7 @@ def _check_installed() -> None:
 
 
 def _connected(cluster: Cluster) -> Any:
-    """A client of the scheduler; InputError where none answers for as long as one is waited for."""
+    """Return a client of the scheduler; InputError where no scheduler answers within `patience_s`."""
     from distributed import Client
 
     end_s = time.monotonic() + cluster.patience_s
@@ -166,7 +166,7 @@ def _connected(cluster: Cluster) -> Any:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Dask's own lines about lost connections, tracebacks among them, stay away: what matters is said in one line."""
+    """Silence Dask's log lines and tracebacks about lost connections; the engine reports losses in a single line."""
     loggers = [logging.getLogger(name) for name in ("distributed", "tornado", "asyncio")]
     before = [logger.level for logger in loggers]
     for logger in loggers:

@@ -1,4 +1,4 @@
-"""What is compared: points of a sweep, calibrators and a seed; with a run's number that is a whole trial."""
+"""Design of a comparison: sweep points, calibrators and seed; a point and a run number define a trial."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FORMAT = 2
 
 @dataclass(frozen=True)
 class DesignPoint:
-    """One combination of the swept values, and the scenario with them."""
+    """A combination of swept values and the resulting scenario."""
 
     values: Mapping[str, Value]
     scenario: Scenario
@@ -32,11 +32,11 @@ class DesignPoint:
 
 @dataclass(frozen=True)
 class Design:
-    """A comparison without its number of trials: small, frozen, and the same in every process.
+    """Design of a comparison without the number of trials: small, frozen, and equal in every process.
 
-    points : at least one, numbered from 0; candidates : in the order of tables; seed : of all randomness.
-    Trial (point, run) is the same whoever computes it: its random streams are keyed by (seed, run, name), so that at
-    every point run k has the same noise and errors, and every candidate the same recording.
+    points : at least one, numbered from 0. candidates : calibrators in the order of tables. seed : of all randomness.
+    Trial (point, run) is reproducible anywhere: random streams are keyed by (seed, run, name), so run k has equal noise
+    and errors at every point, and all calibrators get an equal recording.
     """
 
     points: tuple[DesignPoint, ...]
@@ -52,10 +52,10 @@ class Design:
         sweeps: Sequence[Sweep] = (),
         seed: int | None = None,
     ) -> Design:
-        """The comparison of candidates on a scenario, at every combination of the swept values.
+        """Design the comparison of calibrators on a scenario at every combination of swept values.
 
-        seed : default the scenario's. Raises InputError for candidates of one name, a value that does not fit, and
-        what `sim.simulation.plan` refuses.
+        seed : default the scenario's. Raises InputError for calibrators of equal name, a value that does not fit, and
+        a scenario refused by `sim.simulation.plan`.
         """
         _check_names([one.name for one in candidates])
         seed = scenario.seed if seed is None else seed
@@ -66,12 +66,12 @@ class Design:
 
     @property
     def swept(self) -> tuple[str, ...]:
-        """The dotted keys that the points differ in."""
+        """Dotted keys of the swept values."""
         return tuple(self.points[0].values)
 
     @property
     def calibrators(self) -> tuple[str, ...]:
-        """Rows of a trial in the order of tables, the raw measurement's last; of an array `name@sensor`."""
+        """Row names of a trial in the order of tables, the raw measurement last; for an array `name@sensor`."""
         names = [*(one.name for one in self.candidates), UNCORRECTED]
         sensors = len(self.points[0].scenario.sensors)
         if sensors == 1:
@@ -79,27 +79,27 @@ class Design:
         return tuple(f"{name}@{sensor}" for name in names for sensor in range(1, sensors + 1))
 
     def identity(self) -> dict[str, Any]:
-        """What decides every figure of every trial, as plain values: a kept trial holds for the same identity alone.
+        """Return plain values that determine every trial; kept trials are valid for an equal identity only.
 
-        `asked` is how a calibrator is named again, in a file of gates; None of one in memory.
+        Key `asked` is the calibrator's invocation for a gate file; None for an object in memory.
         """
         return {
             "format": FORMAT,
             "seed": self.seed,
-            "calibrators": {one.name: {"is": repr(one), "asked": _asked(one)} for one in self.candidates},
+            "calibrators": {one.name: {"is": repr(one), "asked": _invocation(one)} for one in self.candidates},
             "points": [{"values": dict(one.values), "scenario": as_dict(one.scenario)} for one in self.points],
             "packages": dict(self.packages),
         }
 
     @cached_property
     def sent(self) -> bytes:
-        """The design as it goes to a worker, which `received` unpacks once."""
+        """The pickled design for workers; `received` unpickles and caches."""
         return pickle.dumps(self)
 
 
-def _asked(one: CalibratorEntry) -> dict[str, Any] | None:
-    asked = Invocation.of(one)
-    return asked.plain() if asked else None
+def _invocation(one: CalibratorEntry) -> dict[str, Any] | None:
+    found = Invocation.of(one)
+    return found.plain() if found else None
 
 
 def _check_names(names: Sequence[str]) -> None:
@@ -113,7 +113,7 @@ def _check_names(names: Sequence[str]) -> None:
 
 @lru_cache(maxsize=4)
 def received(sent: bytes) -> Design:
-    """The design that another process sent; InputError where it has other versions of what decides the numbers."""
+    """Return the design sent by a process; InputError where package versions differ between the machines."""
     design: Design = pickle.loads(sent)
     here = versions()
     differing = [f"{name} {design.packages[name]} there, {here[name]} here" for name in here

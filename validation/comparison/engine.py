@@ -1,4 +1,4 @@
-"""Who computes trials: this process, or processes of this machine. No engine changes a figure."""
+"""Engines that compute trials, serially or in processes; results do not depend on the engine."""
 
 from __future__ import annotations
 
@@ -18,49 +18,49 @@ ENDED = "every process that computed this trial was ended: a calibrator crashes,
 
 
 Trials: TypeAlias = Generator[Trial, None, None]
-"""Trials as they land; closing it ends the workers."""
+"""Trials in order of completion; closing the generator ends the workers."""
 
 
 class GoneError(InputError):
-    """What computes trials is gone; those that have landed are kept."""
+    """The engine is lost; completed trials are kept."""
 
 
 class Engine(Protocol):
-    """Computes tasks in any order; a worker that dies costs a repeat."""
+    """Computes tasks in any order; tasks of a dead worker are repeated."""
 
     def trials(self, tasks: Iterable[PendingTrial], on_loss: Callable[[PendingTrial], Trial]) -> Trials:
-        """The trial of every task, as they land; tasks are taken as they are needed, a bounded number ahead.
+        """Yield the trial of every task in order of completion; tasks are taken a bounded number ahead.
 
-        lost : what is told of a task that ended its worker again and again.
+        on_loss : makes the trial of a task that ended its worker repeatedly.
         """
 
 
 @dataclass(frozen=True)
 class SerialEngine:
-    """This process: for a few small trials. A calibrator that crashes takes it down."""
+    """Engine without workers, for a few small trials; a crashing calibrator ends the calling process."""
 
     def trials(self, tasks: Iterable[PendingTrial], on_loss: Callable[[PendingTrial], Trial]) -> Trials:
-        """One after the other."""
+        """Compute the trials one by one."""
         yield from map(compute, tasks)
 
 
 @dataclass(frozen=True)
 class ProcessEngine:
-    """So many processes of this machine."""
+    """Engine of `jobs` processes on the local machine."""
 
     jobs: int
 
     def trials(self, tasks: Iterable[PendingTrial], on_loss: Callable[[PendingTrial], Trial]) -> Trials:
-        """As `sim.pool.map_unordered`."""
+        """Compute the trials by `sim.pool.map_unordered`."""
         with closing(map_unordered(compute, tasks, self.jobs, on_loss)) as found:
             yield from (trial for _, trial in found)
 
 
 def run_trials(design: Design, runs: Sequence[int], engine: Engine, journal: Journal | None = None) -> Trials:
-    """The trials of these runs at every point as they land, in any order: first the kept ones, then what is computed.
+    """Yield the trials of `runs` at every point: first the kept trials, then computed trials in order of completion.
 
-    journal : as in `computed`. All points of a run come before the next run, so that a comparison that is stopped
-    early is nearly balanced. Raises InputError where a run cannot be simulated, and where the engine is gone.
+    journal : see `computed`. All points of a run are scheduled before the next run, so a comparison stopped early is
+    nearly balanced. Raises InputError where a run cannot be simulated, and where the engine is lost.
     """
     wanted, points = set(runs), range(len(design.points))
     if journal is not None:
@@ -75,7 +75,7 @@ def computed(
     on_loss: Callable[[PendingTrial], Trial],
     journal: Journal | None = None,
 ) -> Trials:
-    """The trials of tasks as they land, but for those that the journal has kept already; all others it keeps."""
+    """Yield the trials of tasks in order of completion; trials in the journal are skipped, new trials are added."""
     there = set() if journal is None else set(journal.there)
     todo = (task for task in tasks if (task.point, task.run) not in there)
     try:

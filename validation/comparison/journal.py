@@ -1,4 +1,4 @@
-"""Trials kept as they land, a line each: what a killed comparison, or run of gates, resumes from."""
+"""Journal of completed trials, a JSON line each, from which an interrupted comparison or gate run resumes."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ ELSEWHERE = "choose another output directory, or remove this one"
 
 @dataclass
 class Journal:
-    """The trials of one comparison, or run of gates, in a directory; the first line of the file says which.
+    """Trials of a comparison or gate run in a directory; the first line of the file is the identity.
 
-    A line that a killed process left torn, or that was damaged since, is a trial to be computed again: as its figures
-    follow from design, seed and run nothing is lost. The caller holds `locked_directory`.
+    Torn or damaged lines are ignored and the trials computed again, since design, seed and run determine a trial. The
+    caller holds `locked_directory`.
     """
 
     path: Path
     there: set[tuple[int, int]] = field(default_factory=set)
-    """(point, run) of every trial that is kept."""
+    """(point, run) of every kept trial."""
 
     @classmethod
     def open(cls, out: Path, identity: dict[str, Any], of: str = COMPARISON, *, anew: bool = False) -> Journal:
-        """Begin, or go on with what is there.
+        """Start a journal, or continue the existing journal of an equal identity.
 
-        of : what the trials are for, one word for the first line. anew : where other trials of that kind are there they
-        are dropped, not refused. Raises InputError for other trials, and for what is no journal of that kind.
+        of : purpose of the trials, the key of the first line. anew : drop a journal of a different identity instead of
+        refusing. Raises InputError for a journal of a different identity or purpose.
         """
         path = out / JOURNAL
-        other = _other(path, of, json.loads(canonical_json(identity))) if path.exists() else ""
+        other = _difference(path, of, json.loads(canonical_json(identity))) if path.exists() else ""
         if other and not anew:
             raise InputError(f"holds another {of}: {other}", where=str(out), do=ELSEWHERE)
         if other or not path.exists():
@@ -51,19 +51,19 @@ class Journal:
         return journal
 
     def add(self, trial: Trial) -> None:
-        """Keep a trial, whatever becomes of this process afterwards."""
+        """Append a trial to the file."""
         with system_errors_about(self.path, "free some space; the same command resumes"), self.path.open("ab") as file:
-            file.write((json.dumps(_plain(trial), separators=(",", ":")) + "\n").encode())
+            file.write((json.dumps(asdict(trial), separators=(",", ":")) + "\n").encode())
         self.there.add((trial.point, trial.run))
 
     def remove(self) -> None:
-        """Drop all that is kept, and the file."""
+        """Delete the file and all kept trials."""
         with system_errors_about(self.path):
             self.path.unlink()
         self.there.clear()
 
     def __iter__(self) -> Iterator[Trial]:
-        """Every trial that is kept, once, in the order in which they landed."""
+        """Yield every kept trial once, in order of completion."""
         seen = set()
         with self.path.open("rb") as file:
             next(file)
@@ -74,10 +74,6 @@ class Journal:
                     yield trial
 
 
-def _plain(trial: Trial) -> dict[str, Any]:
-    return asdict(trial)
-
-
 def _read(line: bytes) -> Trial | None:
     try:
         data = json.loads(line)
@@ -86,18 +82,18 @@ def _read(line: bytes) -> Trial | None:
         return None
 
 
-def _other(path: Path, of: str, identity: dict[str, Any]) -> str:
-    """Where the journal that is there is of another identity, in words; InputError where it is of another kind."""
+def _difference(path: Path, of: str, identity: dict[str, Any]) -> str:
+    """Return the differences to the identity of an existing journal; InputError for a different purpose."""
     with path.open("rb") as file:
         try:
-            there = json.loads(next(file))[of]
+            existing = json.loads(next(file))[of]
         except (ValueError, KeyError, TypeError, StopIteration):
             raise InputError(f"is no journal of a {of}", where=str(path), do=ELSEWHERE) from None
-    return differences(of, there, identity)
+    return differences(of, existing, identity)
 
 
 def _cut_torn_line(path: Path) -> None:
-    """Cut what a killed process left after the last whole line."""
+    """Truncate the file after the last complete line."""
     with path.open("rb+") as file:
         end = file.seek(0, os.SEEK_END)
         while end and _byte_before(file, end) != b"\n":

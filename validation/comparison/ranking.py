@@ -1,4 +1,4 @@
-"""Which calibrator to use, and how sure that is: a comparison's trials read for one score."""
+"""Ranking of calibrators by a score over the trials of a comparison, and the resulting recommendation."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from validation.scoring.evaluation import UNCORRECTED
 from validation.text import counted, figure, listed
 
 MOST_FAILED = 0.5
-"""A calibrator that fails in more than this share of the trials ranks behind all others, whatever its score."""
+"""Share of failed trials above which a calibrator ranks behind all others, whatever the score."""
 
 
 @dataclass(frozen=True)
 class RankedCalibrator:
-    """One calibrator at one point: median of the score, number of failures and their rate, the commonest reason."""
+    """Calibrator at a point: median score, number and rate of failures, most frequent reason."""
 
     calibrator: str
     median: Interval
@@ -31,13 +31,13 @@ class RankedCalibrator:
 
     @property
     def place(self) -> tuple[bool, float]:
-        """What orders calibrators: those that mostly fail come last, the rest by their median."""
+        """Sort key: calibrators that mostly fail last, the rest by median."""
         return self.failure_rate.value > MOST_FAILED, self.median.value
 
 
 @dataclass(frozen=True)
 class Ranking:
-    """The calibrators at one point, best first, with every pair's difference and what is left without any."""
+    """Calibrators at a point, best first, with pairwise differences and the score of the raw measurement."""
 
     score: ScoreDefinition
     trials: int
@@ -45,21 +45,21 @@ class Ranking:
     differences: tuple[Difference, ...]
     uncorrected: Interval
     better_than_none: int
-    """Trials in which the best is better than no correction."""
+    """Number of trials in which the best calibrator beats the raw measurement."""
 
     @property
     def best(self) -> RankedCalibrator:
-        """The first."""
+        """The best calibrator."""
         return self.calibrators[0]
 
     @property
     def rivals(self) -> list[str]:
-        """Those of which it is not clear that they are worse than the best."""
+        """Calibrators that are not significantly worse than the best."""
         usable = [one.calibrator for one in self.calibrators[1:] if not one.place[0]]
         return [name for name in usable if not self.against(name).clear]
 
     def against(self, other: str) -> Difference:
-        """The best one's difference from another, counted from the best one's side."""
+        """Return the difference between the best calibrator and `other`, counted for the best."""
         for found in self.differences:
             if {found.one, found.other} == {self.best.calibrator, other}:
                 return found if found.other == other else found.turned()
@@ -67,7 +67,7 @@ class Ranking:
 
     @property
     def sentence(self) -> str:
-        """What to do, in one sentence."""
+        """The recommendation in a sentence."""
         best, n = self.best, self.trials
         if best.place[0]:
             why = f": {best.reason}" if best.reason else ""
@@ -84,7 +84,7 @@ class Ranking:
         return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
 
     def _compared(self) -> str:
-        """The best beside the next one, or beside no correction where it is alone."""
+        """Return the best calibrator's wins over the next, over each rival, or over no correction."""
         n = self.trials
         if len(self.calibrators) == 1:
             return f"better than no correction in {self.better_than_none} of {n} trials"
@@ -92,22 +92,17 @@ class Ranking:
             second = self.calibrators[1].calibrator
             return f"better than {second} in {self.against(second).better} of {n} trials"
         wins = [f"better than {name} in {self.against(name).better} of {n} trials" for name in self.rivals]
-        return f"no clear difference ({best_of(self.best.calibrator, wins)})"
+        return f"no clear difference ({self.best.calibrator} {listed(wins)})"
 
     def _with_ends(self, found: Interval) -> str:
         unit = f" {self.score.unit}" if self.score.unit else ""
         return f"{figure(found.value)}{unit} [{figure(found.low)}, {figure(found.high)}]"
 
 
-def best_of(name: str, wins: list[str]) -> str:
-    """ "ellipsoid better than a in 5 of 9 trials and ..."."""
-    return f"{name} {listed(wins)}"
-
-
 def rank_calibrators(table: TrialTable, score: ScoreDefinition, point: int = 0) -> Ranking:
-    """Who stands where by one score at one point."""
+    """Rank the calibrators by a score at a point."""
     values = {name: table.values(score.column, name, point) for name in table.candidates}
-    calibrators = sorted((_standing(table, name, values[name], point) for name in values), key=lambda one: one.place)
+    calibrators = sorted((_ranked(table, name, values[name], point) for name in values), key=lambda one: one.place)
     best = calibrators[0].calibrator
     raw = table.values(score.column, uncorrected_row(best), point)
     better = int(np.sum(values[best] < raw))
@@ -115,12 +110,12 @@ def rank_calibrators(table: TrialTable, score: ScoreDefinition, point: int = 0) 
 
 
 def uncorrected_row(name: str) -> str:
-    """The row of the raw measurement beside a calibrator's, of the same sensor."""
+    """Return the raw measurement's row name for the sensor of a calibrator's row."""
     _, at, sensor = name.partition("@")
     return f"{UNCORRECTED}{at}{sensor}"
 
 
-def _standing(table: TrialTable, name: str, values: Array, point: int) -> RankedCalibrator:
+def _ranked(table: TrialTable, name: str, values: Array, point: int) -> RankedCalibrator:
     failed = table.failed(name, point)
     reasons = Counter(text for text, bad in zip(table.texts("reason", name, point), failed, strict=True) if bad)
     failures, (reason, _) = int(failed.sum()), next(iter(reasons.most_common(1)), ("", 0))
@@ -128,7 +123,7 @@ def _standing(table: TrialTable, name: str, values: Array, point: int) -> Ranked
 
 
 def overall_sentence(answers: Sequence[Ranking], points: Sequence[str]) -> str:
-    """The first sentence of a comparison: of one point its own, of several who is best where, then each."""
+    """Return the summary sentence of a comparison: the best calibrator over all points, then each point."""
     if len(answers) == 1:
         return answers[0].sentence
     wins = Counter(one.best.calibrator for one in answers if not one.best.place[0])

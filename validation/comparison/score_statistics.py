@@ -1,4 +1,4 @@
-"""Every figure of a comparison, a row a point, calibrator and score: what the JSON and the page's tables show."""
+"""Statistics of each score by point and calibrator, for the JSON and the tables of a comparison."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ OFFSET_COMPONENTS = 3
 
 @dataclass(frozen=True)
 class ScoreStatistic:
-    """A calibrator's score at a point.
+    """Statistic of a score of a calibrator at a point.
 
-    found: the median, of claims the rate or the mean, with its interval; ratio: median of the score over the
-    reference's in the same trial, None where there is no reference; failures: trials whose status is not ok.
+    found : median with interval; for claims the rate or the mean. ratio : median of score / reference score, trial by
+    trial, None without a reference. failures : number of trials with a status other than "ok".
     """
 
     point: int
@@ -35,7 +35,7 @@ class ScoreStatistic:
 
 
 def score_statistics(table: TrialTable, reference: str | None = None) -> Iterator[ScoreStatistic]:
-    """All of them; reference: the calibrator that the ratios are to."""
+    """Yield the statistics of all points, calibrators and scores; reference : the calibrator of the ratios."""
     scores = [one for one in SCORE_DEFINITIONS.values() if one.column in table.scores]
     for point in table.points:
         for name in table.calibrators:
@@ -55,12 +55,12 @@ def score_statistics(table: TrialTable, reference: str | None = None) -> Iterato
 
 
 def reference_row(reference: str, name: str) -> str:
-    """The reference of the same sensor."""
+    """Return the reference's row name for the sensor of a row."""
     return uncorrected_row(name).replace(uncorrected_row(""), reference, 1)
 
 
 def _found(score: ScoreDefinition, held: Array, values: Array) -> Interval:
-    """How a score is summed up: claims by their rate and mean over those that were made, all else by the median."""
+    """Return the rate or mean of a claim over trials with a claim, else the median over all trials."""
     if score is CLAIMED_INSIDE:
         return rate(int(held.sum()), len(held))
     if score is CLAIMED_SQUARE:
@@ -69,7 +69,7 @@ def _found(score: ScoreDefinition, held: Array, values: Array) -> Interval:
 
 
 def _ratio(table: TrialTable, score: ScoreDefinition, values: Array, reference: str, point: int) -> Interval | None:
-    """The median of the ratios to the reference; None for what is no error, and where the reference has none."""
+    """Return the median ratio to the reference; None for a score that is no error, or a reference without values."""
     if not score.lower:
         return None
     others = table.values(score.column, reference, point)

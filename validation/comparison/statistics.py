@@ -1,7 +1,6 @@
-"""What many trials say, and how sure: medians, rates, paired differences, ranks.
+"""Statistics over trials with intervals: medians, rates, paired differences, ranks.
 
-A trial without estimate counts as inf. All intervals and tests hold whatever the distribution of the scores: they look
-at order and counts alone.
+A trial without estimate counts as inf. All intervals and tests are distribution-free, based on order and counts.
 """
 
 from __future__ import annotations
@@ -16,12 +15,12 @@ from scipy.stats import binom, binomtest, chi2, rankdata, studentized_range
 from scenarios.arrays import Array
 
 LEVEL = 0.95
-"""Of every interval; the tests' significance is the rest."""
+"""Confidence level of every interval; tests use significance 1 - LEVEL."""
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A value with the two ends between which it lies with probability LEVEL."""
+    """Estimate with a confidence interval of level LEVEL."""
 
     value: float
     low: float
@@ -29,12 +28,12 @@ class Interval:
 
 
 def median(values: Array) -> Interval:
-    """Median of values (n,), n > 0, between interpolated order statistics.
+    """Return the median of values (n,), n > 0, with an interval between interpolated order statistics.
 
     x_(k) and x_(n+1-k) hold the median with g_k = 1 - 2 P(Bin(n, 1/2) < k); the ends lie between those of k and k+1,
     g_k >= LEVEL > g_{k+1}, at lambda = (n - k) I / (k + (n - 2 k) I), I = (g_k - LEVEL) / (g_k - g_{k+1})
     [HettmanspergerSheather1986]. The percentile bootstrap of a median takes order statistics too, but holds 93.5 %
-    instead of 95 at n = 50. Below six values least and greatest are the ends, which then hold 1 - 2^(1-n).
+    instead of 95 at n = 50. Below six values the interval is the range, with level 1 - 2^(1-n).
     """
     x, n = np.sort(values), len(values)
     k = max(1, int(binom.ppf((1 - LEVEL) / 2, n, 0.5)))
@@ -47,25 +46,25 @@ def median(values: Array) -> Interval:
 
 
 def _middle(x: Array) -> float:
-    """Median of sorted values; infinite where one of the middle two is."""
+    """Return the median of sorted values; infinite where a middle value is infinite."""
     return _between(x[(len(x) - 1) // 2], x[len(x) // 2], 0.5)
 
 
 def _between(one: float, other: float, share: float) -> float:
-    """From one to the other by a share; an infinite end that counts makes it infinite."""
+    """Interpolate between two values; infinite where a value with weight is infinite."""
     return float(one) if one == other or share == 0.0 else float((1 - share) * one + share * other)
 
 
 def rate(events: int, n: int) -> Interval:
-    """How often something happens, with the exact interval of Clopper and Pearson (it holds LEVEL or more)."""
+    """Return a rate of events with the exact Clopper-Pearson interval, of level LEVEL or more."""
     ends = binomtest(events, n).proportion_ci(LEVEL, method="exact")
     return Interval(events / n, float(ends.low), float(ends.high))
 
 
 def mean_square(squares: Array, degrees: int) -> Interval:
-    """Mean of n claimed-normalised squared errors e^T C^-1 e of `degrees` components; `degrees` where claims are true.
+    """Return the mean of n normalised squared errors e^T C^-1 e of `degrees` components; `degrees` for true claims.
 
-    n mean / degrees scales a chi-square of n degrees' variable: the interval is of the true ratio of variances.
+    n mean follows a scaled chi-square distribution of n degrees degrees of freedom, which gives the interval.
     """
     total, freedom = float(squares.sum()), degrees * len(squares)
     ends = (degrees * total / chi2.isf(tail, freedom) for tail in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
@@ -74,9 +73,9 @@ def mean_square(squares: Array, degrees: int) -> Interval:
 
 @dataclass(frozen=True)
 class Difference:
-    """Two calibrators on the same trials: how often the one was better, and whether that can be chance.
+    """Paired comparison of two calibrators, `one` and `other`, over equal trials.
 
-    better, worse, equal: numbers of trials; p: of the sign test, corrected for the number of pairs [Holm1979].
+    better, worse, equal : numbers of trials. p : sign test, corrected for the number of pairs [Holm1979].
     """
 
     one: str
@@ -88,16 +87,16 @@ class Difference:
 
     @property
     def clear(self) -> bool:
-        """Whether one of the two is better."""
+        """Whether the difference is significant."""
         return self.p < 1 - LEVEL
 
     def turned(self) -> Difference:
-        """The same from the other's side."""
+        """Return the difference with the calibrators exchanged."""
         return replace(self, one=self.other, other=self.one, better=self.worse, worse=self.better)
 
 
 def differences(scores: Mapping[str, Array]) -> list[Difference]:
-    """Every pair of calibrators, scores (n,) by name, lower being better."""
+    """Compare every pair of calibrators; scores (n,) by name, lower is better."""
     pairs = list(itertools.combinations(scores, 2))
     counts = [_compared(scores[one], scores[other]) for one, other in pairs]
     raw = [binomtest(better, better + worse).pvalue if better + worse else 1.0 for better, worse, _ in counts]
@@ -105,13 +104,13 @@ def differences(scores: Mapping[str, Array]) -> list[Difference]:
 
 
 def _compared(one: Array, other: Array) -> tuple[int, int, int]:
-    """In how many trials the one is lower, higher, and the same."""
+    """Return the numbers of trials with `one` lower, higher, and equal."""
     better, worse = int(np.sum(one < other)), int(np.sum(one > other))
     return better, worse, len(one) - better - worse
 
 
 def holm_corrected(p: Sequence[float]) -> list[float]:
-    """Probabilities of m tests made together, by Holm: max over those before of (m - rank) p, at most 1."""
+    """Return Holm-corrected p values of m tests: running maximum of (m - rank) p, at most 1 [Holm1979]."""
     order = np.argsort(p, kind="stable")
     stepped = np.maximum.accumulate(np.asarray(p, dtype=float)[order] * np.arange(len(p), 0, -1)) if len(p) else order
     out = np.empty(len(p))
@@ -121,16 +120,16 @@ def holm_corrected(p: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Ranks:
-    """Mean rank of each calibrator over the trials (1: best), and the difference from which two of them differ."""
+    """Mean rank of each calibrator over the trials (1: best), and the critical difference of mean ranks."""
 
     mean: dict[str, float]
     critical: float
 
 
 def mean_ranks(scores: Mapping[str, Array]) -> Ranks:
-    """Ranks over n trials of k >= 2 calibrators.
+    """Return mean ranks of k >= 2 calibrators over n trials.
 
-    The critical difference is Nemenyi's, q sqrt(k (k + 1) / (6 n)) [Demsar2006].
+    Critical difference (Nemenyi): q sqrt(k (k + 1) / (6 n)) [Demsar2006].
     """
     table = np.array(list(scores.values()))
     k, n = table.shape

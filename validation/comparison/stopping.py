@@ -1,4 +1,4 @@
-"""How many trials are enough: `median offset_error_nT +-5%`, looked at at fixed numbers of trials."""
+"""Stopping rule of a comparison, `median offset_error_nT +-5%`, checked at fixed numbers of trials."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from validation.scoring.definitions import score_definition
 
 FIRST_LOOK = 20
 GROWTH = 1.5
-"""From look to look: at most so many times more trials than were needed are run."""
+"""Ratio of trials between checks, so at most GROWTH times the needed trials are run."""
 FORM = re.compile(r"\s*median\s+(?P<score>\w+)\s*(?:\+-|\+/-|±)\s*(?P<width>[\d.eE+-]+?)\s*(?P<percent>%)?\s*")
 EXAMPLE = '"median offset_error_nT +-5%", or +-0.2 for a width in the score\'s unit'
 
 
 @dataclass(frozen=True)
 class StoppingRule:
-    """The median of a score (a table's column) is to be known to within a width: a part of it, or in its unit."""
+    """Stop when the interval of a score's median is within a width, relative or in the unit of the score."""
 
     score: str
     width: float
@@ -28,7 +28,7 @@ class StoppingRule:
 
     @classmethod
     def parsed(cls, text: str) -> StoppingRule:
-        """Read `median SCORE +-WIDTH` with or without %; InputError for anything else."""
+        """Parse `median SCORE +-WIDTH` with or without %; InputError for any other text."""
         found = FORM.fullmatch(text)
         try:
             width = float(found["width"]) if found else 0.0
@@ -40,9 +40,9 @@ class StoppingRule:
         return cls(score_definition(found["score"], "--until").column, width / 100 if relative else width, relative)
 
     def reached(self, columns: Iterable[Array]) -> bool:
-        """Whether every column (n,), a calibrator's score at one point, has its median known well enough.
+        """Return whether the median of every column (n,), a calibrator's score at a point, is known to the width.
 
-        A calibrator whose median is infinite, since it gives no estimate in half of the trials, asks for no more.
+        An infinite median (no estimate in half of the trials) counts as known.
         """
         return all(self._narrow(median(values)) for values in columns)
 
@@ -54,7 +54,7 @@ class StoppingRule:
 
 
 def interim_looks(most: int) -> Iterator[int]:
-    """Numbers of trials after which the rule is asked, up to `most`: the same however the trials are computed."""
+    """Yield the numbers of trials at which the rule is checked, up to `most`, whatever the engine."""
     number = FIRST_LOOK
     while number < most:
         yield number

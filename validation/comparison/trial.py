@@ -1,4 +1,4 @@
-"""One trial: a run simulated in memory, every candidate fitted to it and scored; the same wherever it is computed."""
+"""A trial: a run simulated in memory, fitted by every calibrator and scored; a pure function of design and run."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.evaluation import ScoredCalibration, has_estimate, score_calibrators
 
 NOT_KEPT = ("failure", "wall_time")
-"""Scores that a row has no column for: its status says the one, and the other is never the same twice."""
+"""Scores without a column: the status holds the first, and the second is not reproducible."""
 CALIBRATORS_STREAM = "calibrator"
-"""Name of the random stream that every fit of a trial begins with."""
+"""Name of the random stream of every fit in a trial."""
 FLIGHTS = MotionCache()
-"""The motions of this process."""
+"""Cache of simulated motions in the process."""
 
 
 @dataclass(frozen=True)
 class TrialRow:
-    """One calibrator in one trial.
+    """Result of a calibrator in a trial.
 
-    scores: by column (`validation.scoring.definitions`), finite; empty where the calibrator gave no estimate.
-    wall_s, cpu_s: elapsed and processor time of the fit, which alone differ from one computation to the next.
+    scores : finite values by column (`validation.scoring.definitions`); empty without an estimate.
+    wall_s, cpu_s : elapsed and processor time of the fit, the only values that are not reproducible.
     """
 
     calibrator: str
@@ -42,7 +42,7 @@ class TrialRow:
 
 @dataclass(frozen=True)
 class Trial:
-    """What trial (point, run) gave: a row a calibrator, in the order of `Design.calibrators`."""
+    """Result of trial (point, run): a row for each calibrator, in the order of `Design.calibrators`."""
 
     point: int
     run: int
@@ -51,7 +51,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class PendingTrial:
-    """A trial that is still to be computed, as it goes to a worker."""
+    """A trial to be computed, in the form sent to a worker."""
 
     sent: bytes
     point: int
@@ -59,14 +59,14 @@ class PendingTrial:
 
 
 def compute(task: PendingTrial) -> Trial:
-    """In a worker: the trial of a task."""
+    """Compute the trial of a task, in a worker."""
     return run_trial(received(task.sent), task.point, task.run)
 
 
 def run_trial(design: Design, point: int, run: int) -> Trial:
-    """Simulate the run, fit every candidate with one thread, score; a pure function but for the times.
+    """Simulate a run, fit every calibrator with one thread, and score; all but the times is reproducible.
 
-    Raises InputError where the vehicle cannot do the motion, or a draw leaves its range.
+    Raises InputError where the vehicle cannot follow the motion, or a random parameter leaves the allowed range.
     """
     with one_thread():
         ready = plan(design.points[point].scenario, run, design.seed)
@@ -84,7 +84,7 @@ def run_trial(design: Design, point: int, run: int) -> Trial:
 
 
 def failed_trial(design: Design, point: int, run: int, reason: str) -> Trial:
-    """The trial of a worker that did not live to tell: every candidate failed, for this reason."""
+    """Return the trial of a lost worker: every calibrator failed for a reason."""
     rows = (TrialRow(name, "not_converged", reason, {}, 0.0, 0.0) for name in design.calibrators)
     return Trial(point, run, tuple(rows))
 

@@ -1,4 +1,4 @@
-"""The trials of a comparison as columns: a row a calibrator and trial, the same to the byte whoever computed."""
+"""Table of the trials of a comparison, a row for each calibrator and trial; bytes do not depend on the engine."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ TRIALS, TIMINGS = "trials.parquet", "timings.parquet"
 KEYS = ("point", "run", "seed", "calibrator", "status", "reason")
 TIMES = ("wall_s", "cpu_s")
 COLUMNS = tuple(meaning.column for meaning in SCORE_DEFINITIONS.values())
-"""Of every score, in their order."""
+"""Columns of all scores, in the order of the definitions."""
 
 
 @dataclass(frozen=True)
 class TrialTable:
-    """Trials as columns, sorted by point, run and calibrator in the order asked.
+    """Trials as columns, sorted by point, run and calibrator in the order of the design.
 
-    columns: `point`, one column a swept key, `run`, `seed`, `calibrator`, `status`, `reason`, and the scores
-    (float64, null where there is none), all of one length; times: `wall_s` and `cpu_s` (n,) beside them.
+    columns : `point`, a column for each swept key, `run`, `seed`, `calibrator`, `status`, `reason`, and the scores
+    (float64, null where missing). times : `wall_s` and `cpu_s` (n,).
     """
 
     columns: pa.Table
@@ -44,7 +44,7 @@ class TrialTable:
 
     @classmethod
     def of(cls, design: Design, trials: Iterable[Trial]) -> TrialTable:
-        """The table of whole trials in any order; it holds columns alone, never all trials as objects."""
+        """Build the table of trials in any order; memory holds columns, not trial objects."""
         gathered = _Columns(design.calibrators)
         for trial in trials:
             gathered.add(trial)
@@ -52,9 +52,9 @@ class TrialTable:
 
     @classmethod
     def read(cls, path: Path) -> TrialTable:
-        """The table of an output directory or of its trials.parquet; times are empty where their file is not beside it.
+        """Read the table of an output directory or a trials.parquet; times are empty without timings.parquet.
 
-        Raises InputError for what is no such file.
+        Raises InputError for a file without the key columns.
         """
         file = path / TRIALS if path.is_dir() else path
         with parquet_errors_about(file):
@@ -63,12 +63,12 @@ class TrialTable:
         if missing:
             do = "give what `magbench compare` wrote"
             raise InputError(f"there is no column {missing[0]}", where=str(file), do=do)
-        beside_it = file.with_name(TIMINGS)
-        times = pq.read_table(beside_it, columns=list(TIMES)) if beside_it.exists() else pa.table({})
+        timings = file.with_name(TIMINGS)
+        times = pq.read_table(timings, columns=list(TIMES)) if timings.exists() else pa.table({})
         return cls(found, {name: times.column(name).to_numpy() for name in times.column_names})
 
     def write(self, out: Path) -> None:
-        """Write OUT/timings.parquet and OUT/trials.parquet; the latter holds nothing that differs between machines."""
+        """Write OUT/timings.parquet and OUT/trials.parquet; trials.parquet is equal on every machine."""
         keys = self.columns.select(["point", "run", "calibrator"])
         timings = keys
         for name, values in self.times.items():
@@ -79,41 +79,40 @@ class TrialTable:
 
     @cached_property
     def calibrators(self) -> tuple[str, ...]:
-        """Every calibrator in the order asked, the raw measurement last."""
+        """Row names in the order of the design, the raw measurement last."""
         return tuple(dict.fromkeys(self._words("calibrator")))
 
     @property
     def candidates(self) -> tuple[str, ...]:
-        """Every calibrator without the raw measurement."""
+        """Row names of the calibrators, without the raw measurement."""
         return tuple(name for name in self.calibrators if name.split("@")[0] != UNCORRECTED)
 
     @property
     def scores(self) -> tuple[str, ...]:
-        """Columns of the scores that any row has."""
+        """Columns of scores present in any row."""
         return tuple(name for name in self.columns.column_names if name in COLUMNS)
 
     @property
     def swept(self) -> tuple[str, ...]:
-        """The dotted keys that the points differ in."""
+        """Dotted keys of the swept values."""
         return tuple(name for name in self.columns.column_names if name not in KEYS and name not in COLUMNS)
 
     @property
     def points(self) -> dict[int, dict[str, Value]]:
-        """The swept values of every point, by its number."""
+        """Swept values by number of the point."""
         numbers, first = np.unique(self._numbers("point"), return_index=True)
         held = {key: self.columns.column(key) for key in self.swept}
         rows = zip(numbers.tolist(), first.tolist(), strict=True)
         return {point: {key: values[row].as_py() for key, values in held.items()} for point, row in rows}
 
     def runs(self, point: int = 0) -> NDArray[np.int64]:
-        """The numbers (n,) of the point's trials, ascending."""
+        """Return the run numbers (n,) of a point, ascending."""
         return np.unique(self._numbers("run")[self._numbers("point") == point])
 
     def values(self, score: str, calibrator: str, point: int = 0) -> Array:
-        """A score (n,) of a calibrator at a point, a trial each, by run: two calibrators' values are paired.
+        """Return a score (n,) of a calibrator at a point, by run, so values of two calibrators are paired.
 
-        Infinite where the calibrator gave no estimate, or none that has this score. Raises InputError for a score or
-        calibrator that is not in the table.
+        Missing scores are infinite. Raises InputError for an unknown score or calibrator.
         """
         name = score_definition(score).column
         rows = self._rows(calibrator, point)
@@ -123,16 +122,16 @@ class TrialTable:
         return np.where(np.isnan(values), np.inf, values)
 
     def failed(self, calibrator: str, point: int = 0) -> NDArray[np.bool_]:
-        """Whether (n,) the status is not "ok", a trial each, by run."""
+        """Return whether the status is not "ok" (n,), by run."""
         return np.array([status != "ok" for status in self.texts("status", calibrator, point)], dtype=np.bool_)
 
     def texts(self, name: str, calibrator: str, point: int = 0) -> list[str]:
-        """Status or reason of a calibrator at a point, a trial each, by run."""
+        """Return status or reason of a calibrator at a point, by run."""
         words = self._words(name)
         return [words[row] for row in self._rows(calibrator, point)]
 
     def time_s(self, name: str, calibrator: str, point: int = 0) -> Array:
-        """`wall_s` or `cpu_s` (n,) of the fits; NaN where no times are known."""
+        """Return `wall_s` or `cpu_s` (n,) of the fits; NaN without timings."""
         rows = self._rows(calibrator, point)
         return self.times[name][rows] if name in self.times else np.full(len(rows), np.nan)
 
@@ -152,7 +151,7 @@ class TrialTable:
 
 
 class _Columns:
-    """Columns that grow by a trial at a time, and are sorted in the end."""
+    """Columns that grow trial by trial and are sorted at the end."""
 
     def __init__(self, calibrators: Sequence[str]) -> None:
         self.calibrators = calibrators
@@ -185,7 +184,7 @@ class _Columns:
         return {name: np.array(self.numbers[name])[self._rows()] for name in TIMES}
 
     def _scores(self) -> dict[str, pa.Array]:
-        """The scores that any row has; NaN as null."""
+        """Return the scores present in any row; NaN becomes null."""
         found = {name: np.array(self.numbers[name])[self._rows()] for name in COLUMNS}
         return {name: pa.array(values, from_pandas=True) for name, values in found.items() if np.isfinite(values).any()}
 
@@ -197,13 +196,13 @@ class _Columns:
         return np.lexsort((run, point))
 
     def _rows(self) -> NDArray[np.int64]:
-        """The rows in the order of the table: trials sorted, their rows as they stand."""
+        """Return row indices in the order of the table: sorted by trial, rows of a trial unchanged."""
         width = len(self.calibrators)
         return (self._trials()[:, None] * width + np.arange(width)).ravel()
 
 
 def _swept_column(design: Design, key: str, point: NDArray[np.int64]) -> pa.Array:
-    """A swept value in every row: float64, or text where one of the values is a word."""
+    """Return a swept value for every row: float64, or text where any value is text or boolean."""
     values = [one.values[key] for one in design.points]
     if any(isinstance(value, str | bool) for value in values):
         return pa.array([str(values[k]) for k in point])

@@ -1,4 +1,4 @@
-"""`ellipsoid.heading_rms > 0.1`: a condition on one score of one run."""
+"""Failure conditions on a score of a run: `ellipsoid.heading_rms > 0.1`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EXAMPLE = "write 'ellipsoid.heading_rms > 0.1', with <, <=, > or >="
 
 
 def row_names(calibrators: Iterable[str], sensors: int) -> list[str]:
-    """What scores are kept under: a calibrator's name, or of an array its name@1, name@2 ..."""
+    """Return the keys of scores: the calibrators' names, for an array name@1, name@2 ..."""
     if sensors == 1:
         return list(calibrators)
     return [f"{name}@{sensor}" for name in calibrators for sensor in range(1, sensors + 1)]
@@ -28,9 +28,9 @@ def row_names(calibrators: Iterable[str], sensors: int) -> list[str]:
 
 @dataclass(frozen=True)
 class Condition:
-    """CALIBRATOR.SCORE SIGN LIMIT, the limit in the score's unit; it holds too where there is no such score.
+    """CALIBRATOR.SCORE SIGN LIMIT, limit in the score's unit; a missing score counts as a failure.
 
-    `text` is what the user wrote, `where` the option.
+    text : as written by the user. where : the command-line option.
     """
 
     text: str
@@ -42,7 +42,7 @@ class Condition:
 
     @classmethod
     def parsed(cls, text: str, where: str) -> Condition:
-        """Read a condition; InputError for another form, an unknown score, and another unit than the score's."""
+        """Parse a condition; InputError for a wrong form, an unknown score, and a unit that is not the score's."""
         found = FORM.fullmatch(text)
         try:
             limit = float(found["limit"]) if found else math.nan
@@ -57,14 +57,14 @@ class Condition:
         return cls(text, found["calibrator"], score, found["sign"], limit, where)
 
     def check(self, calibrators: Iterable[str]) -> None:
-        """InputError where none of the run's calibrators is meant."""
+        """Raise InputError where the condition's calibrator is not in the run."""
         known = list(calibrators)
         if self.calibrator not in known:
             what = f"no calibrator {self.calibrator!r} in this run"
             raise InputError(what, where=f"{self.where} {self.text}", do=closest(self.calibrator, known, len(known)))
 
     def failure(self, scores: Mapping[str, Sequence[Score]]) -> str:
-        """A line that says what the score is, where the condition holds or there is no score; else nothing."""
+        """Return a line with the score where the condition holds or the score is missing, else ""."""
         value = next((one.value for one in scores[self.calibrator] if one.name == self.score.name), None)
         what = f"{self.calibrator}.{self.score.name}"
         if value is None:

@@ -1,4 +1,4 @@
-"""What each score is: its unit, how it is said in a sentence, and what it means; the one list of them."""
+"""Definitions of all scores: name, unit, wording and meaning."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from scenarios.names import closest
 
 @dataclass(frozen=True)
 class ScoreDefinition:
-    """A score: name and unit as in scores.json, `short` a column's title, `setting` where it holds, `explained` whole.
+    """Definition of a score: name and unit as in scores.json.
 
-    lower: less is better; None where neither is, as for what is counted or claimed.
+    short : title of a table column. setting : the wording after a value, "on a level survey". explained : the full
+    definition. lower : whether a lower value is better, None for counts and claims. in_sample : computed on the
+    fitted recording, so never used for ranking.
     """
 
     name: str
@@ -25,7 +27,7 @@ class ScoreDefinition:
 
     @property
     def column(self) -> str:
-        """Its name in a table, with the unit."""
+        """Column name in tables: name and unit."""
         return f"{self.name}_{self.unit}" if self.unit else self.name
 
 
@@ -96,7 +98,7 @@ SCORE_DEFINITIONS: dict[str, ScoreDefinition] = {
 
 
 def score_definition(text: str, where: str = "score") -> ScoreDefinition:
-    """The score of that name, with its unit (`heading_rms_deg`) or without; InputError lists near ones."""
+    """Return the score of a name, with unit (`heading_rms_deg`) or without; InputError lists similar names."""
     for one in SCORE_DEFINITIONS.values():
         if text in (one.name, one.column):
             return one

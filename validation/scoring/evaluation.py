@@ -1,4 +1,4 @@
-"""Calibrators on one simulated run: fitted, scored against its truth, and the row of no calibration beside them."""
+"""Calibrators fitted to a simulated run and scored against the truth, with the uncorrected measurement."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from validation.scoring.hold_out import Environment, hold_out
 from validation.scoring.scores import Score, score
 
 UNCORRECTED = "uncorrected"
-"""The row of the raw measurement, offset 0 and matrix I: what a calibration has to beat."""
+"""Name of the raw measurement's row, offset 0 and matrix I, which a calibration has to beat."""
 
 
 @dataclass(frozen=True)
 class ScoredCalibration:
-    """One calibrator's answer on one sensor: as fitted, and its scores."""
+    """The fit of a calibrator to a sensor, with scores."""
 
     fit: SensorFit
     scores: list[Score]
@@ -35,25 +35,25 @@ def score_calibrators(
     rng: Callable[[], np.random.Generator] = lambda: np.random.default_rng(0),
     progress: Callable[[float], object] = lambda part: None,
 ) -> dict[str, ScoredCalibration]:
-    """Every calibrator, and last the measurement as it is, by the key of each: `name` or, of an array, `name@sensor`.
+    """Fit and score every calibrator, and last the raw measurement; by key `name`, of an array `name@sensor`.
 
-    effects : each sensor's true ones, in the chain's order; rng : makes the generator that each fit begins with.
+    effects : the true effects of each sensor, in the order of the chain. rng : makes a new generator for each fit.
     """
     assert reference.field_enu_nT is not None
-    surroundings = Environment.of(recording, reference.field_enu_nT)
-    truths = [hold_out(one, surroundings) for one in effects]
+    environment = Environment.of(recording, reference.field_enu_nT)
+    truths = [hold_out(one, environment) for one in effects]
     free = {key: one.attitude_free for one in chosen for key in sensor_recordings(recording, one.name)}
-    found = [*sensor_fits(recording, reference, chosen, rng, progress), *_uncorrected(recording)]
+    fits = [*sensor_fits(recording, reference, chosen, rng, progress), *_uncorrected(recording)]
     return {
         fit.key: ScoredCalibration(
             fit, score(fit.calibration, fit.recording, truths[fit.sensor], free.get(fit.key, False))
         )
-        for fit in found
+        for fit in fits
     }
 
 
 def has_estimate(calibration: Calibration) -> bool:
-    """Whether the calibrator estimated anything; a failure that leaves offset 0 and matrix I did not."""
+    """Return whether the calibration is an estimate: status ok, or a failure with more than offset 0 and matrix I."""
     if calibration.status.kind in ("ok", "not_applicable"):
         return calibration.status.kind == "ok"
     raw = not calibration.offset_nT.any() and np.array_equal(calibration.matrix, np.eye(3))

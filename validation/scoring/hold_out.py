@@ -1,4 +1,4 @@
-"""Hold-out motions that no calibrator has seen, through the static part of the true magnetometer."""
+"""Hold-out motions for scoring, measured through the static part of the true magnetometer."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ DIPOLE_ENU_M = np.array([5.0, 8.0, -20.0])
 DIPOLE_PEAK_NT = 100.0
 NOMINAL_DEGC = 20.0
 MANOEUVRES_DEG = {"X": 10.0, "Y": 5.0, "Z": 5.0}
-"""Amplitude of the survey trade's manoeuvres about each axis of the body: roll, pitch, yaw [Sheriff2002]."""
+"""Amplitude of the figure-of-merit manoeuvres about each body axis: roll, pitch, yaw [Sheriff2002]."""
 HEADINGS = 4
 MANOEUVRE_SAMPLES = 41
-"""One full swing, so that both ends are among them."""
+"""Samples of one full swing; odd, so both extremes are sampled."""
 
 
 @dataclass(frozen=True)
 class Environment:
-    """The run's mean surroundings: field_enu_nT (3,), middle of the run, mean of each channel."""
+    """Mean conditions of a run: field_enu_nT (3,), time at mid-run, mean of each channel."""
 
     field_enu_nT: Array
     time_s: float = 0.0
@@ -41,7 +41,7 @@ class Environment:
 
     @classmethod
     def of(cls, recording: Recording, field_enu_nT: Sequence[float] | Array) -> Environment:
-        """Surroundings of a recording, in the middle of it; a temperature that it does not hold is the nominal one."""
+        """Return the mean conditions of a recording; a missing temperature becomes NOMINAL_DEGC."""
         mean = {name: float(np.nanmean(values)) for name, values in scalars_of(recording).items()}
         return cls(
             np.asarray(field_enu_nT, dtype=float),
@@ -52,25 +52,25 @@ class Environment:
 
 @dataclass(frozen=True)
 class HoldOutMotion:
-    """Attitudes R_wb (n, 3, 3), true field (n, 3) and what the instrument would show (n, 3), body frame, nT."""
+    """Attitudes R_wb (n, 3, 3), true field (n, 3) and measured field (n, 3), body frame, nT."""
 
     R_wb: Array
     true_nT: Array
     measured_nT: Array
 
     def recording(self) -> Recording:
-        """The measurement as a recording at rest, for `Calibration.apply`."""
+        """Return the measurement as a recording at rest, for `Calibration.apply`."""
         n = len(self.measured_nT)
         return Recording(np.arange(n, dtype=float), self.measured_nT, gyro_rad_s=np.zeros((n, 3)))
 
 
 @dataclass(frozen=True)
 class HoldOut:
-    """The static truth m = S h + b (matrix (3, 3), offset_nT (3,)) and four motions, all without noise.
+    """Static truth m = S h + b (matrix S (3, 3), offset_nT b (3,)) and four motions without noise.
 
-    `sphere`: attitudes uniform over all rotations; `level`: headings all round, roll and pitch within three degrees;
-    `line`: a survey line there and back over a seabed dipole whose peak is 100 nT, wobbling likewise; `manoeuvres`:
-    a roll, a pitch and a yaw on each of four headings, MANOEUVRE_SAMPLES each.
+    sphere : attitudes uniform over all rotations. level : headings all round, roll and pitch within 3 degrees.
+    line : a survey line, out and back, over a seabed dipole with a peak of 100 nT, roll and pitch within 3 degrees.
+    manoeuvres : a roll, a pitch and a yaw on each of four headings, MANOEUVRE_SAMPLES each.
     """
 
     matrix: Array
@@ -82,28 +82,28 @@ class HoldOut:
     manoeuvres: HoldOutMotion
 
 
-def hold_out(effects: Sequence[Effect], surroundings: Environment) -> HoldOut:
-    """The hold-out of one magnetometer with these effects (in the chain's order) in these surroundings."""
-    sphere = simulate_motion(effects, surroundings, uniform_attitudes(SPHERE_ATTITUDES))
+def hold_out(effects: Sequence[Effect], environment: Environment) -> HoldOut:
+    """Return the hold-out of a magnetometer with effects in the order of the chain."""
+    sphere = simulate_motion(effects, environment, uniform_attitudes(SPHERE_ATTITUDES))
     matrix, offset_nT = _linear(sphere)
     pos_m, attitudes = survey_line()
-    anomaly_enu_nT = dipole_enu_nT(pos_m, surroundings.field_enu_nT)
-    line = simulate_motion(effects, surroundings, attitudes, anomaly_enu_nT)
-    strength_nT = float(np.linalg.norm(surroundings.field_enu_nT))
-    total_nT = np.linalg.norm(surroundings.field_enu_nT + anomaly_enu_nT, axis=1)
-    level = simulate_motion(effects, surroundings, level_attitudes(LEVEL_ATTITUDES))
-    swung = simulate_motion(effects, surroundings, manoeuvres())
+    anomaly_enu_nT = dipole_enu_nT(pos_m, environment.field_enu_nT)
+    line = simulate_motion(effects, environment, attitudes, anomaly_enu_nT)
+    strength_nT = float(np.linalg.norm(environment.field_enu_nT))
+    total_nT = np.linalg.norm(environment.field_enu_nT + anomaly_enu_nT, axis=1)
+    level = simulate_motion(effects, environment, level_attitudes(LEVEL_ATTITUDES))
+    swung = simulate_motion(effects, environment, manoeuvres())
     return HoldOut(matrix, offset_nT, sphere, level, line, np.asarray(total_nT - strength_nT), swung)
 
 
 def simulate_motion(
-    effects: Sequence[Effect], surroundings: Environment, attitudes: Rotation, extra_enu_nT: Array | None = None
+    effects: Sequence[Effect], environment: Environment, attitudes: Rotation, extra_enu_nT: Array | None = None
 ) -> HoldOutMotion:
-    """True field, Earth's and extra_enu_nT (n, 3), and the measurement of it through the static effects."""
+    """Return the true field, Earth field plus extra_enu_nT (n, 3), and the measurement through the static effects."""
     n = len(attitudes)
-    world_nT = np.tile(surroundings.field_enu_nT, (n, 1)) + (0.0 if extra_enu_nT is None else extra_enu_nT)
+    world_nT = np.tile(environment.field_enu_nT, (n, 1)) + (0.0 if extra_enu_nT is None else extra_enu_nT)
     true_nT = np.asarray(attitudes.inv().apply(world_nT))
-    state = _at_rest(surroundings, attitudes)
+    state = _at_rest(environment, attitudes)
     signal_nT = true_nT.copy()
     for effect in effects:
         if effect.static:
@@ -111,24 +111,24 @@ def simulate_motion(
     return HoldOutMotion(state.R_wb, true_nT, signal_nT)
 
 
-def _at_rest(surroundings: Environment, attitudes: Rotation) -> State:
-    """n attitudes at one instant, standing still, at the origin."""
+def _at_rest(environment: Environment, attitudes: Rotation) -> State:
+    """Return the state of n attitudes at the origin, at rest, at the time of the environment."""
     n, none = len(attitudes), np.zeros((len(attitudes), 3))
     return State(
-        time_s=np.full(n, surroundings.time_s),
+        time_s=np.full(n, environment.time_s),
         interval_s=1.0,
         pos_enu_m=none,
         R_wb=np.asarray(attitudes.as_matrix()),
         rate_rad_s=none,
-        field_enu_nT=surroundings.field_enu_nT,
-        field_nT=np.asarray(attitudes.inv().apply(surroundings.field_enu_nT)),
+        field_enu_nT=environment.field_enu_nT,
+        field_nT=np.asarray(attitudes.inv().apply(environment.field_enu_nT)),
         field_rate_nT_s=none,
-        channels={name: np.full(n, value) for name, value in surroundings.channels.items()},
+        channels={name: np.full(n, value) for name, value in environment.channels.items()},
     )
 
 
 def _linear(data: HoldOutMotion) -> tuple[Array, Array]:
-    """S (3, 3) and b (3,) of the best linear fit m = S h + b: exact where the static effects are linear."""
+    """Return S (3, 3) and b (3,) of the least-squares fit m = S h + b; exact for linear static effects."""
     scale_nT = float(np.linalg.norm(data.true_nT, axis=1).max())
     rows = np.column_stack((data.true_nT / scale_nT, np.ones(len(data.true_nT))))
     solution = np.linalg.lstsq(rows, data.measured_nT, rcond=None)[0]
@@ -136,12 +136,12 @@ def _linear(data: HoldOutMotion) -> tuple[Array, Array]:
 
 
 def uniform_attitudes(n: int) -> Rotation:
-    """The same n rotations always, uniform over all."""
+    """Return n rotations, uniform over all, from a fixed seed."""
     return Rotation.random(n, rng=np.random.default_rng(0))
 
 
 def level_attitudes(n: int) -> Rotation:
-    """Headings evenly all round, roll and pitch swinging within LEVEL_TILT_RAD at rates that do not repeat."""
+    """Return evenly spaced headings with roll and pitch within LEVEL_TILT_RAD, 7 and 11 swings a turn."""
     yaw = 2 * np.pi * np.arange(n) / n
     return _wobbling(yaw, 7 * yaw, 11 * yaw + 1)
 
@@ -152,7 +152,7 @@ def _wobbling(yaw: Array, pitch_phase: Array, roll_phase: Array) -> Rotation:
 
 
 def manoeuvres() -> Rotation:
-    """A roll, a pitch and a yaw on headings north, west, south and east: one swing of MANOEUVRES_DEG each."""
+    """Return a roll, a pitch and a yaw on headings north, west, south, east: a swing of MANOEUVRES_DEG each."""
     swing = np.sin(2 * np.pi * np.arange(MANOEUVRE_SAMPLES) / (MANOEUVRE_SAMPLES - 1))
     about = [
         Rotation.from_euler(axis, amplitude * swing[:, None], degrees=True)
@@ -163,7 +163,7 @@ def manoeuvres() -> Rotation:
 
 
 def survey_line() -> tuple[Array, Rotation]:
-    """Positions (n, 3) and attitudes of a line to the east and back, a sample each half metre."""
+    """Return positions (n, 3) and attitudes of a line to the east and back, a sample every half metre."""
     along = np.arange(-LINE_HALF_LENGTH_M, LINE_HALF_LENGTH_M + LINE_SPACING_M / 2, LINE_SPACING_M)
     x = np.concatenate((along, along[::-1]))
     yaw = np.repeat([0.0, np.pi], len(along))
@@ -171,6 +171,6 @@ def survey_line() -> tuple[Array, Rotation]:
 
 
 def dipole_enu_nT(pos_m: Array, field_enu_nT: Array) -> Array:
-    """Field (n, 3) of a body at DIPOLE_ENU_M magnetised along the Earth's field, scaled to a peak of DIPOLE_PEAK_NT."""
+    """Return the field (n, 3) of a dipole at DIPOLE_ENU_M along the Earth field, with a peak of DIPOLE_PEAK_NT."""
     unit_nT = dipole_field_nT(pos_m - DIPOLE_ENU_M, field_enu_nT / np.linalg.norm(field_enu_nT))
     return unit_nT * (DIPOLE_PEAK_NT / float(np.linalg.norm(unit_nT, axis=1).max()))

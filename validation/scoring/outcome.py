@@ -1,4 +1,4 @@
-"""What one scenario gave in the end: handed to the report and to the rerun recording."""
+"""Outcome of a scenario run, for the report and the viewer recording."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from validation.scoring.recommendation import Recommendation, recommend
 from validation.scoring.scores import Score
 
 RANKED_BY = "holdout_level_component_rms"
-"""The score that orders calibrators: the whole field vector on a level survey, the motion that a vehicle measures in,
-which the fit has not seen. How well a calibrator does in attitudes that a survey never takes stands beside it."""
+"""The score that ranks calibrators: rms error of the field vector on a level survey, a motion that was not fitted and
+in which a vehicle measures. Errors over all attitudes are shown in addition."""
 
 
 @dataclass(frozen=True, repr=False)
 class Outcome:
-    """One simulated run with every calibrator's answer.
+    """A simulated run with the calibrations and scores of every calibrator.
 
-    calibrations: by calibrator, in the scenario's order; scores: likewise, and last the raw measurement's, which is no
-    calibrator and is never ranked; `corrected`: the corrected field (n, 3) in nT, body
-    frame, by calibrator, for those that gave one. `tracking`: how well the vehicle followed its path, None where it
-    follows none; `needs`: what each calibrator needs of a recording. Of an array of sensors the pictures show sensor 1.
+    calibrations : by calibrator, in the order of the scenario. scores : likewise, and last the raw measurement, which
+    is never ranked. corrected : the corrected field (n, 3), nT, body frame, by calibrator with an estimate.
+    tracking : how well the vehicle followed the path, None without a path. needs : signals needed by each calibrator.
+    Pictures of a sensor array show sensor 1.
     """
 
     scenario: Scenario
@@ -40,13 +40,13 @@ class Outcome:
     needs: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        """One line: the scenario, which calibrator to use, and how many failed."""
+        """Return a line: scenario, recommended calibrator, number of failures."""
         found = self.answer()
         failed = f"; {len(found.failed)} of {len(self.calibrations)} failed" if found.failed and found.use else ""
         return f"{self.scenario.name}: {found.sentence}{failed}"
 
     def answer(self) -> Recommendation:
-        """Which calibrator this run speaks for."""
+        """Return the recommended calibrator of the run."""
         order, by = self.ranking()
         return recommend(self.calibrations, self.scores, by, order)
 
@@ -58,7 +58,7 @@ class Outcome:
 
     @property
     def effects(self) -> dict[str, Array]:
-        """Contribution (n, 3) of each effect to sensor 1, in nT, in the order of the chain."""
+        """Contribution (n, 3) of each effect to sensor 1, nT, in the order of the chain."""
         return {name: value if value.ndim == 2 else value[0] for name, value in self.truth.effects.items()}
 
     @property
@@ -67,10 +67,10 @@ class Outcome:
         return float(np.nanmedian(np.linalg.norm(self.truth.field_nT, axis=1)))
 
     def ranking(self) -> tuple[list[str], str]:
-        """Calibrators from best to worst, and the score that ordered them ("" when there is none).
+        """Return the calibrators from best to worst and the name of the ranking score ("" for none).
 
-        Those with status "ok" first, lowest score first. The score is RANKED_BY, or else the first in nT that is not
-        in-sample.
+        Calibrators of status "ok" come first, by ascending score. The score is RANKED_BY, else the first out-of-sample
+        score in nT.
         """
         by = self._ranked_by()
 
@@ -80,35 +80,35 @@ class Outcome:
         return sorted(self.calibrations, key=place), by
 
     def rows(self) -> list[str]:
-        """What tables show: calibrators from best to worst, then the raw measurement."""
+        """Return the rows of tables: calibrators from best to worst, then the raw measurement."""
         return [*self.ranking()[0], *(name for name in self.scores if name not in self.calibrations)]
 
     def _ranked_by(self) -> str:
-        """The score that orders calibrators, "" where none may."""
+        """Return the name of the ranking score, "" where no score may rank."""
         ranked = [score for name in self.calibrations for score in self.scores.get(name, [])]
         fair = [score.name for score in ranked if not score.in_sample and score.unit == "nT"]
         return RANKED_BY if RANKED_BY in fair else (fair or [""])[0]
 
     def _value(self, name: str, score: str) -> float:
-        """A calibrator's score, infinity where it has none."""
+        """Return a score of a calibrator, infinite where missing."""
         values = (s.value for s in self.scores.get(name, []) if s.name == score and np.isfinite(s.value))
         return next(values, np.inf)
 
     def shown(self) -> list[str]:
-        """Calibrators that pictures show: with an estimate, best first; of an array (name@sensor) sensor 1's."""
+        """Return the calibrators shown in pictures: with an estimate, best first; of an array, sensor 1."""
         given = [c for c in self.ranking()[0] if c in self.corrected]
         usable = [c for c in given if self.calibrations[c].status.kind != "not_applicable"]
         return [c for c in usable if "@" not in c or c.endswith("@1")]
 
     def rotation_removed(self, name: str) -> bool:
-        """Whether this calibrator's scores leave out the rotation that the field's strength cannot tell."""
+        """Return whether the calibrator's scores leave out the rotation not determined by the field strength."""
         return any(score.rotation_removed for score in self.scores.get(name, []))
 
     def residual_nT(self, name: str) -> Array:
-        """Corrected field minus truth (n, 3), body frame: Q h_cal - h.
+        """Return the residual Q h_cal - h (n, 3), nT, body frame.
 
-        Q is I, or, where the scores leave a rotation out, the rotation that brings the corrected field closest to the
-        truth (orthogonal Procrustes on this recording).
+        Q is I; where scores leave out a rotation, Q is the rotation that brings the corrected field closest to the
+        truth (orthogonal Procrustes on the recording).
         """
         corrected, truth = self.corrected[name], self.truth.field_nT
         if not self.rotation_removed(name):
@@ -120,11 +120,11 @@ class Outcome:
 
     @property
     def travels(self) -> bool:
-        """Whether the vehicle leaves its place: otherwise there is no path to draw."""
+        """Whether the vehicle moves by more than 0.1 m, so a path can be drawn."""
         return float(np.max(np.ptp(self.truth.pos_enu_m, axis=0))) > 0.1
 
     def phases(self) -> list[tuple[str, int, int]]:
-        """Consecutive stretches (label, first sample, one past the last) of the motion."""
+        """Return the phases of the motion as (label, first sample, end sample)."""
         phase = self.recording.phase
         if phase is None:
             return [("motion", 0, len(self.recording))]

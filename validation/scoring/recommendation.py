@@ -1,4 +1,4 @@
-"""Which calibrator one run speaks for, and what to expect of it."""
+"""Recommended calibrator of a run, with the expected errors."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ from validation.text import quantity
 Calibrations = Mapping[str, Calibration]
 Scores = Mapping[str, Sequence[Score]]
 HEADING = "heading_rms"
-"""What is told beside the score that ranks: a navigator's first question."""
+"""Score reported next to the ranking score: the heading error matters to a navigator."""
 FAILED = {
     "not_converged": "it did not converge",
-    "unobservable": "the data cannot tell what it estimates",
+    "unobservable": "the data do not determine its parameters",
     "not_applicable": "it does not apply",
 }
-"""A failed status in a sentence."""
+"""Wording of a failed status in a sentence."""
 
 
 @dataclass(frozen=True)
 class Recommendation:
-    """use : the calibrator to use, "" where none can be; sentence : what to do and what to expect.
+    """Recommended calibrator of a run.
 
-    failed : the status of those that failed, best first. closer : a sentence for each that failed and came closer to
-    the truth than what is to be used.
+    use : name of the calibrator, "" where no calibrator is usable. sentence : what to do and what to expect.
+    failed : status of each failed calibrator, best first. closer : a sentence for each failed calibrator with a
+    smaller error than the recommended one.
     """
 
     use: str
@@ -39,7 +40,7 @@ class Recommendation:
     closer: tuple[str, ...]
 
     def plain(self) -> dict[str, Any]:
-        """As plain values, for JSON; `use` is None where no calibrator can be used."""
+        """Return plain values for JSON; `use` is None where no calibrator is usable."""
         failed = [
             {"calibrator": name, "status": status.kind, "reason": status.reason} for name, status in self.failed.items()
         ]
@@ -48,7 +49,7 @@ class Recommendation:
 
 @dataclass(frozen=True)
 class MethodScore:
-    """A calibrator, or no correction, on all sensors of a run: it is as good as on its worst sensor."""
+    """Scores of a calibrator, or of no correction, over all sensors of a run; the worst sensor counts."""
 
     name: str
     keys: tuple[str, ...]
@@ -56,23 +57,23 @@ class MethodScore:
 
     @classmethod
     def each(cls, keys: Sequence[str], scores: Scores) -> list[MethodScore]:
-        """Those of these keys, `name` or `name@sensor`, in this order."""
+        """Group keys, `name` or `name@sensor`, by calibrator in the given order."""
         names = dict.fromkeys(key.split("@")[0] for key in keys)
         return [cls(name, tuple(key for key in keys if key.split("@")[0] == name), scores) for name in names]
 
     def score(self, name: str) -> Score | None:
-        """The worst sensor's; None where a sensor has none, or none that is finite."""
+        """Return the worst sensor's score; None where a sensor has no finite score."""
         found = [one for key in self.keys for one in self.scores.get(key, ()) if one.name == name]
         finite = [one for one in found if math.isfinite(one.value)]
         return max(finite, key=lambda one: one.value) if finite and len(finite) == len(self.keys) else None
 
     def error(self, name: str) -> float:
-        """The score's value, infinite where there is none."""
+        """Return the worst sensor's value, infinite where missing."""
         found = self.score(name)
         return found.value if found else math.inf
 
     def pointless(self, raw: MethodScore, by: str) -> bool:
-        """Whether it is known to be no better than no correction."""
+        """Return whether the error is finite and not below the raw measurement's."""
         return raw.error(by) <= self.error(by) < math.inf
 
     def expected(self, by: str) -> str:
@@ -87,9 +88,10 @@ class MethodScore:
 
 
 def recommend(calibrations: Calibrations, scores: Scores, by: str, ranking: Sequence[str]) -> Recommendation:
-    """Which calibrator to use: the best by a score among those that are "ok" on every sensor, if it is worth it.
+    """Recommend the calibrator with the lowest score among the calibrators of status "ok" on every sensor.
 
-    ranking : the calibrations' keys, best first.
+    No calibrator is recommended where the raw measurement is as good. by : name of the score. ranking : keys of the
+    calibrations, best first.
     """
     raw = MethodScore(UNCORRECTED, tuple(key for key in scores if key.split("@")[0] == UNCORRECTED), scores)
     methods = MethodScore.each(ranking, scores)
@@ -104,7 +106,7 @@ def recommend(calibrations: Calibrations, scores: Scores, by: str, ranking: Sequ
 def _sentence(
     methods: Sequence[MethodScore], best: MethodScore | None, use: MethodScore | None, raw: MethodScore, by: str
 ) -> str:
-    """What to do, and what to expect."""
+    """Return the recommendation in words, with the expected errors."""
     without = f"; without correction {raw.expected(by)}" if raw.expected(by) else ""
     if not methods:
         return f"no calibrator was asked for{without}"
@@ -119,19 +121,19 @@ def _sentence(
 def _closer(
     unusable: Sequence[MethodScore], other: MethodScore, failed: Mapping[str, Status], by: str
 ) -> tuple[str, ...]:
-    """What to think of those that failed, though they are closer to the truth than what is to be used."""
+    """Return a sentence for each failed calibrator with a smaller error than the recommended calibrator."""
     than = "no correction" if other.name == UNCORRECTED else other.name
     unit = SCORE_DEFINITIONS[by].unit
     return tuple(
-        f"{one.name} has a smaller error here than {than}, {quantity(one.error(by), unit)}, but says itself that "
-        f"{_confession(one, failed)}, so it cannot be known beforehand"
+        f"{one.name} has a smaller error here than {than}, {quantity(one.error(by), unit)}, but reports that "
+        f"{_failure_reason(one, failed)}, so it cannot be known beforehand"
         for one in unusable
         if one.error(by) < other.error(by) < math.inf
     )
 
 
-def _confession(one: MethodScore, failed: Mapping[str, Status]) -> str:
-    """Why it failed, in its own words."""
+def _failure_reason(one: MethodScore, failed: Mapping[str, Status]) -> str:
+    """Return why a calibrator failed: status and reason."""
     status = next(failed[key] for key in one.keys if key in failed)
     reason = status.reason.partition(": ")[0]
     return FAILED[status.kind] + (f' ("{reason}")' if reason else "")

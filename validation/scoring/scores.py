@@ -1,4 +1,4 @@
-"""How good a calibration is: every figure with its unit, against truth and hold-out, and what ranks nothing."""
+"""Scores of a calibration against truth and hold-out motions, each with its unit."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ CHI2_3_95 = 7.814727903251179
 
 @dataclass(frozen=True)
 class Score:
-    """One figure of merit of one fit. In-sample figures are shown, and never rank.
+    """Value of a score of a fit; in-sample scores are shown but never rank.
 
-    `rotation_removed`: the rotation that the field's strength cannot tell was taken out before.
+    rotation_removed : the rotation not determined by the field strength was removed first.
     """
 
     name: str
@@ -32,13 +32,13 @@ class Score:
 
 
 def score(calibration: Calibration, recording: Recording, truth: HoldOut, attitude_free: bool) -> list[Score]:
-    """All scores of a calibration of this recording; one that was not applicable has `failure` and `wall_time` alone.
+    """Return all scores of a calibration; status "not_applicable" has `failure` and `wall_time` only.
 
     ===========================  ====  ==========================================================================
     offset_error                 nT    |offset - b|
-    offset_error_axis_rms        nT    the same over sqrt(3): rms of the three axes
-    offset_inside_95                   1 when b lies in the claimed 95 % ellipsoid; only where one is claimed
-    offset_nees                        error' C^-1 error by the claimed covariance C, 3 on the average of true claims
+    offset_error_axis_rms        nT    offset_error / sqrt(3): rms of the three axes
+    offset_inside_95                   1 when b lies in the claimed 95 % ellipsoid; only with a claimed covariance
+    offset_nees                        error' C^-1 error by the claimed covariance C; mean 3 for true claims
     matrix_error                       Frobenius norm of Q matrix S - I
     holdout_sphere_norm_rms      nT    rms of |h_cal| - |h|, all attitudes
     holdout_sphere_component_rms nT    rms length of Q h_cal - h over sqrt(3), all attitudes
@@ -53,8 +53,8 @@ def score(calibration: Calibration, recording: Recording, truth: HoldOut, attitu
     in_sample_norm_rms           nT    rms of |h_cal| - F on the recording itself; ranks nothing
     ===========================  ====  ==========================================================================
 
-    Q is I, or for an attitude-free method the rotation that fits matrix S to I best: a rotation of the whole sensor
-    is not in the field's strength. Heading then means after one alignment of the compass with the vehicle.
+    Q is I; for an attitude-free method, the rotation that fits matrix S to I best, since the field strength does not
+    determine a rotation of the sensor. The heading is then the heading after an alignment of compass and vehicle.
     """
     always = [Score("failure", float(calibration.status.kind != "ok"), ""), Score("wall_time", calibration.wall_s, "s")]
     if calibration.status.kind == "not_applicable":
@@ -73,7 +73,7 @@ def score(calibration: Calibration, recording: Recording, truth: HoldOut, attitu
 
 
 def unobservable_rotation(total: Array) -> Array:
-    """The rotation Q (3, 3) that minimises |Q total - I|_F (orthogonal Procrustes): V U^T of total = U D V^T."""
+    """Return the rotation Q (3, 3) that minimises |Q total - I|_F (orthogonal Procrustes): V U^T of total = U D V^T."""
     u, _, vt = np.linalg.svd(total)
     proper = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
     return np.asarray(vt.T @ proper @ u.T)
@@ -105,9 +105,9 @@ def _turned_scores(calibration: Calibration, truth: HoldOut, turn: Array, free: 
 
 
 def heading_error_rad(field_nT: Array, data: HoldOutMotion) -> Array:
-    """Error (n,) of the heading that a compass with true tilt would show from a corrected field (n, 3).
+    """Return the heading error (n,) of a compass with true tilt and corrected field (n, 3).
 
-    The field turned to the world by the true attitude points off magnetic north by as much as the heading is wrong.
+    The error is the horizontal angle in the world frame between R_wb times the corrected field and magnetic north.
     """
     east, north = np.einsum("nij,nj->in", data.R_wb[:, :2], field_nT)
     true_east, true_north = np.einsum("nij,nj->in", data.R_wb[:, :2], data.true_nT)
@@ -115,20 +115,20 @@ def heading_error_rad(field_nT: Array, data: HoldOutMotion) -> Array:
 
 
 def anomaly_rms_nT(calibration: Calibration, truth: HoldOut) -> float:
-    """Rms of the total-field anomaly's error along the survey line, each anomaly taken from its own mean."""
+    """Return the rms error of the total-field anomaly along the survey line, mean removed."""
     total_nT = np.linalg.norm(calibration.static().apply(truth.line.recording()), axis=1)
     error_nT = total_nT - truth.line_anomaly_nT
     return rms(error_nT - error_nT.mean())
 
 
 def figure_of_merit_nT(calibration: Calibration, truth: HoldOut) -> float:
-    """What rolls, pitches and yaws on four headings leave in the corrected total field: peak-to-peak, summed."""
+    """Return the sum of peak-to-peak corrected total fields over rolls, pitches and yaws on four headings."""
     total_nT = np.linalg.norm(calibration.static().apply(truth.manoeuvres.recording()), axis=1)
     return float(np.ptp(total_nT.reshape(-1, MANOEUVRE_SAMPLES), axis=1).sum())
 
 
 def in_sample_norm_rms_nT(calibration: Calibration, recording: Recording, truth: HoldOut) -> float:
-    """Rms of |h_cal| - F over the finite samples of the recording that the calibration was fitted to."""
+    """Return the rms of |h_cal| - F over the finite samples of the fitted recording."""
     strength_nT = float(np.linalg.norm(truth.sphere.true_nT[0]))
     norm_nT = np.linalg.norm(calibration.apply(recording), axis=1)
     return rms(norm_nT[np.isfinite(norm_nT)] - strength_nT)

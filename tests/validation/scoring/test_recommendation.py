@@ -43,7 +43,7 @@ def test_a_failed_one_is_not_to_be_used_however_small_its_error_and_that_is_said
     assert found.use == "vector_lm"
     assert list(found.failed) == ["kalman", "sphere"]
     assert found.closer == (
-        "kalman has a smaller error here than vector_lm, 8 nT, but says itself that it did not converge "
+        "kalman has a smaller error here than vector_lm, 8 nT, but reports that it did not converge "
         '("the start still weighs"), so it cannot be known beforehand',
     )
 
