@@ -45,8 +45,8 @@ def sentence(outcome: GateOutcome) -> str:
     measured = f"is {value_with_unit(outcome, outcome.measured)}" if np.isfinite(outcome.measured) else "has no value"
     limit, trials = value_with_unit(outcome, gate.factor), counted(outcome.decision.trials, "trial")
     text = f"{quantile} {gate.score_definition.name} {measured}, the limit {limit}, exceeded in {k} of {trials}"
-    if outcome.troubles:
-        text += f" (no estimate in {outcome.troubles.total()}, for instance {outcome.trouble})"
+    if outcome.failures:
+        text += f" (no estimate in {outcome.failures.total()}, for instance {outcome.failure})"
     return text
 
 

@@ -111,7 +111,7 @@ def test_two_of_one_name_are_told_apart(scenario: str, monkeypatch: pytest.Monke
     found = assert_accuracy(always, scenario, score="offset_error", ratio=1e6, reference="ellipsoid")
     alone = assert_accuracy("ellipsoid", scenario, score="offset_error", limit=1e6)
     np.testing.assert_allclose(found.scores, MISS_NT)
-    np.testing.assert_array_equal(found.others, alone.scores)
+    np.testing.assert_array_equal(found.reference_scores, alone.scores)
 
 
 def test_the_raw_measurement_is_a_reference_and_has_the_whole_hard_iron(scenario: str) -> None:

@@ -1,4 +1,4 @@
-"""`gates.toml`: which calibrators have to keep which limits, on which scenarios, and how sure the verdicts are."""
+"""Gate file `gates.toml`: calibrators, scenarios, limits and error rates of the verdicts."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from validation.gates.power import MOST_TRIALS, USUAL_SPREAD
 from validation.scoring.definitions import ScoreDefinition, score_definition
 
 FALSE_FAIL_RATE, POWER, QUANTILE, SMALLEST_DEFECT, MARGIN = 1e-4, 0.99, 0.5, 1.5, 1.1
-"""What a file that says nothing gets: one run of all gates in 10,000 fails without cause, and so on."""
+"""Defaults of a gate file; FALSE_FAIL_RATE: a run of all gates in 10,000 fails without a defect."""
 FAILURE = "failure"
 BOUND = "bound"
-"""The reference that is no calibrator: the least rms of the score that any method can reach, of the first run."""
+"""Reference that is no calibrator: the Cramer-Rao bound on the rms of the score."""
 NOT_REPEATED = "wall_time"
-"""A score that no limit holds for: it is not the same twice."""
+"""Score without limits, since the value is not reproducible."""
 
 Positive = Annotated[float, Field(gt=0, le=1e12)]
 Part = Annotated[float, Field(ge=0.5, lt=1)]
 
 
 class Gate(Table):
-    """One calibrator's score on one scenario, held to a limit: its quantile over the runs is to keep below it.
+    """Gate: a quantile over runs of a calibrator's score on a scenario must stay below a limit.
 
-    The limit is an absolute one, `ratio` times the score of `reference` in the same trial (or times the bound), or
-    `margin` times the score that the calibrator had in the same trial when `baseline` was written. A trial without an
-    estimate is over it.
+    The limit is absolute (`limit`), `ratio` times the score of `reference` in the trial (or times the bound), or
+    `margin` times the calibrator's score in the trial recorded in `baseline`. A trial without an estimate exceeds any
+    limit.
     """
 
     name: str = Field(pattern=r"^\S(.*\S)?$", max_length=100, description="what reports call it")
@@ -85,12 +85,12 @@ class Gate(Table):
     @model_validator(mode="after")
     def _needs_of_a_command(self) -> Self:
         if self.needs and self.exec_ is None:
-            raise misfit(("needs",), "only what exec says is told what it needs", "say it beside exec, or leave it out")
+            raise misfit(("needs",), "needs applies to a command only", "add exec, or leave needs out")
         return self
 
     @property
     def command(self) -> str | None:
-        """Its command as --exec takes it, with the name and what it needs; None where it is none."""
+        """Command in the form of --exec, NAME:NEEDS=WORDS; None without exec."""
         if self.exec_ is None:
             return None
         name = self.calibrator.partition("@")[0]
@@ -98,29 +98,29 @@ class Gate(Table):
 
     @property
     def kind(self) -> Literal["limit", "ratio", "baseline"]:
-        """Which of the three limits it has."""
+        """Kind of the limit."""
         if self.limit is not None:
             return "limit"
         return "ratio" if self.ratio is not None else "baseline"
 
     @property
     def factor(self) -> float:
-        """What the limit is measured by: in the score's unit, or as a multiple of the other score of the trial."""
+        """Limit in the unit of the score, or as a multiple of the reference score of the trial."""
         return self.limit or self.ratio or self.margin
 
     @property
     def score_definition(self) -> ScoreDefinition:
-        """The score."""
+        """Definition of the score."""
         return score_definition(self.score)
 
     @property
     def unit(self) -> str:
-        """Of the limit and of what is measured; a multiple has none."""
+        """Unit of the limit and the measured value, "" for a multiple."""
         return self.score_definition.unit if self.kind == "limit" else ""
 
 
 class GateFile(Table):
-    """All gates of a file, and the probability that one run of them fails though every calibrator keeps its limit."""
+    """All gates of a file, and the probability that a run fails although every calibrator keeps the limit."""
 
     false_fail_rate: float = Field(FALSE_FAIL_RATE, gt=0, lt=0.5, description="of all gates together")
     seed: int | None = Field(None, ge=0, description="of all trials; default: each scenario's own")
@@ -133,7 +133,7 @@ class GateFile(Table):
     gate: tuple[Gate, ...] = Field(description="each a table [[gate]]")
 
     @model_validator(mode="after")
-    def _told_apart(self) -> Self:
+    def _unique_names(self) -> Self:
         names = [gate.name for gate in self.gate]
         if not names:
             raise misfit(("gate",), "there is no gate", "add a table [[gate]]")
@@ -144,15 +144,15 @@ class GateFile(Table):
 
     @property
     def rate(self) -> float:
-        """The rate of false failures that each gate may have, so that together they keep theirs (Bonferroni)."""
+        """Rate of false failures of each gate, so that all gates together keep false_fail_rate (Bonferroni)."""
         return self.false_fail_rate / len(self.gate)
 
 
 def load_gates(path: Path) -> GateFile:
-    """Read a file of gates, strictly; InputError names the key that is wrong."""
+    """Read a gate file strictly; InputError names the invalid key."""
     return load_file(path, GateFile)
 
 
 def json_schema() -> dict[str, Any]:
-    """JSON Schema (2020-12) of a file of gates, for editors."""
+    """Return the JSON Schema (2020-12) of a gate file, for editors."""
     return {"$schema": DIALECT, **GateFile.model_json_schema(by_alias=True)}

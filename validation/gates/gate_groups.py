@@ -1,4 +1,4 @@
-"""From a file of gates to what is to be run: gates on one scenario with the same overrides share its trials."""
+"""Gates grouped by scenario and overrides; the gates of a group share trials."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.names import closest
 from sim.scenario import Scenario, load
-from validation.bound.ratio import knowledge_of
-from validation.bound.runs import RunBounds
 from validation.calibrating.calibrator_entry import CalibratorEntry
 from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design, DesignPoint
@@ -30,28 +28,30 @@ from validation.scoring.evaluation import UNCORRECTED
 
 @dataclass(frozen=True)
 class GateEntry:
-    """A gate among the trials of its group: which rows it reads, and how far it got; least: what its limit is of."""
+    """A gate in a group: the rows of a trial that are read, the progress so far, and the reference of the limit."""
 
     progress: GateProgress
     calibrator: str
     reference: str | None = None
     baseline: Array | None = None
-    least: BoundReference | None = None
+    bound: BoundReference | None = None
 
-    def reading(self, run: int, rows: Mapping[str, TrialRow]) -> GateTrial:
-        """What one trial, its rows by calibrator, says to the gate."""
+    def read_trial(self, run: int, rows: Mapping[str, TrialRow]) -> GateTrial:
+        """Return the score and the reference score of a trial, rows by calibrator."""
         row, gate = rows[self.calibrator], self.progress.plan.gate
-        score, other = value_of(row, gate), 1.0 if self.least is None else self.least.of(run)
-        if self.reference is not None:
-            other = value_of(rows[self.reference], gate)
+        score = gate_score(row, gate)
         if self.baseline is not None:
-            other = float(self.baseline[run])
-        return GateTrial(score, other, "" if np.isfinite(score) else f"{row.status}: {row.reason}")
+            reference_score = float(self.baseline[run])
+        elif self.reference is not None:
+            reference_score = gate_score(rows[self.reference], gate)
+        else:
+            reference_score = 1.0 if self.bound is None else self.bound.in_run(run)
+        return GateTrial(score, reference_score, "" if np.isfinite(score) else f"{row.status}: {row.reason}")
 
 
 @dataclass(frozen=True)
 class GateGroup:
-    """Gates that share trials; `design` has its scenario at point `number`, which tells its trials from others'."""
+    """Gates that share trials; `design` holds the scenario at point `number`, which identifies the group's trials."""
 
     number: int
     design: Design
@@ -59,22 +59,22 @@ class GateGroup:
 
     @property
     def finished(self) -> bool:
-        """Whether none of its gates needs another trial."""
+        """Whether every gate is decided or out of trials."""
         return all(entry.progress.finished for entry in self.entries)
 
     @property
-    def most(self) -> int:
-        """Trials after which all of its gates are finished."""
+    def max_trials(self) -> int:
+        """Number of trials after which every gate is finished."""
         return max(entry.progress.plan.max_trials for entry in self.entries)
 
     @property
-    def looked(self) -> int:
-        """Trials done with: all of them as soon as every gate is finished."""
-        return self.most if self.finished else max(len(entry.progress.trials) for entry in self.entries)
+    def trials_done(self) -> int:
+        """Number of trials done; max_trials once every gate is finished."""
+        return self.max_trials if self.finished else max(len(entry.progress.trials) for entry in self.entries)
 
 
-def value_of(row: TrialRow, gate: Gate) -> float:
-    """The gate's score in a row, infinite where there is none."""
+def gate_score(row: TrialRow, gate: Gate) -> float:
+    """Return the score of a gate in a trial's row, infinite where missing."""
     if gate.score_definition.name == FAILURE:
         return float(row.status != "ok")
     return row.scores.get(gate.score_definition.column, math.inf)
@@ -88,10 +88,10 @@ def group_gates(
     *,
     baselines: bool = True,
 ) -> tuple[GateGroup, ...]:
-    """The groups of a file's gates, in its order; `path` is the file, beside which scenarios and baselines are.
+    """Group the gates of a file at `path`; scenarios and baselines are looked up in the directory of the file.
 
-    seed, time_limit_s : default the file's. baselines : whether they are read. Raises InputError for whatever a gate
-    names and is not there, and for two commands of one name.
+    seed, time_limit_s : default the file's. baselines : whether to read baselines. Raises InputError for a missing
+    scenario, calibrator, baseline or bound, and for two commands of equal name.
     """
     stated = {"seed": seed, "time_limit_s": time_limit_s}
     file = file.model_copy(update={key: value for key, value in stated.items() if value is not None})
@@ -103,77 +103,59 @@ def group_gates(
 
 
 def _commands(file: GateFile, path: Path) -> dict[str, str]:
-    """The commands of a file's programs, as --exec takes them, by name; they hold for every gate that says the name."""
+    """Return the --exec commands of a file by calibrator name, valid for every gate with the name."""
     found: dict[str, str] = {}
     for index, gate in enumerate(file.gate):
-        name = _name(gate.calibrator)
+        name = gate.calibrator.partition("@")[0]
         if gate.command and found.setdefault(name, gate.command) != gate.command:
             where = f"{path}: gate.{index}.exec"
             raise InputError(f"{name!r} is another command in a gate before", where=where, do="choose another name")
     return found
 
 
-def _name(text: str) -> str:
-    """Of a calibrator without the sensor."""
-    return text.partition("@")[0]
-
-
-def _least_of(gate: Gate, calibrator: str, design: Design) -> BoundReference:
-    """What any method reaches which is told as much; InputError where none is known in the first run."""
-    scenario = design.points[-1].scenario
-    one = next((one for one in design.candidates if one.name == _name(calibrator)), None)
-    knowledge = None
-    if one is not None:
-        knowledge = knowledge_of(calibrator, one.needs, attitude_free=one.attitude_free, eddy=one.eddy)
-    bounds = RunBounds(scenario, design.seed, frozenset({knowledge} if knowledge else ()))
-    least = BoundReference(bounds, knowledge or "", gate.score_definition.column)
-    if knowledge is None or not 0 < least.of(0) < math.inf:
-        what = f"no bound is known on {gate.score_definition.name} of {calibrator} in {scenario.name}"
-        raise InputError(what, do="name a calibrator as the reference, or give a limit")
-    return least
-
-
 @dataclass(frozen=True)
 class _Builder:
+    """Builds the groups of a file: resolves scenarios, calibrators, references and baselines."""
+
     file: GateFile
     path: Path
     commands: Mapping[str, str]
     baselines: bool
 
     def group(self, number: int, indices: Sequence[int]) -> GateGroup:
-        """The gates of these indices on their one scenario."""
+        """Return the group of the gates `indices`, which share a scenario."""
         with self._at(indices[0], "scenario"):
             scenario = self._scenario(self.file.gate[indices[0]])
         found: dict[str, CalibratorEntry] = {}
         for index in indices:
             self._add_candidates(found, index)
-        self._check_told_apart(found, indices[0])
+        self._check_names(found, indices[0])
         seed = scenario.seed if self.file.seed is None else self.file.seed
         design = Design((DesignPoint({}, scenario),) * (number + 1), tuple(found.values()), seed)
         rows = {text: one.name for text, one in found.items()} | {UNCORRECTED: UNCORRECTED}
         return GateGroup(number, design, tuple(self._entry(index, design, rows) for index in indices))
 
     def _scenario(self, gate: Gate) -> Scenario:
-        beside = self.path.parent / gate.scenario
-        return load(beside if beside.is_file() else gate.scenario, gate.set_)
+        file = self.path.parent / gate.scenario
+        return load(file if file.is_file() else gate.scenario, gate.set_)
 
     def _add_candidates(self, found: dict[str, CalibratorEntry], index: int) -> None:
         gate = self.file.gate[index]
         reference = None if gate.reference == BOUND else gate.reference
         for key, text in (("calibrator", gate.calibrator), ("reference", reference)):
-            name = _name(text or UNCORRECTED)
+            name = (text or UNCORRECTED).partition("@")[0]
             if name not in found and name != UNCORRECTED:
                 with self._at(index, key):
                     command = self.commands.get(name)
                     named, programs = ((), (command,)) if command else ((name,), ())
                     (found[name],) = select_calibrators(named, programs, self.file.time_limit_s)
 
-    def _check_told_apart(self, found: Mapping[str, CalibratorEntry], index: int) -> None:
+    def _check_names(self, found: Mapping[str, CalibratorEntry], index: int) -> None:
         names = [one.name for one in found.values()]
         twice = next((name for name in names if names.count(name) > 1 or name == UNCORRECTED), None)
         if twice:
             where = f"{self.path}: gate.{index}.calibrator"
-            do = "call one of them otherwise: NAME=module:object"
+            do = "rename one of them: NAME=module:object"
             raise InputError(f"two calibrators are called {twice!r}", where=where, do=do)
 
     def _entry(self, index: int, design: Design, rows: Mapping[str, str]) -> GateEntry:
@@ -184,17 +166,17 @@ class _Builder:
         with self._at(index, "reference"):
             bounded = gate.reference == BOUND
             reference = None if bounded or gate.reference is None else _row_of(gate.reference, rows, design)
-            least = _least_of(gate, calibrator, design) if bounded else None
+            bound = BoundReference.of(gate, calibrator, design) if bounded else None
         values = None
         if gate.baseline is not None and self.baselines:
             with self._at(index, "baseline"):
                 file = self.path.parent / gate.baseline
                 values = read_baseline(file, design, calibrator, gate.score_definition.name, plan.max_trials)
-        return GateEntry(GateProgress(plan), calibrator, reference, values, least)
+        return GateEntry(GateProgress(plan), calibrator, reference, values, bound)
 
     @contextmanager
     def _at(self, index: int, key: str) -> Iterator[None]:
-        """InputErrors from within name the gate and its key."""
+        """Add the gate and the key to the place named by an InputError."""
         try:
             yield
         except InputError as error:
@@ -203,13 +185,13 @@ class _Builder:
 
 
 def _row_of(text: str, rows: Mapping[str, str], design: Design) -> str:
-    """The row of a trial that a name stands for."""
+    """Return the row of a trial for a calibrator text with or without sensor."""
     name, at, sensor = text.partition("@")
     return row_in(design, rows[name] + at + sensor)
 
 
 def row_in(design: Design, row: str) -> str:
-    """A row that trials have; of an array it has to say which sensor's. InputError for any other."""
+    """Return `row` where trials hold the row; InputError for an unknown row or a missing sensor."""
     if row not in design.calibrators:
         do = closest(row, design.calibrators, most=len(design.calibrators))
         raise InputError(f"{row!r} is none of the trial's rows", do=do)

@@ -1,4 +1,4 @@
-"""Trials of a run of gates that was killed, kept where they hold still: the same scenarios, calibrators and code."""
+"""Journal of an interrupted gate run, valid for equal scenarios, calibrators and code."""
 
 from __future__ import annotations
 
@@ -13,28 +13,27 @@ from validation.gates.gate_groups import GateGroup
 
 RUN_OF_GATES = "run of gates"
 DECIDING = ("calib", "recordings", "scenarios", "sim", "validation")
-"""The packages whose code decides a trial."""
+"""Packages whose code determines a trial."""
 
 
 def open_gate_journal(groups: Sequence[GateGroup], out: Path) -> Journal:
-    """The trials that a run of these gates left in a directory; of another run, or of other code, none.
+    """Open the journal of a gate run in a directory; trials of a different run or different code are dropped.
 
-    Limits are not asked for: they decide no trial. A gate says whether the code as it stands is good enough, and so one
-    trial made by the code of before would be worth less than none: unlike a comparison it takes none over.
-    Raises InputError where the directory holds a comparison.
+    Limits are not part of the identity, since limits determine no trial. A gate judges the current code, so trials of
+    earlier code are useless, unlike in a comparison. Raises InputError where the directory holds a comparison.
     """
     identity = {"groups": [_shortened(group) for group in groups], "code": _code()}
     return Journal.open(out, identity, RUN_OF_GATES, anew=True)
 
 
 def _shortened(group: GateGroup) -> dict[str, object]:
-    """A group's points are all the same."""
+    """Return the identity of a group's design with a single point, since all points are equal."""
     identity = group.design.identity()
     return identity | {"points": identity["points"][-1:]}
 
 
 def _code() -> str:
-    """One digest of every file of the packages that decide a trial."""
+    """Return a digest over every file of the packages that determine a trial."""
     found = hashlib.sha256()
     root = Path(validation.__file__).parent.parent
     for package in DECIDING:

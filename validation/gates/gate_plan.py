@@ -1,4 +1,4 @@
-"""Before anything is simulated: the test that a gate stands for, and how many trials it may take."""
+"""Plan of a gate before simulation: the sequential test and the largest number of trials."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from validation.gates.sequential import SequentialTest
 
 @dataclass(frozen=True)
 class GatePlan:
-    """A gate, the test that decides it, and the trials after which it is left undecided."""
+    """A gate, the deciding test, and the number of trials after which the gate stays undecided."""
 
     gate: Gate
     test: SequentialTest
@@ -20,10 +20,10 @@ class GatePlan:
 
 
 def plan_gate(gate: Gate, false_fail_rate: float, where: str) -> GatePlan:
-    """The plan of a gate with that rate of false failures of its own.
+    """Plan a gate for a rate of false failures.
 
-    Without max_trials it may take as many trials as its smallest defect does. Raises InputError, naming `where` the
-    gate stands, for a defect that max_trials cannot show and for max_trials within which nothing fails.
+    Without max_trials the plan allows the trials needed for the smallest defect. where : place of the gate for error
+    messages. Raises InputError for a defect not detectable within max_trials, and for max_trials too small to fail.
     """
     test = SequentialTest(1.0 - gate.quantile, false_fail_rate, 1.0 - gate.power)
     fewest = fewest_trials(test)
@@ -32,11 +32,11 @@ def plan_gate(gate: Gate, false_fail_rate: float, where: str) -> GatePlan:
         raise InputError(what, where=f"{where}.max_trials", do=f"allow {fewest} or more")
     if gate.max_trials is not None and gate.smallest_defect is None:
         return GatePlan(gate, test, gate.max_trials)
-    return GatePlan(gate, test, _enough(gate, test, where))
+    return GatePlan(gate, test, _max_trials(gate, test, where))
 
 
-def _enough(gate: Gate, test: SequentialTest, where: str) -> int:
-    """max_trials, or where it is not given the trials that the smallest defect takes."""
+def _max_trials(gate: Gate, test: SequentialTest, where: str) -> int:
+    """Return max_trials, by default the trials needed for the smallest defect."""
     defect = gate.smallest_defect or SMALLEST_DEFECT
     needed = trials_to_fail(test, exceedance_of(defect, gate.quantile, gate.spread), gate.power)
     most = gate.max_trials or MOST_TRIALS

@@ -1,4 +1,4 @@
-"""What a sequential test can see: probabilities of its verdicts, trials that a defect takes, the smallest defect."""
+"""Power of a sequential test: verdict probabilities, trials needed for a defect, smallest detectable defect."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from scenarios.arrays import Array
 from validation.gates.sequential import Counts, SequentialTest
 
 MOST_TRIALS = 5_000
-"""A gate that takes more trials than this has a limit too near to what it measures."""
+"""Largest number of trials of a gate; a gate that needs more has a limit too close to the measured value."""
 USUAL_SPREAD = 0.5
 """Standard deviation of ln(score) from trial to trial; 0.48 for the length of three equal, normal errors."""
 BISECTIONS = 16
 
 
 def verdict_probabilities(test: SequentialTest, exceedance: float, most: int) -> tuple[Array, Array]:
-    """P(failed by trial n) and P(passed by trial n), n = 0 ... most, where each trial exceeds with that probability.
+    """Return P(failed by trial n) and P(passed by trial n), n = 0 ... most, for P(exceed) = exceedance in each trial.
 
-    Exact: the distribution of the number of exceedances among the sequences that are not decided yet, trial by trial.
+    Exact: the distribution of the number of exceedances over undecided sequences, propagated trial by trial.
     """
     failing, passing = _bounds(test, most)
     failed, passed = np.zeros(most + 1), np.zeros(most + 1)
@@ -46,17 +46,17 @@ def _bounds(test: SequentialTest, most: int) -> tuple[Counts, Counts]:
 
 
 def trials_to_fail(test: SequentialTest, exceedance: float, power: float) -> int | None:
-    """Trials within which this exceedance fails with that probability; None for more than MOST_TRIALS."""
+    """Return the trials within which an exceedance fails with probability `power`; None above MOST_TRIALS."""
     return _first(lambda most: verdict_probabilities(test, exceedance, most)[0], power)
 
 
 def trials_to_pass(test: SequentialTest, exceedance: float, power: float) -> int | None:
-    """Trials within which this exceedance passes with that probability; None for more than MOST_TRIALS."""
+    """Return the trials within which an exceedance passes with probability `power`; None above MOST_TRIALS."""
     return _first(lambda most: verdict_probabilities(test, exceedance, most)[1], power)
 
 
 def _first(probabilities: Callable[[int], Array], power: float) -> int | None:
-    """The first trial by which a probability reaches the power; looked for in ever longer runs."""
+    """Return the first trial by which a cumulative probability reaches the power, by doubling the length."""
     most = 64
     while most < 2 * MOST_TRIALS:
         enough = np.flatnonzero(probabilities(min(most, MOST_TRIALS)) >= power)
@@ -67,14 +67,14 @@ def _first(probabilities: Callable[[int], Array], power: float) -> int | None:
 
 
 def fewest_trials(test: SequentialTest) -> int:
-    """Trials that a calibrator takes to fail which exceeds its limit every time."""
+    """Return the trials needed to fail a calibrator that exceeds the limit in every trial."""
     n = np.arange(MOST_TRIALS + 1)
     return int(np.flatnonzero(test.over(n, n) >= test.failing)[0])
 
 
 @lru_cache(maxsize=256)
 def smallest_exceedance(test: SequentialTest, most: int, power: float) -> float:
-    """Smallest exceedance that fails within so many trials with that probability; infinity where none does."""
+    """Return the smallest exceedance that fails within `most` trials with probability `power`; infinite for none."""
     if most < fewest_trials(test):
         return math.inf
     low, high = test.allowed, 1.0
@@ -86,7 +86,7 @@ def smallest_exceedance(test: SequentialTest, most: int, power: float) -> float:
 
 
 def more_trials(test: SequentialTest, exceeded: int, trials: int) -> int | None:
-    """Trials beyond these that decide, if exceedances go on at the rate so far; None for more than MOST_TRIALS."""
+    """Return the further trials that decide if exceedances continue at the present rate; None above MOST_TRIALS."""
     n = np.arange(trials, MOST_TRIALS + 1)
     k = n * (exceeded / trials)
     decided = (test.over(k, n) >= test.failing) | (test.within(k, n) >= test.passing)
@@ -94,18 +94,18 @@ def more_trials(test: SequentialTest, exceeded: int, trials: int) -> int | None:
 
 
 def exceedance_of(factor: float, quantile: float, spread: float) -> float:
-    """P(score > limit) of a calibrator whose quantile of the score is that factor times the limit.
+    """Return P(score > limit) of a calibrator whose quantile of the score is `factor` times the limit.
 
-    Phi(ln(factor) / spread - Phi^-1(quantile)), for a log-normal score of that spread: standard deviation of ln(score).
+    Phi(ln(factor) / spread - Phi^-1(quantile)), for a log-normal score; spread : standard deviation of ln(score).
     """
     return float(ndtr(math.log(factor) / spread - ndtri(quantile)))
 
 
 def factor_seen(ratios: Array, exceedance: float) -> float:
-    """The factor on scores at which that part of them, or more, is over the limit: from ratios score / limit (n,).
+    """Return the factor on scores that lifts a share `exceedance` over the limit, from ratios score / limit (n,).
 
-    1 / r, r the largest ratio that so many reach; 0 where that is an estimate that failed, and infinity where no
-    exceedance is seen.
+    1 / r, with r the largest ratio reached by the share; 0 where r belongs to a failed estimate, infinite where no
+    exceedance is detectable.
     """
     if not math.isfinite(exceedance) or not len(ratios):
         return math.inf

@@ -1,4 +1,4 @@
-"""A file of gates to begin with: a limit for each calibrator of a comparison that can be decided, and what it costs."""
+"""Proposed gate file from a comparison: a decidable limit for each calibrator, and the trials needed."""
 
 from __future__ import annotations
 
@@ -30,57 +30,57 @@ from validation.scoring.evaluation import UNCORRECTED
 from validation.text import counted, figure
 
 LADDER = (1.1, 1.25, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
-"""Limits that are tried, as multiples of the reference's score, or for the reference itself of its median."""
+"""Limits tried, as multiples of the reference score, for the reference of the median score."""
 AFFORDABLE = 150
-"""Trials that a limit may take to pass; a stricter one that takes more is named with its price."""
+"""Largest number of trials to pass a proposed limit; a stricter limit is mentioned with the trials needed."""
 USUALLY = 0.5
-"""The other probability, beside the gates' power, with which a number of trials is told."""
+"""Probability of the typical number of trials, reported in addition to the gates' power."""
 ANEW = "compare anew"
 
 
 @dataclass(frozen=True)
 class ProposedLimit:
-    """A limit, and the trials within which a calibrator as bad as what was measured allows keeps it.
+    """A limit and the trials to pass for a calibrator at the upper end of the measured exceedance interval.
 
-    trials: with the gates' power; usually: in half of the runs.
+    trials : with the power of the gates. usually : in half of the runs.
     """
 
-    limit: float
+    value: float
     trials: int | None
     usually: int | None
 
 
 @dataclass(frozen=True)
 class GateProposal:
-    """A gate for one calibrator.
+    """Proposed gate of a calibrator.
 
-    reference : None where the limit is in the score's unit. values (n,) : what the limit is held against.
-    stricter : the limit before it on the ladder, which takes more trials; None where what was measured is over it.
+    reference : None for a limit in the unit of the score. values (n,) : compared with the limit. stricter : the next
+    lower limit of LADDER, which needs more trials; None where the measured median exceeds the limit.
     """
 
     calibrator: str
     reference: str | None
     values: Array
     test: SequentialTest
-    step: ProposedLimit
+    limit: ProposedLimit
     stricter: ProposedLimit | None
 
     @property
     def max_trials(self) -> int:
-        """Enough to pass, and for a calibrator that got much worse to fail."""
-        return max(self.step.trials or MOST_TRIALS, 2 * fewest_trials(self.test))
+        """Trials sufficient to pass, and to fail a calibrator that became much worse."""
+        return max(self.limit.trials or MOST_TRIALS, 2 * fewest_trials(self.test))
 
     @property
     def caught(self) -> float:
-        """The defect that fails within max_trials, as a factor on what was measured."""
-        return factor_seen(self.values / self.step.limit, smallest_exceedance(self.test, self.max_trials, POWER))
+        """Defect that fails within max_trials, as a factor on the measured values."""
+        return factor_seen(self.values / self.limit.value, smallest_exceedance(self.test, self.max_trials, POWER))
 
 
 def gate_proposals(table: TrialTable, score: ScoreDefinition) -> list[GateProposal]:
-    """A gate for every calibrator that gives an estimate in most trials, the best first; the others refer to it.
+    """Propose a gate for every calibrator with an estimate in most trials; the best is the reference of the rest.
 
-    One that is worse than the best by more than the ladder has gets a limit of its own.
-    Raises InputError where there is none.
+    A calibrator worse than the best by more than LADDER[-1] gets an absolute limit. Raises InputError where no
+    calibrator gives an estimate in most trials.
     """
     named = [name for name in table.calibrators if name.split("@")[0] != UNCORRECTED]
     scores = {name: table.values(score.column, name) for name in named}
@@ -101,20 +101,20 @@ def gate_proposals(table: TrialTable, score: ScoreDefinition) -> list[GatePropos
 
 
 def _proposal(name: str, reference: str | None, values: Array, unit: float, test: SequentialTest) -> GateProposal:
-    """The lowest limit of the ladder that can be afforded, else the highest."""
+    """Propose the lowest limit of LADDER that passes within AFFORDABLE trials, else the highest."""
     stricter: ProposedLimit | None = None
     for rung in LADDER:
-        step = _step(rung * unit, values, test)
-        if step.trials is not None and step.trials <= AFFORDABLE:
+        limit = _limit(rung * unit, values, test)
+        if limit.trials is not None and limit.trials <= AFFORDABLE:
             break
         if rung != LADDER[-1]:
-            stricter = step if step.limit > np.median(values) else None
-    return GateProposal(name, reference, values, test, step, stricter)
+            stricter = limit if limit.value > np.median(values) else None
+    return GateProposal(name, reference, values, test, limit, stricter)
 
 
-def _step(wanted: float, values: Array, test: SequentialTest) -> ProposedLimit:
+def _limit(wanted: float, values: Array, test: SequentialTest) -> ProposedLimit:
     limit = float(f"{wanted:.3g}")
-    # the upper end: what so few trials leave open counts against the limit
+    # upper end of the interval: uncertainty from few trials counts against the limit
     over = rate(int(np.count_nonzero(values > limit)), len(values)).high
     if over >= test.allowed:
         return ProposedLimit(limit, None, None)
@@ -123,19 +123,19 @@ def _step(wanted: float, values: Array, test: SequentialTest) -> ProposedLimit:
 
 @dataclass(frozen=True)
 class FinishedComparison:
-    """What a comparison's directory holds: its table, its first point's scenario, its seed, who took part.
+    """Result of a comparison's directory: table, scenario of the first point, seed and calibrators.
 
-    asked : by the calibrator's name; None for one that no words name.
+    invocations : by the calibrator's name; None for an object in memory.
     """
 
     table: TrialTable
     scenario: Scenario
     seed: int
-    asked: Mapping[str, Invocation | None]
+    invocations: Mapping[str, Invocation | None]
 
     @classmethod
     def read(cls, out: Path) -> FinishedComparison:
-        """InputError for a directory that no comparison wrote, or another version's, and for one of several points."""
+        """Read a directory; InputError for no comparison, a different version, and a sweep of several points."""
         table = TrialTable.read(out)
         if len(table.points) > 1:
             what = f"compares at {len(table.points)} points of a sweep"
@@ -146,29 +146,31 @@ class FinishedComparison:
         if identity.get("format") != FORMAT:
             raise InputError("is of another version's comparison", where=str(out / JOURNAL), do=ANEW)
         scenario = Scenario.model_validate_json(json.dumps(identity["points"][0]["scenario"]))
-        asked = {name: one["asked"] and Invocation.read(one["asked"]) for name, one in identity["calibrators"].items()}
-        return cls(table, scenario, identity["seed"], asked)
+        invocations = {
+            name: one["asked"] and Invocation.read(one["asked"]) for name, one in identity["calibrators"].items()
+        }
+        return cls(table, scenario, identity["seed"], invocations)
 
     @property
     def of_the_catalogue(self) -> bool:
-        """Whether the scenario is the catalogue's of its name, unchanged."""
+        """Whether the scenario equals the catalogue's scenario of equal name."""
         return self.scenario.name in scenario_names() and load(self.scenario.name) == self.scenario
 
     @property
     def time_limit_s(self) -> float:
-        """What a fit of a calibrator that is not magbench's could take."""
-        limits = [one.time_limit_s for one in self.asked.values() if one and one.time_limit_s]
+        """Largest time limit of the calibrators that are not built in."""
+        limits = [one.time_limit_s for one in self.invocations.values() if one and one.time_limit_s]
         return max(limits, default=TIME_LIMIT_S)
 
-    def asked_for(self, row: str) -> Invocation:
-        """By which words a gate names the calibrator of a row; of an array with the sensor."""
+    def invocation_of(self, row: str) -> Invocation:
+        """Return the invocation of a row's calibrator, with the sensor of an array."""
         name, at, sensor = row.partition("@")
-        found = self.asked[name] or Invocation(name)
+        found = self.invocations[name] or Invocation(name)
         return replace(found, calibrator=found.calibrator + at + sensor)
 
 
 def gates_toml(compared: FinishedComparison, found: Sequence[GateProposal], score: ScoreDefinition) -> str:
-    """The file, with what each limit costs as comments."""
+    """Return the text of a gate file, with the trials needed for each limit as comments."""
     document = tomlkit.document()
     trials = counted(len(compared.table.runs()), "trial")
     document.add(tomlkit.comment(f"Begun from a comparison of {trials}; `magbench gate` says what a limit measures."))
@@ -185,43 +187,43 @@ def gates_toml(compared: FinishedComparison, found: Sequence[GateProposal], scor
 
 
 def _table(one: GateProposal, compared: FinishedComparison, score: ScoreDefinition) -> tomlkit.items.Table:
-    table, asked = tomlkit.table(), compared.asked_for(one.calibrator)
+    table, invocation = tomlkit.table(), compared.invocation_of(one.calibrator)
     for line in _comments(one, compared, score):
         table.add(tomlkit.comment(line))
     table["name"] = f"{one.calibrator} {score.name}"
     table["scenario"] = compared.scenario.name + ("" if compared.of_the_catalogue else ".toml")
-    table["calibrator"] = asked.calibrator
-    if asked.words:
-        table["exec"] = asked.exec
-    if asked.needs:
-        table["needs"] = list(asked.needs)
+    table["calibrator"] = invocation.calibrator
+    if invocation.words:
+        table["exec"] = invocation.exec
+    if invocation.needs:
+        table["needs"] = list(invocation.needs)
     table["score"] = score.column
     if one.reference is None:
-        table["limit"] = one.step.limit
+        table["limit"] = one.limit.value
     else:
-        table["ratio"] = one.step.limit
-        table["reference"] = compared.asked_for(one.reference).calibrator
+        table["ratio"] = one.limit.value
+        table["reference"] = compared.invocation_of(one.reference).calibrator
     table["max_trials"] = one.max_trials
     return table
 
 
 def _comments(one: GateProposal, compared: FinishedComparison, score: ScoreDefinition) -> list[str]:
-    """What was measured, what the limit costs, what it catches, and what a stricter one would cost."""
+    """Return comment lines: measured value, trials needed, detectable defect, and the price of a stricter limit."""
     of = score.unit if one.reference is None else f"x {one.reference}"
     median = float(np.median(one.values))
-    lines = [f"Measured {figure(median)} {of}. {_cost(one.step)}."]
+    lines = [f"Measured {figure(median)} {of}. {_cost(one.limit)}."]
     if np.isfinite(one.caught):
         lines.append(f"Catches {figure(one.caught * median)} {of}, {figure(one.caught)} times what was measured.")
     if one.stricter is not None:
-        lines.append(f"Costly: a limit of {figure(one.stricter.limit)}. {_cost(one.stricter)}.")
-    if compared.asked[one.calibrator.partition("@")[0]] is None:
+        lines.append(f"Costly: a limit of {figure(one.stricter.value)}. {_cost(one.stricter)}.")
+    if compared.invocations[one.calibrator.partition("@")[0]] is None:
         lines.append('To do: it was an object in memory; put it into a module: calibrator = "module:object".')
     return lines
 
 
-def _cost(step: ProposedLimit) -> str:
-    if step.trials is None:
+def _cost(limit: ProposedLimit) -> str:
+    if limit.trials is None:
         return f"Passing takes more than {MOST_TRIALS:,} trials"
     return (
-        f"Passing takes {step.usually} trials in half of the runs, {step.trials} at most in {100 * POWER:g} % of them"
+        f"Passing takes {limit.usually} trials in half of the runs, {limit.trials} at most in {100 * POWER:g} % of them"
     )

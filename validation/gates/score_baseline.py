@@ -1,4 +1,4 @@
-"""The scores that calibrators had, trial by trial: what a gate without a limit of its own is held to."""
+"""Baseline file of a gate: earlier scores of calibrators, trial by trial, as the reference of the limit."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ COLUMNS = pa.schema(
         ("value", pa.float64()),
     ]
 )
-"""`sha256` is the digest of the whole scenario; a null `value`: no estimate."""
+"""sha256 : digest of the whole scenario. value : null without an estimate."""
 ANEW = "write it anew with --write-baseline"
 
 
 def rows_of(design: Design, calibrator: str, score: str, values: Array) -> pa.Table:
-    """A calibrator's score in the runs 0 ... n - 1 as rows of a baseline."""
+    """Return a calibrator's scores in runs 0 ... n - 1 as rows of a baseline."""
     n = len(values)
     same = {
         "scenario": design.points[-1].scenario.name,
@@ -49,16 +49,16 @@ def rows_of(design: Design, calibrator: str, score: str, values: Array) -> pa.Ta
 
 
 def write_baseline(path: Path, parts: Iterable[pa.Table]) -> None:
-    """Write a baseline whole or not at all; InputError where the system refuses."""
+    """Write a baseline atomically; InputError where the file cannot be written."""
     with atomic_write(path) as part, system_errors_about(path):
         pq.write_table(pa.concat_tables(parts), part, compression="zstd")
 
 
 def read_baseline(path: Path, design: Design, calibrator: str, score: str, trials: int) -> Array:
-    """A calibrator's score (trials,) in the runs 0, 1, ...; infinite where it gave no estimate.
+    """Return a calibrator's score (trials,) in runs 0, 1, ...; infinite without an estimate.
 
-    Raises InputError for what is no baseline, for one of another scenario, seed, calibrator or score, and for one of
-    fewer trials.
+    Raises InputError for a file that is no baseline, for a different scenario, seed, calibrator or score, and for too
+    few trials.
     """
     if not path.is_file():
         raise InputError("no such file", where=str(path), do="write it with --write-baseline")

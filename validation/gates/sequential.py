@@ -1,4 +1,4 @@
-"""A sequential test of how often a score is over its limit; it may be looked at after every trial."""
+"""Sequential test of how often a score exceeds a limit, valid after every trial."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ Counts = NDArray[np.int64]
 
 
 def log_evidence(exceeded: ArrayLike, trials: ArrayLike, allowed: float) -> Array:
-    """ln E, E the evidence of k exceedances in n trials against P(exceed) <= p0.
+    """Return ln E, the evidence of k exceedances in n trials against P(exceed) <= p0.
 
     E_n = integral over p in [p0, 1] of (p / p0)^k ((1 - p) / (1 - p0))^(n - k) dp / (1 - p0)
         = B(k + 1, n - k + 1) (1 - I_p0(k + 1, n - k + 1)) / (p0^k (1 - p0)^(n - k + 1)),
 
-    the likelihood ratio averaged over every p above p0 alike: a beta-binomial mixture, truncated to the alternative.
-    For each p > p0 the ratio of one more trial has expectation at most 1 whatever P(exceed) <= p0 is, so E is a
-    supermartingale that begins at 1, and P(E_n >= 1 / a for any n) <= a: Ville's inequality [Ville1939]; on tests of
-    this kind [Howard2021], [WaudbySmith2024]. It holds wherever one stops, and however often one looked before.
+    the likelihood ratio averaged uniformly over p > p0: a beta-binomial mixture, truncated to the alternative.
+    For each p > p0 the ratio of a further trial has expectation at most 1 for every P(exceed) <= p0, so E is a
+    supermartingale that starts at 1, and P(E_n >= 1 / a for any n) <= a: Ville's inequality [Ville1939], for any
+    stopping time and any number of looks [Howard2021], [WaudbySmith2024].
 
-    exceeded, trials : k and n, of one shape; allowed : p0, between 0 and 1. Where the integral is too small for a
-    double the answer is -inf: less evidence than there is, which keeps the inequality.
+    exceeded, trials : k and n, of equal shape. allowed : p0, between 0 and 1. An integral below the range of a double
+    gives -inf, an underestimate that keeps the inequality.
     """
     k, n = np.asarray(exceeded, dtype=float), np.asarray(trials, dtype=float)
     misses = n - k
@@ -41,11 +41,11 @@ def log_evidence(exceeded: ArrayLike, trials: ArrayLike, allowed: float) -> Arra
 
 @dataclass(frozen=True)
 class SequentialTest:
-    """Whether a score is over its limit in more than the allowed part of the trials.
+    """Test whether a score exceeds the limit in more than the allowed share of trials.
 
-    allowed : p0, one less the quantile that the gate is about; 0.5 for the median.
-    false_fail_rate : greatest probability that a calibrator with P(exceed) <= p0 ever fails.
-    false_pass_rate : greatest probability that a calibrator with P(exceed) >= p0 ever passes.
+    allowed : p0 = 1 - quantile of the gate; 0.5 for the median.
+    false_fail_rate : largest probability that a calibrator with P(exceed) <= p0 ever fails.
+    false_pass_rate : largest probability that a calibrator with P(exceed) >= p0 ever passes.
     """
 
     allowed: float
@@ -54,38 +54,38 @@ class SequentialTest:
 
     @property
     def failing(self) -> float:
-        """ln of the evidence that fails."""
+        """ln of the evidence needed to fail."""
         return -math.log(self.false_fail_rate)
 
     @property
     def passing(self) -> float:
-        """ln of the evidence that passes."""
+        """ln of the evidence needed to pass."""
         return -math.log(self.false_pass_rate)
 
     def over(self, exceeded: ArrayLike, trials: ArrayLike) -> Array:
-        """ln of the evidence that the limit is exceeded too often."""
+        """Return ln of the evidence that the limit is exceeded too often."""
         return log_evidence(exceeded, trials, self.allowed)
 
     def within(self, exceeded: ArrayLike, trials: ArrayLike) -> Array:
-        """ln of the evidence that the limit is kept."""
+        """Return ln of the evidence that the limit is kept."""
         return log_evidence(np.subtract(trials, exceeded), trials, 1.0 - self.allowed)
 
     def fails_from(self, most: int) -> Counts:
-        """Least number of exceedances that fails after n = 0 ... most trials; n + 1 where none does."""
+        """Return the smallest number of exceedances that fails after n = 0 ... most trials; n + 1 for none."""
         return _least_count(lambda k, n: self.over(k, n) >= self.failing, most)
 
     def passes_to(self, most: int) -> Counts:
-        """Greatest number of exceedances that passes after n = 0 ... most trials; -1 where none does."""
+        """Return the largest number of exceedances that passes after n = 0 ... most trials; -1 for none."""
         kept = _least_count(lambda kept, n: self.within(n - kept, n) >= self.passing, most)
         return np.arange(most + 1) - kept
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What a sequence of trials decided, and the way there.
+    """Verdict of a sequence of trials with the trajectory of the evidence.
 
-    exceeded (n,) : whether each trial that was looked at was over the limit. over, within (n,) : ln of the evidence
-    for either side after it. The verdict is `inconclusive` where neither is enough.
+    exceeded (n,) : whether each trial exceeded the limit. over, within (n,) : ln of the evidence for exceeding and for
+    keeping the limit after each trial. The verdict is `inconclusive` where neither suffices.
     """
 
     verdict: Verdict
@@ -95,12 +95,12 @@ class Decision:
 
     @property
     def trials(self) -> int:
-        """Trials that were looked at, none after the one that decided."""
+        """Number of trials up to the deciding trial."""
         return len(self.exceeded)
 
 
 def decide(test: SequentialTest, exceeded: ArrayLike) -> Decision:
-    """Look at the trials in their order, after each of them, and stop at the first that decides."""
+    """Test trials in order and stop at the first decision."""
     seen = np.asarray(exceeded, dtype=bool)
     n, k = np.arange(1, len(seen) + 1), np.cumsum(seen)
     over, within = test.over(k, n), test.within(k, n)
@@ -114,9 +114,9 @@ def decide(test: SequentialTest, exceeded: ArrayLike) -> Decision:
 
 
 def _least_count(enough: Callable[[Counts, Counts], NDArray[np.bool_]], most: int) -> Counts:
-    """Least k in 0 ... n that is enough, n + 1 where none is, for n = 0 ... most: bisection, for all n at once.
+    """Return the smallest sufficient k in 0 ... n, n + 1 for none, for n = 0 ... most; bisection over all n at once.
 
-    What is enough stays so as k grows, since every likelihood ratio in the mixture grows with k.
+    Sufficiency is monotonic in k, since every likelihood ratio in the mixture grows with k.
     """
     n = np.arange(most + 1)
     low, high = np.zeros_like(n), n + 1

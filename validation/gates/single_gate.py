@@ -1,4 +1,4 @@
-"""One gate by itself, its trials computed in this process: its calibrator may be an object in memory."""
+"""Single gate with trials computed in the calling process, so the calibrator may be an object in memory."""
 
 from __future__ import annotations
 
@@ -30,30 +30,30 @@ OF_SENSOR = re.compile(r"([^{}]+)(@\d+)")
 """`name@2` or `module:object@2`; a command has braces."""
 LONGEST_NAME = 100
 REFERENCE = "reference"
-"""What a reference is called that has its calibrator's name."""
+"""Name of a reference whose name would equal the calibrator's."""
 
 
 @dataclass(frozen=True)
 class GateSubject:
-    """Whose rows a gate reads: a candidate's, None for the raw measurement, and of an array which sensor's (`@2`)."""
+    """Calibrator read by a gate, None for the raw measurement; at_sensor : `@2` for sensor 2 of an array."""
 
-    candidate: CalibratorEntry | None
+    entry: CalibratorEntry | None
     at_sensor: str = ""
 
     @classmethod
     def of(cls, found: object, time_limit_s: float = TIME_LIMIT_S) -> Self:
-        """By `uncorrected`, or by what `candidate` takes; a text may end with the sensor."""
+        """Resolve `uncorrected`, or any argument of `select_calibrator`; a text may end with the sensor."""
         sensed = OF_SENSOR.fullmatch(found) if isinstance(found, str) else None
         which, at_sensor = sensed.groups() if sensed else (found, "")
         one = None if which == UNCORRECTED else select_calibrator(which, time_limit_s)
         if one and one.name == UNCORRECTED:
-            raise InputError(f"{UNCORRECTED!r} is the raw measurement's name", do="call the calibrator otherwise")
+            raise InputError(f"{UNCORRECTED!r} is the raw measurement's name", do="rename the calibrator")
         return cls(one, at_sensor)
 
     @property
     def row(self) -> str:
-        """The name of its row in a trial."""
-        return (self.candidate.name if self.candidate else UNCORRECTED) + self.at_sensor
+        """Row name in a trial."""
+        return (self.entry.name if self.entry else UNCORRECTED) + self.at_sensor
 
 
 def decide_single_gate(
@@ -63,19 +63,19 @@ def decide_single_gate(
     keys: Mapping[str, Any],
     options: Mapping[str, Any],
 ) -> GateOutcome:
-    """Run trials one after the other until a gate on this scenario is decided, or out of trials.
+    """Run trials one by one until a gate on a scenario is decided or out of trials.
 
-    keys : the other keys of a [[gate]]; options : those at the top of a file of gates; None: as in a file that does not
-    say. Raises InputError for whatever of these is not allowed or not there.
+    keys : further keys of a [[gate]]. options : top-level keys of a gate file. A value of None means the default.
+    Raises InputError for invalid keys, options, calibrators and references.
     """
     time_limit_s = options.get("time_limit_s") or TIME_LIMIT_S
     with _named("calibrator"):
         first = GateSubject.of(calibrator, time_limit_s)
     with _named("reference"):
-        second = None if reference is None else _apart(GateSubject.of(reference, time_limit_s), first)
+        second = None if reference is None else _renamed(GateSubject.of(reference, time_limit_s), first)
     names = {"calibrator": first.row, "reference": second.row if second else None, "scenario": scenario.name}
     file = _checked({**keys, **names}, options)
-    found = tuple(one.candidate for one in (first, second) if one and one.candidate)
+    found = tuple(one.entry for one in (first, second) if one and one.entry)
     design = Design((DesignPoint({}, scenario),), found, scenario.seed if file.seed is None else file.seed)
     return _decided(file, design)
 
@@ -95,17 +95,17 @@ def _decided(file: GateFile, design: Design) -> GateOutcome:
     while not progress.finished:
         run = len(progress.trials)
         rows = {one.calibrator: one for one in run_trial(design, 0, run).rows}
-        progress.take(entry.reading(run, rows))
+        progress.add(entry.read_trial(run, rows))
     return GateOutcome.of(progress)
 
 
-def _apart(reference: GateSubject, calibrator: GateSubject) -> GateSubject:
-    """The reference under another name, where the calibrator has its own."""
-    if reference.candidate is None or calibrator.candidate is None:
+def _renamed(reference: GateSubject, calibrator: GateSubject) -> GateSubject:
+    """Rename the reference where its name equals the calibrator's."""
+    if reference.entry is None or calibrator.entry is None:
         return reference
-    if reference.candidate.name != calibrator.candidate.name:
+    if reference.entry.name != calibrator.entry.name:
         return reference
-    return replace(reference, candidate=replace(reference.candidate, name=REFERENCE))
+    return replace(reference, entry=replace(reference.entry, name=REFERENCE))
 
 
 def _checked(gate: Mapping[str, Any], options: Mapping[str, Any]) -> GateFile:
@@ -123,7 +123,7 @@ def _stated(keys: Mapping[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def _named(argument: str) -> Iterator[None]:
-    """InputErrors from within name the argument."""
+    """Name an argument as the place of an InputError."""
     try:
         yield
     except InputError as error:

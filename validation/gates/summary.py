@@ -1,4 +1,4 @@
-"""Outcomes of gates as plain values: the JSON of `magbench gate`, and of gates.json with the whole way there."""
+"""Gate outcomes as plain values: the JSON of `magbench gate`, and gates.json with the trajectory of the evidence."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from validation.gates.sequential import Verdict
 
 
 def overall_verdict(outcomes: Sequence[GateOutcome]) -> Verdict:
-    """`fail` where one gate failed, else `inconclusive` where one was left undecided."""
+    """Return `fail` where any gate failed, else `inconclusive` where any is undecided, else `pass`."""
     verdicts = {outcome.verdict for outcome in outcomes}
     worst: tuple[Verdict, ...] = ("fail", "inconclusive")
     return next((verdict for verdict in worst if verdict in verdicts), "pass")
 
 
 def summary(outcomes: Sequence[GateOutcome]) -> dict[str, Any]:
-    """All verdicts; what is not finite becomes None."""
+    """Return all verdicts; non-finite values become None."""
     found: dict[str, Any] = json_ready(
         {"verdict": overall_verdict(outcomes), "gates": [_of_gate(outcome) for outcome in outcomes]}
     )
@@ -27,7 +27,7 @@ def summary(outcomes: Sequence[GateOutcome]) -> dict[str, Any]:
 
 
 def full_summary(outcomes: Sequence[GateOutcome]) -> dict[str, Any]:
-    """The same with every trial that was looked at, in the order of runs, and the evidence after it."""
+    """Return `summary` with values and evidence of every trial, in the order of runs."""
     found = summary(outcomes)
     for gate, outcome in zip(found["gates"], outcomes, strict=True):
         gate["trajectory"] = json_ready(_trajectory(outcome))
@@ -50,8 +50,8 @@ def _of_gate(outcome: GateOutcome) -> dict[str, Any]:
         "limit_of": gate.reference or gate.baseline,
         "trials": outcome.decision.trials,
         "exceeded": int(outcome.decision.exceeded.sum()),
-        "without_estimate": outcome.troubles.total(),
-        "reason": outcome.trouble,
+        "without_estimate": outcome.failures.total(),
+        "reason": outcome.failure,
         "max_trials": outcome.plan.max_trials,
         "more_trials": outcome.more_trials if undecided else None,
         "smallest_seen": outcome.smallest_seen,

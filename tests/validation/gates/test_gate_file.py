@@ -59,7 +59,7 @@ def test_what_a_file_leaves_out_has_a_default(file: Path) -> None:
         (GATE.replace("heading_rms", "wall_time") + "limit = 1", "not the same twice"),
         (GATE.replace("heading_rms", "iterations") + "limit = 1", "no better end"),
         (GATE.replace("heading_rms", "in_sample_norm_rms") + "limit = 1", "no better end"),
-        (GATE + "limit = 1\nneeds = ['gyro']", "needs: only what exec says is told what it needs"),
+        (GATE + "limit = 1\nneeds = ['gyro']", "needs: needs applies to a command only"),
         (GATE + "limit = 1\nexec = 'a {recording} {result}'\nneeds = ['compass']", "needs"),
         ("false_fail_rate = 0\n" + GATE + "limit = 1", "false_fail_rate"),
     ],

@@ -49,10 +49,10 @@ def test_a_limit_is_a_multiple_of_what_any_method_can_reach(groups_of: Groups) -
     one, other = groups_of(gate_text("a", "ellipsoid", **keys), gate_text("b", "vector_least_squares", **keys))[
         0
     ].entries
-    assert one.reading(0, {"ellipsoid": row("ellipsoid", 0.6)}).other == pytest.approx(0.539, rel=0.02)
-    assert other.reading(0, {"vector_least_squares": row("vector_least_squares", 0.3)}).other == pytest.approx(
-        0.2938, rel=0.05
-    )
+    assert one.read_trial(0, {"ellipsoid": row("ellipsoid", 0.6)}).reference_score == pytest.approx(0.539, rel=0.02)
+    assert other.read_trial(
+        0, {"vector_least_squares": row("vector_least_squares", 0.3)}
+    ).reference_score == pytest.approx(0.2938, rel=0.05)
 
 
 def test_the_limit_is_of_what_is_possible_in_the_same_run(groups_of: Groups) -> None:
@@ -62,7 +62,7 @@ def test_the_limit_is_of_what_is_possible_in_the_same_run(groups_of: Groups) -> 
     (group,) = groups_of(gate_text("a", "ellipsoid", set=[vary], **keys))
     for run in range(3):
         drawn = plan(group.design.points[0].scenario, run, group.design.seed)
-        least = group.entries[0].reading(run, {"ellipsoid": row("ellipsoid", 0.6)}).other
+        least = group.entries[0].read_trial(run, {"ellipsoid": row("ellipsoid", 0.6)}).reference_score
         assert least / stated_noise_nT(drawn.effects[0]) == pytest.approx(0.0539, rel=0.02)
 
 
@@ -106,7 +106,7 @@ def test_a_program_is_held_to_the_bound_of_what_it_is_said_to_need(groups_of: Gr
     for needs in ([], ["gyro"]):
         (group,) = groups_of(gate_text("a", "mine", needs=needs, **keys))
         assert group.design.candidates[0].needs == tuple(needs)
-        least.append(group.entries[0].reading(0, {"mine": row("mine", 1.0)}).other)
+        least.append(group.entries[0].read_trial(0, {"mine": row("mine", 1.0)}).reference_score)
     assert least[1] < least[0] / 4
     with pytest.raises(InputError, match=r"gate\.1\.exec: 'mine' is another command in a gate before"):
         groups_of(gate_text("a", "mine", **keys), gate_text("b", "mine", needs=["gyro"], **keys))
@@ -160,4 +160,4 @@ def test_a_file_that_is_no_baseline_is_refused(tmp_path: Path, groups_of: Groups
     (tmp_path / "base.parquet").write_bytes(b"PAR1")
     with pytest.raises(InputError, match=r"base\.parquet"):
         groups_of(held_to(tmp_path / "base.parquet"))
-    assert np.isfinite(groups_of(held_to(tmp_path / "base.parquet"), baselines=False)[0].most)
+    assert np.isfinite(groups_of(held_to(tmp_path / "base.parquet"), baselines=False)[0].max_trials)

@@ -27,14 +27,14 @@ def test_few_trials_do_not_give_a_limit_that_the_same_calibrator_breaks(
     for _ in range(20):
         values = rng.lognormal(0.0, spread, trials)
         (found,) = gate_proposals(table_of({"a": values, "uncorrected": 100 * values}), SCORE)
-        below += found.step.limit < 1.0
+        below += found.limit.value < 1.0
     assert below <= 2  # of 20, where one in forty is below
 
 
 def test_more_trials_give_a_stricter_limit(rng: np.random.Generator) -> None:
     few, many = rng.lognormal(0.0, 0.3, 12), rng.lognormal(0.0, 0.3, 500)
     limits = [
-        gate_proposals(table_of({"a": v, "uncorrected": v}), SCORE)[0].step.limit / np.median(v) for v in (few, many)
+        gate_proposals(table_of({"a": v, "uncorrected": v}), SCORE)[0].limit.value / np.median(v) for v in (few, many)
     ]
     assert limits[1] < limits[0]
     assert limits[1] < 1.3
@@ -44,5 +44,5 @@ def test_one_that_is_worse_than_the_ladder_is_high_gets_a_limit_of_its_own(rng: 
     good, bad = rng.lognormal(0.0, 0.3, 60), rng.lognormal(8.0, 0.01, 60)
     _, found = gate_proposals(table_of({"a": good, "b": bad, "uncorrected": bad}), SCORE)
     assert found.reference is None
-    assert found.step.trials is not None
-    assert np.median(bad) < found.step.limit < 2 * np.median(bad)
+    assert found.limit.trials is not None
+    assert np.median(bad) < found.limit.value < 2 * np.median(bad)

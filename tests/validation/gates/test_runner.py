@@ -40,7 +40,7 @@ def test_clear_cases_are_decided_each_on_its_own_trials(groups_of: Groups) -> No
     paired = outcomes[2]
     assert paired.measured == pytest.approx(4.0)
     assert paired.decision.exceeded.all()
-    assert outcomes[3].troubles.most_common(1)[0][0] == "unobservable: too level"
+    assert outcomes[3].failures.most_common(1)[0][0] == "unobservable: too level"
 
 
 @pytest.mark.parametrize("seed", range(5))
