@@ -37,7 +37,7 @@ KNOWN = (*RECORDINGS, RESULT, *VARIABLES)
 PLACEHOLDER = re.compile(r"\{([A-Za-z_][\w.]*)\}")
 NAMED = re.compile(r"([A-Za-z][\w.-]*)(?::([\w,]+))?=(.+)", re.DOTALL)
 Need = Literal["gyro", "accel", "attitude"]
-"""Signals that a program may be declared to need beside the magnetometer."""
+"""Signals other than the magnetometer that a program may be declared to need."""
 DECLARABLE: tuple[Need, ...] = get_args(Need)
 MAX_RESULT_BYTES = 2**24
 EXAMPLE = "--exec 'NAME=./mycal {recording} {result}'"

@@ -45,8 +45,9 @@ def sensor_fits(
     """
     for done, entry in enumerate(chosen):
         progress(done / len(chosen))
+        parts = sensor_recordings(recording, entry.name)
         whole = entry.fit_timed(recording, reference, rng()) if entry.whole_array else None
-        for sensor, (key, part) in enumerate(sensor_recordings(recording, entry.name).items()):
+        for sensor, (key, part) in enumerate(parts.items()):
             fit = whole or entry.fit_timed(part, reference, rng())
             calibration = whole.calibration.of_sensor(sensor) if whole else fit.calibration
             yield SensorFit(key, sensor, part, calibration, fit.cpu_s)

@@ -37,24 +37,28 @@ class Gate(Table):
     limit.
     """
 
-    name: str = Field(pattern=r"^\S(.*\S)?$", max_length=100, description="what reports call it")
-    scenario: str = Field(min_length=1, description="a name of the catalogue, or a file beside this one")
+    name: str = Field(pattern=r"^\S(.*\S)?$", max_length=100, description="name in reports")
+    scenario: str = Field(
+        min_length=1, description="name in the catalogue, or a file in the directory of the gate file"
+    )
     set_: tuple[str, ...] = Field((), alias="set", description="overrides, as with --set: KEY=VALUE")
-    calibrator: str = Field(min_length=1, description="registered name, or module:object; of an array name@sensor")
-    exec_: str | None = Field(None, alias="exec", description="the command that is this calibrator, as with --exec")
-    needs: tuple[Need, ...] = Field((), description="what that command needs of a recording, as in NAME:gyro=...")
-    score: str = Field(description="of scores.json, with its unit or without; less must be better")
+    calibrator: str = Field(min_length=1, description="registered name or module:object; for an array name@sensor")
+    exec_: str | None = Field(None, alias="exec", description="command that runs the calibrator, as with --exec")
+    needs: tuple[Need, ...] = Field((), description="signals that the command needs, as in NAME:gyro=...")
+    score: str = Field(description="score of scores.json, with or without unit; less must be better")
     limit: Positive | None = Field(None, description="in the score's unit")
     ratio: Positive | None = Field(None, description="limit as a multiple of the reference's score in the same trial")
-    reference: str | None = Field(None, description="calibrator that ratio refers to; bound: what any can reach")
-    baseline: str | None = Field(None, description="file that --write-baseline wrote, beside this one")
+    reference: str | None = Field(None, description="calibrator that ratio refers to; bound: the Cramer-Rao bound")
+    baseline: str | None = Field(
+        None, description="file written by --write-baseline, in the directory of the gate file"
+    )
     margin: Positive = Field(MARGIN, description="limit as a multiple of the baseline's score in the same trial")
-    quantile: Part = Field(QUANTILE, description="which quantile of the score is to keep the limit; 0.5: the median")
+    quantile: Part = Field(QUANTILE, description="quantile of the score that must keep the limit; 0.5: the median")
     max_trials: int | None = Field(None, ge=1, le=MOST_TRIALS, description="default: as smallest_defect takes")
     smallest_defect: float | None = Field(
-        None, gt=1, le=1e6, description=f"multiple of the limit that is to be caught [default: {SMALLEST_DEFECT}]"
+        None, gt=1, le=1e6, description=f"multiple of the limit that must be detected [default: {SMALLEST_DEFECT}]"
     )
-    power: Part = Field(POWER, description="probability with which it is caught")
+    power: Part = Field(POWER, description="probability of detecting the smallest defect")
     spread: float = Field(
         USUAL_SPREAD, gt=0, le=10, description="standard deviation of ln(score) from trial to trial, for planning"
     )

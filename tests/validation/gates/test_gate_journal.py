@@ -10,6 +10,7 @@ import pytest
 
 from reports.outputs.gates import FILES, run_gates
 from scenarios.errors import InputError
+from tests.imports import ORDER
 from tests.validation.gates.conftest import Scripted, gate_text, groups_in, row
 from validation.comparison.journal import JOURNAL, Journal
 from validation.comparison.trial import TrialRow
@@ -91,3 +92,7 @@ def test_a_comparison_in_the_same_place_is_refused_and_left(
     with pytest.raises(InputError, match="is no journal of a run of gates"):
         gates(Scripted(told))
     assert "comparison" in (tmp_path / "out" / JOURNAL).read_text()
+
+
+def test_every_package_that_a_trial_can_import_is_part_of_the_identity() -> None:
+    assert set(kept.DECIDING) == set(ORDER[: ORDER.index("validation") + 1])
