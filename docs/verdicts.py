@@ -19,9 +19,11 @@ from typing import Any
 import shown
 from matplotlib.figure import Figure
 
+from diagnosis.answer import answer
+from diagnosis.question import Question
 from diagnosis.repair.model_diff import model_diff
 from diagnosis.result import Diagnosis
-from diagnosis.single import diagnose_file
+from diagnosis.sources import file_sources
 from magbench.cli import main
 from reports.plots.diagnosis import draw_channel, draw_gap, draw_ranking, draw_spectrum
 from reports.text.diagnosis import headline
@@ -63,7 +65,9 @@ def _found(section: str) -> Diagnosis:
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as complaints:
         status = main(["simulate", *simulate, "--jobs", "1"])
     assert status == 0, complaints.getvalue()
-    return diagnose_file(Path(measured), model)
+    found = answer(Question.about(model), file_sources([Path(measured)], 0))
+    assert isinstance(found, Diagnosis)
+    return found
 
 
 def _commands(section: str, name: str) -> Iterator[list[str]]:

@@ -18,8 +18,18 @@ if not os.path.isdir(os.path.join(os.path.dirname(__file__), "sim")):  # not ins
 
     join()
 
-from magbench.api import apply, calibrate, diagnose, inspect, register, run, simulate
-from magbench.api_bounds import bound, plan, worth
+from magbench.api.apply import apply, apply_file
+from magbench.api.bound import bound, what_if
+from magbench.api.calibrate import calibrate, register
+from magbench.api.compare import compare
+from magbench.api.cross_validate import worth
+from magbench.api.diagnose import diagnose
+from magbench.api.gate import gate, propose_gates, write_baseline
+from magbench.api.inspect import inspect
+from magbench.api.plan import plan
+from magbench.api.reproduce import reproduce
+from magbench.api.run import run
+from magbench.api.simulate import simulate
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:
@@ -49,21 +59,28 @@ __all__ = [
     "Status",
     "Truth",
     "apply",
+    "apply_file",
     "bound",
     "calibrate",
     "catalogue",
+    "compare",
     "diagnose",
+    "gate",
     "generate",
     "inspect",
     "load",
     "plan",
+    "propose_gates",
     "read_recording",
     "read_run",
     "register",
+    "reproduce",
     "run",
     "run_scenario",
     "simulate",
+    "what_if",
     "worth",
+    "write_baseline",
 ]
 
 if not TYPE_CHECKING:  # type checkers read the imports above

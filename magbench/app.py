@@ -12,6 +12,7 @@ import typer
 from typer.core import TyperCommand, TyperOption
 
 import magbench
+from magbench.api.inputs import in_options
 from magbench.commands import (
     apply,
     bound,
@@ -101,7 +102,8 @@ def call(arguments: Sequence[str] | None = None) -> int:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     try:
         try:
-            status = app(args=arguments, prog_name="magbench", standalone_mode=False)
+            with in_options():
+                status = app(args=arguments, prog_name="magbench", standalone_mode=False)
         except SystemExit:  # of completion, done; and what typer and rich make of a closed pipe
             status = 0
         sys.stdout.flush()

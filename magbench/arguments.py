@@ -1,18 +1,13 @@
-"""Arguments checked and completed before anything heavy is imported: what they name is known by the names of files."""
+"""Arguments checked and completed before anything heavy is imported, by the names of files."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import scenarios
 from scenarios.errors import InputError
 from scenarios.names import closest, find, offered_calibrators, scenario_names
-
-if TYPE_CHECKING:
-    from validation.calibrating.calibrator_entry import CalibratorEntry
-    from validation.comparison.engine import Engine
 
 ROOT = Path(scenarios.__file__).parent.parent
 ALL_PAPERS = "all"
@@ -70,24 +65,6 @@ def known_calibrators(text: str | None) -> str | None:
     return text
 
 
-def chosen(
-    with_: str | None, exec_: Sequence[str] | None, time_limit_s: float, otherwise: Sequence[str]
-) -> tuple[CalibratorEntry, ...]:
-    """The calibrators of --with and --exec; where neither is given those of the names in `otherwise`."""
-    from validation.calibrating.selection import select_calibrators
-
-    names = split(with_) if with_ else () if exec_ else otherwise
-    return select_calibrators(names, exec_ or (), time_limit_s)
-
-
-def engine(scheduler: str | None, jobs: int) -> Engine:
-    """Who computes trials: the cluster of --scheduler, else so many processes."""
-    from validation.comparison.cluster import Cluster
-    from validation.comparison.engine import ProcessEngine
-
-    return Cluster(scheduler) if scheduler else ProcessEngine(jobs)
-
-
 def known_paper(key: str) -> str:
     """A paper's key in any case, or `all`; raises InputError."""
     known = [*paper_keys(), ALL_PAPERS]
@@ -122,19 +99,19 @@ def split(text: str) -> list[str]:
 
 def complete_scenario(incomplete: str) -> list[str]:
     """What the shell offers for SCENARIO; it completes files itself."""
-    return _beginning(incomplete, scenario_names())
+    return _starting_with(incomplete, scenario_names())
 
 
 def complete_calibrators(incomplete: str) -> list[str]:
     """What the shell offers for the last of a list with commas."""
     before, comma, last = incomplete.rpartition(",")
-    return [before + comma + name for name in _beginning(last, calibrator_names())]
+    return [before + comma + name for name in _starting_with(last, calibrator_names())]
 
 
 def complete_paper(incomplete: str) -> list[str]:
     """What the shell offers for a paper's key."""
-    return _beginning(incomplete, [*paper_keys(), ALL_PAPERS])
+    return _starting_with(incomplete, [*paper_keys(), ALL_PAPERS])
 
 
-def _beginning(start: str, names: Sequence[str]) -> list[str]:
+def _starting_with(start: str, names: Sequence[str]) -> list[str]:
     return [name for name in names if name.startswith(start)]

@@ -81,6 +81,14 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
     show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix", "reason"], rows)
 
 
+def show_answer(found: Diagnosis | PooledDiagnosis) -> None:
+    """A diagnosis of one or of several recordings."""
+    if isinstance(found, Diagnosis):
+        show_diagnosis(found)
+    else:
+        show_together(found)
+
+
 def show_together(found: PooledDiagnosis) -> None:
     """Verdict, sentence, what to do next, each effect by recording, the gaps, and what changes in the model."""
     show_text(together_headline(found) + "\n")

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-from magbench.inputs import in_keywords, scenario_from
+from magbench.api.inputs import in_keywords, scenario_from
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:

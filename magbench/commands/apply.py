@@ -20,15 +20,15 @@ def apply(
     map_: Maps = None,
     json: Json = False,
 ) -> None:
-    """Correct a recording with a calibration made before; the magnetometer's columns are replaced.
+    """Correct a recording with an earlier calibration; the magnetometer's columns are replaced.
 
     Example: magbench apply out/calibration.json survey.csv --with ellipsoid -o corrected.parquet
     """
+    import magbench
     from magbench.console import emit, say, warn
-    from validation.calibrating.calibration_file import apply_file
 
-    told = apply_file(calibration, data, out, name=with_, run=run, maps=map_ or ())
-    warn(told["warning"])
-    say(f"{out}: {told['samples']} samples corrected with {told['calibrator']}")
+    done = magbench.apply_file(calibration, data, out, name=with_, run=run, maps=map_ or ())
+    warn(done["warning"])
+    say(f"{out}: {done['samples']} samples corrected with {done['calibrator']}")
     if json:
-        emit(told | {"out": str(out)})
+        emit(done | {"out": str(out)})

@@ -1,9 +1,9 @@
-"""`magbench bound`: the accuracy that any method can reach, and what the motion cannot tell."""
+"""`magbench bound`: the accuracy that any method can reach, and what is not observable."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -12,9 +12,7 @@ from magbench.options import FieldStrength, FieldVector, Json, Maps, Overrides
 from scenarios.names import find
 
 if TYPE_CHECKING:
-    from sim.scenario import Scenario
-    from validation.bound.experiment import Experiment
-    from validation.bound.query import BoundAnswer, BoundQuery
+    from magbench.api.planning_results import BoundResult, WhatIfResult
 
 WHAT_IF = "--what-if"
 Source = Annotated[
@@ -90,78 +88,51 @@ def bound(
 
     Example: magbench bound auv-spiral --what-if roll_amplitude_deg=0:30:5
     """
-    path = find(source)
+    import magbench
+    from magbench.api.bound import is_scenario
+
     of_log = {"--run": run, "--field-strength-nT": field_strength_nT, "--field-enu-nT": field_enu_nT, "--map": map_}
     of_scenario = {"--set": set_, WHAT_IF: what_if, "--coloured": coloured or None}
     if not what_if:
         none_of({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
-    from validation.bound.limit import Tilts
-    from validation.bound.query import BoundQuery
-
-    tilts = Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
-    question = BoundQuery(
-        knowledge, not strength_unknown, noise_std_nT, gyro_noise_rad_s, tilts, coloured, gyro_scale_std
-    )
-    if path.suffix == ".toml":
-        none_of(of_log, "speaks of a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
-        _of_scenario(question, path, set_, what_if, out, json)
-    else:
-        none_of(of_scenario, "speaks of a scenario, and this is a log", "leave it out")
-        _tell(question.answer(_log(path, noise_std_nT, run, map_, field_strength_nT, field_enu_nT)), json)
-
-
-def _of_scenario(
-    question: BoundQuery, path: Path, set_: list[str] | None, what_if: str | None, out: Path | None, json: bool
-) -> None:
-    from sim.scenario import load
-
-    scenario = load(path, set_ or ())
-    if what_if:
-        _sweep(question, scenario, what_if, out or Path("out") / f"{scenario.name}-bound", json)
-    else:
-        _tell(question.of_scenario(scenario), json)
+    known: dict[str, Any] = {
+        "noise_std_nT": noise_std_nT,
+        "gyro_noise_rad_s": gyro_noise_rad_s,
+        "gyro_scale_std": gyro_scale_std,
+        "strength_unknown": strength_unknown,
+        "tilt_limits": tilt_limits,
+    }
+    if not is_scenario(source):
+        none_of(of_scenario, "applies to a scenario, and this is a log", "leave it out")
+        reference: dict[str, Any] = {"field_strength_nT": field_strength_nT, "field_enu_nT": field_vector(field_enu_nT)}
+        return _show(magbench.bound(source, knowledge, **known, **reference, maps=map_ or (), run=run or 0), json)
+    none_of(of_log, "applies to a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
+    known |= {"coloured": coloured, "overrides": set_ or ()}
+    if not what_if:
+        return _show(magbench.bound(source, knowledge, **known), json)
+    place = out or Path("out") / f"{find(source).stem}-bound"
+    return _show_sweep(magbench.what_if(source, what_if, knowledge, **known, out=place), place, json)
 
 
-def _log(
-    path: Path,
-    noise_std_nT: float | None,
-    run: int | None,
-    maps: list[str] | None,
-    strength_nT: float | None,
-    enu: str | None,
-) -> Experiment:
-    vector = field_vector(enu)
-    from validation.bound.files import recording_experiment
-
-    return recording_experiment(
-        path, noise_std_nT=noise_std_nT, run=run or 0, maps=maps or (), strength_nT=strength_nT, enu=vector
-    )
-
-
-def _sweep(question: BoundQuery, scenario: Scenario, text: str, out: Path, json: bool) -> None:
+def _show(found: BoundResult, json: bool) -> None:
     from magbench.console import emit, say, show_table
-    from reports.outputs.bound import write_what_if
-    from scenarios.sweep import parse_sweep
-    from validation.bound.query import WhatIf
-    from validation.bound.summary import what_if_headline, what_if_heads, what_if_rows, what_if_summary
-
-    found = WhatIf.of(question, scenario, parse_sweep(text, scenario, WHAT_IF))
-    write_what_if(found, scenario.name, out)
-    if json:
-        emit({"what_if": what_if_summary(found), "out": str(out)})
-    else:
-        show_table("", what_if_heads(found), what_if_rows(found))
-    say(what_if_headline(found))
-    say(f"{out}: report.html, bound.json")
-
-
-def _tell(found: BoundAnswer, json: bool) -> None:
-    from magbench.console import emit, say, show_table
-    from validation.bound.summary import headline, rows, summary, use_rows
+    from validation.bound.summary import rows, summary, use_rows
 
     if json:
         emit(summary(found))
     else:
         show_table("", ["axis", "offset, nT", "S x", "S y", "S z"], rows(found))
         show_table("", ["at least", "error", "of what"], use_rows(found.used), numbers=False)
-    say(headline(found))
+    say(repr(found))
+
+
+def _show_sweep(found: WhatIfResult, out: Path, json: bool) -> None:
+    from magbench.console import emit, say, show_table
+    from validation.bound.summary import what_if_heads, what_if_rows, what_if_summary
+
+    if json:
+        emit({"what_if": what_if_summary(found), "out": str(out)})
+    else:
+        show_table("", what_if_heads(found), what_if_rows(found))
+    say(repr(found))
+    say(f"{out}: report.html, bound.json")

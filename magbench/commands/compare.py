@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from magbench.options import CORES, Exec, Jobs, Json, Out, Overrides, ScenarioName, Scheduler, Seed, TimeLimit, With
 from validation.calibrating.processes import TIME_LIMIT_S
-
-if TYPE_CHECKING:
-    from scenarios.sweep import Sweep
-    from sim.scenario import Scenario
 
 Trials = Annotated[int, typer.Option(min=1, max=10_000_000, help="Number of trials at every point of the sweep.")]
 Sweeps = Annotated[
@@ -58,28 +54,32 @@ def compare(
 
     Example: magbench compare quad-calibration --trials 100 --with ellipsoid,sphere --sweep noise_std_nT=5,50 -o out/c
     """
-    from magbench.arguments import chosen, engine
+    import magbench
+    from magbench.arguments import split
     from magbench.console import emit, progress, say
     from magbench.tables import show_comparison
-    from reports.outputs.comparison import compare as run
-    from reports.outputs.comparison import comparison_question, summary
-    from sim.scenario import load
-    from validation.comparison.design import Design
 
-    asked = comparison_question(rank_by, reference, until)
-    spec = load(scenario, set_ or ())
+    spec = magbench.load(scenario, set_ or ())
     place = out or Path("out") / f"{spec.name}-comparison"
-    design = Design.of(spec, chosen(with_, exec_, time_limit_s, spec.calibrators), _sweeps(sweep, spec), seed)
     with progress(f"comparing on {spec.name}") as report:
-        found = run(design, trials, place, engine(scheduler, jobs), report, asked)
+        found = magbench.compare(
+            spec,
+            place,
+            trials=trials,
+            with_=split(with_) if with_ else (),
+            sweep=sweep or (),
+            seed=seed,
+            until=until,
+            rank_by=rank_by,
+            reference=reference,
+            exec_=exec_ or (),
+            time_limit_s=time_limit_s,
+            jobs=jobs,
+            scheduler=scheduler,
+            progress=report,
+        )
     if json:
-        emit(summary(found, design.seed) | {"out": str(place)})
+        emit(found.summary() | {"out": str(place)})
     else:
         show_comparison(found)
     say(f"{place}: report.html, trials.parquet, timings.parquet, comparison.json, recordings")
-
-
-def _sweeps(texts: list[str] | None, scenario: Scenario) -> list[Sweep]:
-    from scenarios.sweep import parse_sweep
-
-    return [parse_sweep(text, scenario) for text in texts or ()]

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from magbench.arguments import all_present, complete_scenario, field_vector, known_scenario, present
 from magbench.options import FieldStrength, FieldVector, Json, Maps
-
-if TYPE_CHECKING:
-    from diagnosis.several.files import Source
-    from diagnosis.verdict import Verdict
 
 Model = Annotated[
     str | None,
@@ -73,72 +69,30 @@ def diagnose(
 
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
     """
-    from diagnosis.several.files import check_one, sources
-    from magbench.console import say
-    from recordings.files import locked_directory, remove_leftovers
+    import magbench
+    from magbench.console import emit, say
+    from magbench.tables import show_answer
     from reports.outputs.diagnosis import FILES
 
-    place, recordings = out or Path("out") / "diagnosis", sources(measured, run, sensor, map_ or (), reference_sensor)
-    if confirm:
-        check_one(recordings, "--confirm")
-    given = {
-        "enu": field_vector(field_enu_nT),
-        "strength_nT": field_strength_nT,
-        "maps": map_ or (),
-        "actuators": actuator or (),
-        "say": lambda what: say(f"diagnosis: {what}"),
-    }
-    with locked_directory(place):
-        remove_leftovers(place)
-        if len(recordings) > 1:
-            verdict = _several(recordings, model, place, given, json=json)
-        else:
-            verdict = _one(measured[0], recordings[0], model, confirm, place, given, json=json)
+    place = out or Path("out") / "diagnosis"
+    found = magbench.diagnose(
+        measured,
+        model,
+        field_strength_nT=field_strength_nT,
+        field_enu_nT=field_vector(field_enu_nT),
+        confirm=confirm,
+        actuators=actuator or (),
+        maps=map_ or (),
+        run=run,
+        sensor=sensor,
+        reference_sensor=reference_sensor,
+        out=place,
+        say=lambda stage: say(f"diagnosis: {stage}"),
+    )
+    if json:
+        emit(found.as_dict() | {"model_out": str(place / "model.toml")})
+    else:
+        show_answer(found)
     say(f"{place}: {', '.join(FILES)}")
-    if not verdict.explained:
+    if not found.verdict.explained:
         raise typer.Exit(1)
-
-
-def _one(
-    measured: Path,
-    one: Source,
-    model: str | None,
-    confirm: Path | None,
-    place: Path,
-    given: dict[str, Any],
-    *,
-    json: bool,
-) -> Verdict:
-    from diagnosis.single import diagnose_file
-    from magbench.console import emit
-    from magbench.tables import show_diagnosis
-    from reports.outputs.diagnosis import write_diagnosis
-
-    which: dict[str, Any] = {"run": one.run, "sensor": one.sensor, "reference_sensor": one.reference}
-    found = diagnose_file(measured, model, confirm=confirm, **which, **given)
-    given["say"]("report and recording")
-    write_diagnosis(found, place, f"Diagnosis of {measured.name}")
-    if json:
-        emit(found.as_dict() | {"model_out": str(place / "model.toml")})
-    else:
-        show_diagnosis(found)
-    return found.verdict
-
-
-def _several(
-    recordings: tuple[Source, ...], model: str | None, place: Path, given: dict[str, Any], *, json: bool
-) -> Verdict:
-    from diagnosis.several.files import diagnose_files
-    from magbench.console import emit
-    from magbench.tables import show_together
-    from reports.outputs.diagnosis import write_pooled_diagnosis
-
-    found = diagnose_files(recordings, model, **given)
-    given["say"]("reports and recordings")
-    folders = write_pooled_diagnosis(found, place, f"Diagnosis of {len(recordings)} {found.among.key}")
-    if json:
-        emit(found.as_dict() | {"model_out": str(place / "model.toml")})
-    else:
-        show_together(found)
-    given["say"](f"each by itself: {', '.join(folders)}")
-    return found.verdict

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,9 +14,7 @@ from magbench.options import CORES, Jobs, Json, Scheduler, Seed
 from validation.calibrating.processes import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
 
 if TYPE_CHECKING:
-    from validation.comparison.engine import Engine
-    from validation.gates.gate_groups import GateGroup
-    from validation.gates.gate_outcome import GateOutcome
+    from magbench.api.results import GateResult
 
 Gates = Annotated[
     Path | None, typer.Argument(metavar="GATES.toml", help="A file of gates.", callback=present, show_default=False)
@@ -66,69 +63,47 @@ def gate(
 
     Example: magbench gate gates.toml -o out/gates --jobs 2
     """
-    from magbench.arguments import engine
-    from magbench.console import progress
-    from reports.outputs.gates import run_gates
+    import magbench
+    from magbench.console import emit, progress, say
     from scenarios.errors import InputError
-    from validation.gates.gate_file import load_gates
-    from validation.gates.gate_groups import group_gates
 
     if init is not None:
-        return _begin(init, out or Path("gates.toml"), json)
+        file = out or Path("gates.toml")
+        names = magbench.propose_gates(init, file)
+        say(f"{file}: {len(names)} gates; read what each costs, then: magbench gate {file}")
+        return emit({"gates": names, "out": str(file)}) if json else None
     if gates is None:
-        raise InputError("no file of gates is named", where="GATES.toml", do="name one, or begin one with --init")
-    file, who = load_gates(gates), engine(scheduler, jobs)
-    groups = group_gates(file, gates, seed, time_limit_s, baselines=write_baseline is None)
+        raise InputError("no file of gates is named", where="GATES.toml", do="name one, or write one with --init")
+    given: dict[str, Any] = {"seed": seed, "time_limit_s": time_limit_s, "jobs": jobs, "scheduler": scheduler}
     if write_baseline is not None:
-        return _record(groups, who, write_baseline, json)
+        with progress("scores for a baseline") as report:
+            scores = magbench.write_baseline(gates, write_baseline, **given, progress=report)
+        say(f"{write_baseline}: {scores} scores")
+        return emit({"scores": scores, "out": str(write_baseline)}) if json else None
     place = out or Path("out") / gates.stem
     with progress(f"gates of {gates.name}") as report:
-        outcomes = run_gates(groups, who, place, gates.name, file.false_fail_rate, report, strict=strict)
-    _show(outcomes, place, gates, json)
-    failing = {"fail", "inconclusive"} if strict else {"fail"}
-    if failing & {one.verdict for one in outcomes}:
+        found = magbench.gate(gates, place, **given, strict=strict, progress=report)
+    _show(found, place, gates, json)
+    if found.failed:
         raise typer.Exit(1)
     return None
 
 
-def _show(outcomes: list[GateOutcome], place: Path, gates: Path, json: bool) -> None:
-    """The verdicts on standard output, why and what to do on standard error."""
+def _show(found: GateResult, place: Path, gates: Path, json: bool) -> None:
+    """The verdicts on standard output, reasons and remedies on standard error."""
     from magbench.console import emit, say, show_table, warn
     from reports.outputs.gates import FILES, github_lines
-    from reports.text.gates import HEADS, advice, gate_rows, headline, sentence
+    from reports.text.gates import HEADS, advice, gate_rows, sentence
     from validation.gates.summary import summary
 
     if json:
-        emit(summary(outcomes) | {"out": str(place)})
+        emit(summary(found.outcomes) | {"out": str(place)})
     else:
-        show_table(headline(outcomes), HEADS, gate_rows(outcomes), numbers=False)
-    for one in outcomes:
-        if one.verdict != "pass":
-            warn(f"gate {one.plan.gate.name}: {one.verdict}: {sentence(one)} ({advice(one)})")
+        show_table(repr(found), HEADS, gate_rows(found.outcomes), numbers=False)
+    for outcome in found.outcomes:
+        if outcome.verdict != "pass":
+            warn(f"gate {outcome.plan.gate.name}: {outcome.verdict}: {sentence(outcome)} ({advice(outcome)})")
     if os.environ.get("GITHUB_ACTIONS"):
-        for line in github_lines(outcomes, gates):
+        for line in github_lines(list(found.outcomes), gates):
             print(line, file=sys.stderr)
     say(f"{place}: {', '.join(FILES)}")
-
-
-def _record(groups: Sequence[GateGroup], engine: Engine, file: Path, json: bool) -> None:
-    """Write the baseline."""
-    from magbench.console import emit, progress, say
-    from reports.outputs.gates import record_baseline
-
-    with progress("scores for a baseline") as report:
-        scores = record_baseline(groups, engine, file, report)
-    say(f"{file}: {scores} scores")
-    if json:
-        emit({"scores": scores, "out": str(file)})
-
-
-def _begin(comparison: Path, file: Path, json: bool) -> None:
-    """Write a file of gates to begin with."""
-    from magbench.console import emit, say
-    from reports.outputs.gates import propose_gates
-
-    written = propose_gates(comparison, file)
-    say(f"{file}: {len(written)} gates; read what each costs, then: magbench gate {file}")
-    if json:
-        emit({"gates": written, "out": str(file)})

@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from magbench.arguments import field_vector, known_scenario, none_of
 from magbench.options import CORES, FieldVector, Jobs, Json, Maps, Overrides
-
-if TYPE_CHECKING:
-    from validation.bound.goal import Goal
-    from validation.bound.limit import Tilts
-    from validation.planning.next_leg import LegSequence
-    from validation.planning.plan import Plan
-    from validation.planning.task import PlanningTask
 
 LIKE = "standard-full"
 """Field, sensor and noise that are planned for, where nobody says others: the standard case's."""
@@ -88,58 +80,32 @@ def plan(
     enu = field_vector(field_enu_nT)
     if after is None:
         none_of({"--field-enu-nT": enu, "--map": map_}, "speaks of a log", "name it with --after, or leave it out")
-    from magbench.console import progress
-    from sim.scenario import load
-    from validation.comparison.engine import ProcessEngine
-    from validation.planning.next_leg import onward
-    from validation.planning.plan import planned
-    from validation.planning.task import PlanningTask
+    import magbench
+    from magbench.console import emit, progress, say, show_table
+    from validation.planning.summary import HEADS
 
-    goal, size, tilts = _asked(target, tilt_limits)
+    place = out or Path("out") / f"plan-{vehicle}"
     with progress(f"planning for the {vehicle}"):
-        task = PlanningTask.of(
-            vehicle, load(like, set_ or ()), knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT
+        found = magbench.plan(
+            vehicle,
+            time_s,
+            target=target,
+            after=after,
+            like=like,
+            knowledge=knowledge,
+            tilt_limits=tilt_limits,
+            noise_std_nT=noise_std_nT,
+            field_enu_nT=enu,
+            trials=trials,
+            jobs=jobs,
+            overrides=set_ or (),
+            maps=map_ or (),
+            out=place,
         )
-        most_s = time_s or task.usual_s
-        if after is not None:
-            return _tell(onward(_after(task, after, noise_std_nT, map_, enu), most_s, size), out, json)
-        found = planned(task, most_s, size)
-        _tell(found.checked(trials, ProcessEngine(jobs)) if trials else found, out, json)
-
-
-def _asked(target: str | None, tilt_limits: str | None) -> tuple[Goal, float | None, Tilts | None]:
-    """The figure that is to be good, its size where one is asked for, and the tilts."""
-    from validation.bound.goal import OFFSET, parsed_target
-    from validation.bound.limit import Tilts
-
-    goal, size = parsed_target(target, TARGET) if target else (OFFSET, None)
-    return goal, size, Tilts.parsed(tilt_limits, TILTS) if tilt_limits else None
-
-
-def _after(
-    task: PlanningTask, log: Path, noise_std_nT: float | None, maps: list[str] | None, enu: Sequence[float] | None
-) -> PlanningTask:
-    from validation.bound.files import recording_experiment
-
-    return task.after(recording_experiment(log, noise_std_nT=noise_std_nT, maps=maps or (), enu=enu))
-
-
-def _tell(found: Plan | LegSequence, place: Path | None, json: bool) -> None:
-    from magbench.console import emit, say, show_table
-    from reports.outputs.plan import write_plan
-    from validation.planning import next_leg_summary as onward_words
-    from validation.planning import summary as words
-    from validation.planning.plan import Plan
-
-    out = place or Path("out") / f"plan-{found.task.name}"
-    told = write_plan(found, out)
-    if isinstance(found, Plan):
-        rows, headline = words.rows(found), words.headline(found)
-    else:
-        rows, headline = onward_words.rows(found), onward_words.headline(found)
     if json:
-        emit(told | {"out": str(out)})
+        emit((found.written or {}) | {"out": str(place)})
     else:
-        show_table("", words.HEADS, rows)
-    say(headline)
-    say(f"{out}: " + ("" if found.scenario is None else f"{found.scenario.name}.toml, ") + "plan.json, report.html")
+        show_table("", HEADS, found.rows())
+    say(repr(found))
+    scenario = "" if found.scenario is None else f"{found.scenario.name}.toml, "
+    say(f"{place}: {scenario}plan.json, report.html")

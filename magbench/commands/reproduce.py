@@ -30,18 +30,11 @@ def reproduce(
 
     Example: magbench reproduce li2017 -o out/li
     """
+    import magbench
     from magbench.console import emit, progress, say, show_table
-    from papers import chosen
-    from papers.report import as_dict, write
-    from recordings.files import locked_directory
+    from papers.report import as_dict
 
-    papers = chosen(key, seeds)
-    results = {}
-    with locked_directory(out):
-        for paper in papers:
-            with progress(f"reproducing {paper.key}") as report:
-                results[paper] = paper.run(jobs=jobs, progress=report)
-        write(results, out)
+    results = magbench.reproduce(key, out, seeds=seeds, jobs=jobs, reporting=progress)
     if json:
         emit(as_dict(results))
     else:

@@ -43,20 +43,31 @@ def run(
 
     Example: magbench run auv-dive -o out/dive --fail-if 'ellipsoid.heading_rms >= 0.1'
     """
-    from magbench.arguments import chosen
+    import magbench
+    from magbench.arguments import split
     from magbench.console import emit, end_with, progress, say, warn
     from magbench.tables import show_scores
-    from reports.outputs.run import run_scenario, summary
-    from sim.scenario import load
+    from reports.outputs.run import summary
     from sim.tracking import warning
+    from validation.calibrating.selection import select_calibrators
     from validation.calibrating.fitting import not_applicable
 
-    spec = load(scenario, set_ or ())
-    calibrators = chosen(with_, exec_, time_limit_s, spec.calibrators)
-    conditions = _conditions(fail_if or (), [one.name for one in calibrators], len(spec.sensors))
+    spec = magbench.load(scenario, set_ or ())
+    names = split(with_) if with_ else () if exec_ else spec.calibrators
+    entries = candidates(names, exec_ or (), time_limit_s)
+    conditions = _conditions(fail_if or (), [entry.name for entry in entries], len(spec.sensors))
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
-        outcome = run_scenario(spec, place, seed=seed, chosen=calibrators, progress=report, warn=warn)
+        outcome = magbench.run(
+            spec,
+            place,
+            with_=names,
+            seed=seed,
+            exec_=exec_ or (),
+            time_limit_s=time_limit_s,
+            progress=report,
+            warn=warn,
+        )
     failures = [failure for one in conditions if (failure := one.failure(outcome.scores))]
     failures += not_applicable(outcome.calibrations) if with_ or exec_ else []
     if json:

@@ -32,16 +32,17 @@ def simulate(
 
     Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
     """
+    import magbench
     from magbench.console import emit, progress, say, warn
-    from sim.dataset_writer import generate
-    from sim.scenario import load
     from sim.tracking import warning
 
-    spec = load(scenario, set_ or ())
+    spec = magbench.load(scenario, set_ or ())
     place = out or Path("out") / spec.name
     what = f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")
     with progress(what) as report:
-        manifest = generate(spec, place, runs=runs, seed=seed, jobs=jobs, split=split, progress=report, warn=warn)
+        manifest = magbench.generate(
+            spec, place, runs=runs, seed=seed, jobs=jobs, split=split, progress=report, warn=warn
+        )
     say(f"{place}: {_in_words(manifest)}")
     warn(warning([file.tracking for file in manifest.files]))
     if json:

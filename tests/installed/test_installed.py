@@ -68,10 +68,10 @@ magbench.calibrate(5)
 magbench.calibrat
 """
 REVEALED = """
-magbench.results.CalibrationResult
+magbench.api.results.CalibrationResult
 ndarray[ numpy.float64
 matplotlib.figure.Figure
-dict[str, magbench.results.CalibrationResult]
+magbench.api.results.Calibrations
 ndarray[ numpy.float64
 list[magbench.validation.inspection.finding.Finding]
 magbench.diagnosis

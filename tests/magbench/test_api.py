@@ -14,7 +14,7 @@ import pytest
 
 import magbench
 from magbench import InputError
-from magbench.results import CalibrationResult, Displayed
+from magbench.api.results import CalibrationResult, Displayed
 from recordings import Recording
 from scenarios.arrays import Array
 from tests.short import short

@@ -9,7 +9,7 @@ import pytest
 
 import magbench
 from magbench import InputError
-from magbench.bounds_results import OnwardResult, PlanResult
+from magbench.api.planning_results import OnwardResult, PlanResult
 from tests.magbench.test_api import STRENGTH_NT, as_csv, measured
 from validation.bound.query import BoundQuery
 

@@ -11,11 +11,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib.numerics.rates import body_rate
+from diagnosis.answer import answer
 from diagnosis.problem.array_sensor import beside_reference
 from diagnosis.problem.formulation import posed
 from diagnosis.problem.relative import needs_field, recorded_reference
-from diagnosis.several.files import sources
-from diagnosis.single import diagnose_file
+from diagnosis.question import Question
+from diagnosis.result import Diagnosis
+from diagnosis.sources import file_sources
 from diagnosis.workflow import diagnose
 from recordings import Recording, write_recording
 from recordings.channels import REFERENCE
@@ -99,12 +101,14 @@ def test_what_a_model_says_of_the_earths_frame_is_left_out() -> None:
 def test_a_file_by_an_array_is_compared_with_one_of_its_sensors(tmp_path: Path) -> None:
     path = tmp_path / "boom.parquet"
     write_recording(two(motor(GAIN), {}, 600), path)
-    assert [(one.name, one.sensor, one.reference) for one in sources([path], None, reference=2)] == [("boom@1", 1, 2)]
-    told = diagnose_file(path, None, sensor=1, reference_sensor=2)
+    (source,) = file_sources([path], None, reference_sensor=2)
+    assert (source.name, source.sensor, source.reference_sensor) == ("boom@1", 1, 2)
+    told = answer(Question.about(None), [source])
+    assert isinstance(told, Diagnosis)
     assert told.problem.relative
     assert [one.name for one in told.named] == ["motor_current"]
     with pytest.raises(InputError, match="a field is stated too"):
-        diagnose_file(path, None, sensor=1, reference_sensor=2, enu=FIELD_ENU_NT.tolist())
+        answer(Question.about(None, field_enu_nT=FIELD_ENU_NT.tolist()), [source])
 
 
 @pytest.mark.parametrize(

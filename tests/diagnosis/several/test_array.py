@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.answer import answer
 from diagnosis.problem.array_sensor import model_of_sensor, of_sensor
 from diagnosis.problem.formulation import posed
+from diagnosis.question import Question
 from diagnosis.result import Transfer
 from diagnosis.several.array import diagnose_sensors, worst
-from diagnosis.several.files import check_one, diagnose_files, of_one_array, sources
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.transfer import There
+from diagnosis.sources import check_single, file_sources, of_one_array
 from diagnosis.verdict import Verdict
 from recordings import Recording, write_recording
 from scenarios.errors import InputError
@@ -95,18 +97,18 @@ def test_an_array_without_a_disturbance_has_none() -> None:
 def test_a_file_by_an_array_is_its_sensors_unless_one_is_asked_for(tmp_path: Path) -> None:
     path = tmp_path / "dive.parquet"
     write_recording(array(motor(1.0), {}, n=400), path)
-    found = sources([path], None)
+    found = file_sources([path], None)
     assert [(one.name, one.sensor) for one in found] == [("dive@1", 1), ("dive@2", 2)]
     assert of_one_array(found)
-    assert diagnose_files(found, None, enu=FIELD_ENU_NT.tolist()).as_dict()["worst"] == "dive@1"
-    assert [(one.name, one.sensor) for one in sources([path], None, sensor=2)] == [("dive", 2)]
+    assert answer(Question.about(None, field_enu_nT=FIELD_ENU_NT.tolist()), found).as_dict()["worst"] == "dive@1"
+    assert [(one.name, one.sensor) for one in file_sources([path], None, sensor=2)] == [("dive", 2)]
     with pytest.raises(InputError, match=r"2 sensors among several recordings.*--sensor"):
-        sources([path, path], None)
-    assert not of_one_array(sources([path, path], None, sensor=1))
-    with pytest.raises(InputError, match="--confirm: is asked beside one sensor"):
-        check_one(found, "--confirm")
-    with pytest.raises(InputError, match="or all without it"):
-        check_one(sources([path, path], None, sensor=1), "--confirm")
+        file_sources([path, path], None)
+    assert not of_one_array(file_sources([path, path], None, sensor=1))
+    with pytest.raises(InputError, match="--confirm: needs one sensor"):
+        check_single(found, "--confirm")
+    with pytest.raises(InputError, match="give one, or all"):
+        check_single(file_sources([path, path], None, sensor=1), "--confirm")
 
 
 @pytest.mark.parametrize(

@@ -1,32 +1,56 @@
-"""What a caller hands over, as recordings and references; messages speak of arguments, not of options."""
+"""Arguments of the public functions as recordings, references, scenarios and calibrators."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from magbench.arguments import present
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from calib.reference import Reference
     from recordings import Recording
+    from recordings.memory import Frame
     from sim.scenario import Scenario
+    from validation.bound.limit import Tilts
+    from validation.comparison.engine import Engine
 
+Data: TypeAlias = (
+    "Recording | Frame | NDArray[Any] | Sequence[Sequence[float]] | Mapping[str, ArrayLike] | str | PathLike[str]"
+)
+"""A recording; a data frame or a dict with columns time_s and mag_x_nT …; an array (n, 3) in nT; a file's path."""
+Progress: TypeAlias = Callable[[float, int], object]
+"""Called with (pieces done, pieces in all)."""
 OPTION = re.compile(r"--([a-zA-Z][\w-]*)")
-KEYWORDS = {"map": "maps", "with": "with_", "actuator": "actuators", "time": "time_s"}
+KEYWORDS = {
+    **{"map": "maps", "with": "with_", "exec": "exec_", "actuator": "actuators"},
+    **{"time": "time_s", "set": "overrides", "export": "exports"},
+}
 """Options whose keyword has another name."""
+_options_named: ContextVar[bool] = ContextVar("options_named", default=False)
+
+
+@contextmanager
+def in_options() -> Iterator[None]:
+    """Within, InputErrors of public functions name the options of the command line."""
+    token = _options_named.set(True)
+    try:
+        yield
+    finally:
+        _options_named.reset(token)
 
 
 @contextmanager
 def in_keywords() -> Iterator[None]:
-    """InputErrors from within name the keyword where they would name an option of the command line."""
+    """Within, InputErrors name the keyword in place of the option, unless `in_options` is in force."""
 
     def keyword(option: re.Match[str]) -> str:
         return KEYWORDS.get(option[1], option[1].replace("-", "_"))
@@ -34,6 +58,8 @@ def in_keywords() -> Iterator[None]:
     try:
         yield
     except InputError as error:
+        if _options_named.get():
+            raise
         what, where, do = (OPTION.sub(keyword, text) for text in (error.what, error.where, error.do))
         raise InputError(what, where=where, do=do) from None
 
@@ -67,11 +93,19 @@ def reference_from(
     from recordings.manifest import file_of
     from validation.calibrating.reference import reference_of, stated_reference
 
-    strength = None if field_strength_nT is None else _number("field_strength_nT", field_strength_nT)
-    vector = None if field_enu_nT is None else _numbers("field_enu_nT", field_enu_nT)
+    strength, vector = stated_field(field_strength_nT, field_enu_nT)
     if isinstance(data, str | PathLike):
         return reference_of(file_of(path_of(data), run), strength, vector)
     return stated_reference("reference", strength, vector)
+
+
+def stated_field(
+    field_strength_nT: float | None, field_enu_nT: Sequence[float] | None
+) -> tuple[float | None, list[float] | None]:
+    """The stated strength and vector as numbers; InputError for anything else."""
+    strength = None if field_strength_nT is None else _number("--field-strength-nT", field_strength_nT)
+    vector = None if field_enu_nT is None else _numbers("--field-enu-nT", field_enu_nT)
+    return strength, vector
 
 
 def scenario_from(scenario: str | PathLike[str] | Scenario, overrides: Sequence[str]) -> Scenario:
@@ -82,8 +116,25 @@ def scenario_from(scenario: str | PathLike[str] | Scenario, overrides: Sequence[
         return load(scenario if isinstance(scenario, str) else Path(scenario), overrides)
     if overrides:
         do = "pass them to magbench.load"
-        raise InputError("a scenario that is loaded takes no overrides", where="overrides", do=do)
+        raise InputError("a scenario that is loaded takes no overrides", where="--set", do=do)
     return scenario
+
+
+def tilts_from(limits: tuple[float, float] | str | None) -> Tilts | None:
+    """Limits of roll and pitch, degrees, as two numbers or `ROLL,PITCH`; InputError for anything else."""
+    from validation.bound.limit import Tilts
+
+    if limits is None:
+        return None
+    return Tilts.parsed(limits, "--tilt-limits") if isinstance(limits, str) else Tilts.checked(*limits, "--tilt-limits")
+
+
+def engine(scheduler: str | None, jobs: int) -> Engine:
+    """The engine that computes trials: a Dask cluster, else processes of this machine."""
+    from validation.comparison.cluster import Cluster
+    from validation.comparison.engine import ProcessEngine
+
+    return Cluster(scheduler) if scheduler else ProcessEngine(jobs)
 
 
 def _number(where: str, value: object) -> float:

@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from diagnosis.several.files import diagnose_files, sources
-from diagnosis.single import diagnose_file
+from diagnosis.answer import answer
+from diagnosis.question import Question
+from diagnosis.result import Diagnosis
+from diagnosis.sources import file_sources
 from recordings import write_recording
 from scenarios.errors import InputError
 from sim.effects.iron import HardIron
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
 
 OFFSET_NT = (500.0, -300.0, 800.0)
+FIELD = {"field_enu_nT": FIELD_ENU_NT.tolist()}
+
+
+def diagnosed(file: Path, model: str | None, confirm: Path | None = None, **stated: Any) -> Diagnosis:
+    """The diagnosis of one file."""
+    second = None if confirm is None else file_sources([confirm], None)[0]
+    found = answer(Question.about(model, **stated), file_sources([file], None), second)
+    assert isinstance(found, Diagnosis)
+    return found
 
 
 @pytest.fixture
@@ -26,7 +38,7 @@ def measured(tmp_path: Path) -> Path:
 
 
 def test_without_a_model_iron_is_fitted_and_goes_into_the_new_model(measured: Path) -> None:
-    found = diagnose_file(measured, None, enu=FIELD_ENU_NT.tolist())
+    found = diagnosed(measured, None, **FIELD)
     assert (found.verdict, found.named) == ("none", ())
     (iron,) = (effect for effect in found.model.chain() if isinstance(effect, HardIron))
     assert iron.offset_nT == pytest.approx(OFFSET_NT, abs=10 * NOISE_NT / np.sqrt(1000))
@@ -35,24 +47,24 @@ def test_without_a_model_iron_is_fitted_and_goes_into_the_new_model(measured: Pa
 def test_iron_that_a_model_lacks_is_a_finding(measured: Path) -> None:
     bare = measured.with_name("bare.toml")
     bare.write_text(f"field.enu_nT = {FIELD_ENU_NT.tolist()}\neffects.white_noise.std_nT = {[NOISE_NT] * 3}\n")
-    (one,) = diagnose_file(measured, str(bare)).named
+    (one,) = diagnosed(measured, str(bare)).named
     assert HardIron.name in (one.name, *one.alternatives)
 
 
 def test_without_a_field_everything_that_would_tell_it_is_said(measured: Path) -> None:
     with pytest.raises(InputError, match=r"--field-enu-nT.*--model whose \[field\] has latitude_deg"):
-        diagnose_file(measured, None)
+        diagnosed(measured, None)
 
 
 def test_a_recording_does_not_confirm_itself(measured: Path) -> None:
     with pytest.raises(InputError, match="--confirm: the field is the same"):
-        diagnose_file(measured, None, enu=FIELD_ENU_NT.tolist(), confirm=measured)
+        diagnosed(measured, None, measured, **FIELD)
 
 
 def test_of_several_recordings_the_one_that_is_too_short_is_named(measured: Path) -> None:
     short = measured.with_name("short.parquet")
     write_recording(recording(200).taken(slice(60)), short)
     with pytest.raises(InputError, match="--confirm: 60 samples"):
-        diagnose_file(measured, None, enu=FIELD_ENU_NT.tolist(), confirm=short)
+        diagnosed(measured, None, short, **FIELD)
     with pytest.raises(InputError, match="short: 60 samples"):
-        diagnose_files(sources([measured, short], None), None, enu=FIELD_ENU_NT.tolist())
+        answer(Question.about(None, **FIELD), file_sources([measured, short], None))

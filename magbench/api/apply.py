@@ -1,0 +1,59 @@
+"""`magbench.apply` and `magbench.apply_file`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from magbench.api.inputs import Data, in_keywords, path_of, recording_from
+from scenarios.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    from calib.result import Calibration
+
+
+@in_keywords()
+def apply(
+    calibration: Calibration,
+    data: Data,
+    *,
+    time_s: ArrayLike | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+) -> NDArray[np.float64]:
+    """The field (n, 3) in nT, body frame, of a recording after correction; data as in `calibrate`.
+
+    Raises InputError for a calibration without an estimate, and for rows that it cannot correct.
+    """
+    from calib.result import Calibration
+    from validation.calibrating.correction import corrected_field
+
+    if not isinstance(calibration, Calibration):
+        do = "pass one that magbench.calibrate returned; of several, one by its name"
+        raise InputError(f"is of type {type(calibration).__name__}", where="calibration", do=do)
+    return corrected_field(calibration, recording_from(data, time_s=time_s, maps=maps, run=run), calibration.name)
+
+
+@in_keywords()
+def apply_file(
+    calibration: str | PathLike[str],
+    data: str | PathLike[str],
+    out: str | PathLike[str],
+    *,
+    name: str | None = None,
+    run: int = 0,
+    maps: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Correct a file with one calibration of a calibration.json and write it to `out`, .parquet or .csv.
+
+    name : of several calibrations. Returns the calibrator, the number of samples, and a warning where the calibration
+    is unobservable. Raises InputError for files that cannot be used, and for an `out` that would replace its source.
+    """
+    from validation.calibrating.calibration_file import apply_file as corrected_file
+
+    return corrected_file(path_of(calibration), path_of(data), Path(out), name=name, run=run, maps=maps)

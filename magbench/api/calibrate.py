@@ -1,0 +1,139 @@
+"""`magbench.calibrate` and `magbench.register`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, TypeVar, overload
+
+from magbench.api.inputs import Data, in_keywords, recording_from, reference_from
+from scenarios.errors import InputError
+
+Method = TypeVar("Method")
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from os import PathLike
+
+    from numpy.typing import ArrayLike
+
+    from magbench.api.results import CalibrationResult, Calibrations
+
+
+@overload
+def calibrate(
+    data: Data,
+    field_strength_nT: float | None = None,
+    *,
+    with_: str = "ellipsoid",
+    field_enu_nT: Sequence[float] | None = None,
+    time_s: ArrayLike | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+    time_limit_s: float | None = None,
+    out: str | PathLike[str] | None = None,
+    exports: Sequence[str] = (),
+) -> CalibrationResult: ...
+
+
+@overload
+def calibrate(
+    data: Data,
+    field_strength_nT: float | None = None,
+    *,
+    with_: list[str] | tuple[str, ...],
+    field_enu_nT: Sequence[float] | None = None,
+    time_s: ArrayLike | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+    exec_: Sequence[str] = (),
+    time_limit_s: float | None = None,
+    out: str | PathLike[str] | None = None,
+    exports: Sequence[str] = (),
+) -> Calibrations: ...
+
+
+@in_keywords()
+def calibrate(
+    data: Data,
+    field_strength_nT: float | None = None,
+    *,
+    with_: str | list[str] | tuple[str, ...] = "ellipsoid",
+    field_enu_nT: Sequence[float] | None = None,
+    time_s: ArrayLike | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+    exec_: Sequence[str] = (),
+    time_limit_s: float | None = None,
+    out: str | PathLike[str] | None = None,
+    exports: Sequence[str] = (),
+) -> CalibrationResult | Calibrations:
+    """Fit m = S h + b to a recording by one calibrator, or by several: then by name, in a dict.
+
+    data : a Recording; an array (n, 3) in nT, body frame; a data frame, or a dict, with columns time_s and mag_x_nT …;
+        or the path of a log, a run or a dataset directory.
+    field_strength_nT, field_enu_nT : the Earth's field there, its strength or (east, north, up); a simulated run's
+        file knows its own.
+    with_ : names of `magbench list calibrators`, what `magbench.register` named, or module:object. A failed fit is a
+        result too: its `status` says why.
+    time_s : (n,) beside an array; without it the samples are taken to be a second apart.
+    maps : `mag_x_nT=bx,unit=uT` renames and converts columns. run : which run of a dataset directory.
+    exec_ : programs that calibrate, beside a list of names. time_limit_s : of one fit outside magbench.
+    out : directory for calibration.json and the `exports` (c, px4, ardupilot, ros).
+
+    Raises InputError for data that are not fit for use, an unknown calibrator, and a reference that is not known.
+    """
+    from pathlib import Path
+
+    from magbench.api.results import Calibrations
+    from recordings.files import locked_directory
+    from validation.calibrating.selection import select_calibrators
+    from validation.calibrating.export import known_forms
+    from validation.calibrating.calibration_file import write_calibrations
+    from validation.calibrating.processes import TIME_LIMIT_S
+
+    names = [with_] if isinstance(with_, str) else list(with_ or ())
+    if not (names or exec_):
+        raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")
+    forms = known_forms(",".join(exports)) if exports else ()
+    if forms and out is None:
+        raise InputError("exports need a directory", where="--export", do="add --out DIRECTORY")
+    chosen = candidates(names, exec_, time_limit_s or TIME_LIMIT_S)
+    with nullcontext() if out is None else locked_directory(Path(out)):
+        recording = recording_from(data, time_s=time_s, maps=maps, run=run)
+        results = Calibrations.of(recording, reference_from(data, run, field_strength_nT, field_enu_nT), chosen)
+        if out is not None:
+            write_calibrations(results, Path(out), forms)
+    if not isinstance(with_, str) or exec_:
+        return results
+    if len(results) != 1:
+        what = "the recording is of an array of sensors, each with its calibration"
+        raise InputError(what, where="--with", do=f'pass a list: with_=["{with_}"] gives {", ".join(results)}')
+    return next(iter(results.values()))
+
+
+@overload
+def register(found: Method, *, name: str | None = None) -> Method: ...
+
+
+@overload
+def register(*, name: str) -> Callable[[Method], Method]: ...
+
+
+@in_keywords()
+def register(found: Method | None = None, *, name: str | None = None) -> Method | Callable[[Method], Method]:
+    """Make a calibrator of your own known by a name: for `calibrate`, `run` and scenarios, in this process.
+
+    found : a `magbench.Calibrator` (class or instance), or a function of (recording, reference) that returns
+        (offset_nT, matrix), a dict with the keys of calibration.json, or a `magbench.Calibration`.
+    name : by default the object's own. `@magbench.register` and `@magbench.register(name="mine")` are decorators.
+
+    A calibrator that is to run in other processes, or may hang or crash, is better named by module:object.
+    Raises InputError for an object that is no calibrator, and for a name of magbench's own.
+    """
+    from validation.calibrating import registry
+
+    if found is None:
+        return lambda later: register(later, name=name)
+    registry.register(found, name)
+    return found

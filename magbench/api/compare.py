@@ -1,0 +1,66 @@
+"""`magbench.compare`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from magbench.api.inputs import Progress, in_keywords, scenario_from
+
+if TYPE_CHECKING:
+    from magbench.api.results import ComparisonResult
+    from sim.scenario import Scenario
+
+
+@in_keywords()
+def compare(
+    scenario: str | Path | Scenario,
+    out: str | PathLike[str] | None = None,
+    *,
+    trials: int = 100,
+    with_: str | Sequence[str] = (),
+    sweep: Sequence[str] = (),
+    overrides: Sequence[str] = (),
+    seed: int | None = None,
+    until: str | None = None,
+    rank_by: str | None = None,
+    reference: str | None = None,
+    exec_: Sequence[str] = (),
+    time_limit_s: float | None = None,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    progress: Progress = lambda done, total: None,
+) -> ComparisonResult:
+    """Compare calibrators over many trials of a scenario; the same call with `out` resumes or adds trials.
+
+    trials : at every point of the sweep; with `until` the most. with_, exec_ : the calibrators, as in `calibrate`; by
+        default the scenario's. sweep : `noise_std_nT=1,5,10` and the like, values of the scenario to compare at.
+    until : `median offset_error_nT +-5%`: stop as soon as every median is known so well.
+    rank_by : the score that decides. reference : the calibrator that ratios are to; by default the best.
+    jobs : processes; scheduler : address of a Dask cluster, `tcp://host:8786`. Neither changes a figure.
+    out : directory for report.html, trials.parquet, comparison.json and recordings.
+
+    Raises InputError for a bad scenario, sweep or score, an unknown calibrator, and an `out` of another comparison.
+    """
+    from tempfile import TemporaryDirectory
+
+    from magbench.api.inputs import engine
+    from magbench.api.results import ComparisonResult
+    from reports.outputs.comparison import compare as compared
+    from reports.outputs.comparison import comparison_question
+    from scenarios.sweep import parse_sweep
+    from validation.calibrating.selection import select_calibrators
+    from validation.calibrating.processes import TIME_LIMIT_S
+    from validation.comparison.design import Design
+
+    asked, spec = comparison_question(rank_by, reference, until), scenario_from(scenario, overrides)
+    names = [with_] if isinstance(with_, str) else with_ or (() if exec_ else spec.calibrators)
+    chosen = candidates(names, exec_, time_limit_s or TIME_LIMIT_S)
+    design = Design.of(spec, chosen, [parse_sweep(text, spec) for text in sweep], seed)
+    who = engine(scheduler, jobs)
+    if out is not None:
+        return ComparisonResult.of(compared(design, trials, Path(out), who, progress, asked), design.seed)
+    with TemporaryDirectory(prefix="magbench-") as place:
+        return ComparisonResult.of(compared(design, trials, Path(place), who, progress, asked), design.seed)

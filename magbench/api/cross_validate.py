@@ -1,0 +1,30 @@
+"""`magbench.worth`: cross-validation of models of growing size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from magbench.api.inputs import Data, in_keywords, recording_from, reference_from
+
+if TYPE_CHECKING:
+    from validation.cross_validation.workflow import Worth
+
+
+@in_keywords()
+def worth(
+    data: Data,
+    field_strength_nT: float | None = None,
+    *,
+    field_enu_nT: Sequence[float] | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+) -> tuple[Worth, ...]:
+    """Whether soft iron, eddy currents and a temperature predict unseen legs better; of each sensor.
+
+    Data and reference as in `calibrate`.
+    """
+    from validation.cross_validation.workflow import worth as cross_validated
+
+    recording = recording_from(data, maps=maps, run=run)
+    return cross_validated(recording, reference_from(data, run, field_strength_nT, field_enu_nT))

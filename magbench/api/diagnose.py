@@ -1,0 +1,115 @@
+"""`magbench.diagnose`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from functools import partial
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+from magbench.api.inputs import Data, in_keywords, path_of, recording_from, reference_from, stated_field
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from calib.reference import Reference
+    from diagnosis.policy import Policy
+    from diagnosis.result import Diagnosis
+    from diagnosis.several.result import PooledDiagnosis
+    from diagnosis.sources import Source
+    from magbench.api.results import DiagnosisResult, PooledDiagnosisResult
+
+
+@in_keywords()
+def diagnose(
+    data: Data | Sequence[str | PathLike[str]],
+    model: str | Path | None = None,
+    *,
+    field_strength_nT: float | None = None,
+    field_enu_nT: Sequence[float] | None = None,
+    confirm: Data | None = None,
+    time_s: ArrayLike | None = None,
+    policy: Policy | None = None,
+    actuators: Sequence[str] = (),
+    maps: Sequence[str] = (),
+    run: int | None = 0,
+    sensor: int | None = None,
+    reference_sensor: int | None = None,
+    out: str | PathLike[str] | None = None,
+    say: Callable[[str], object] = lambda what: None,
+) -> DiagnosisResult | PooledDiagnosisResult:
+    """Find where a recording and a model disagree, and name the missing effect; data and reference as in `calibrate`.
+
+    data : or a list of paths: several recordings of one instrument, diagnosed together.
+    model : a scenario's name, or a file of it or of its [field] and [effects.*] alone; without it hard iron, soft iron
+        and white noise, fitted. confirm : a second recording, in which the finding must hold too. actuators : channels
+        to treat like motor currents. time_s : (n,) of `data`, where that is an array. policy : the numbers that decide.
+        run : of a dataset directory; None: all of its runs together. sensor : which of an array of sensors, counted
+        from 1. reference_sensor : the one whose reading is the field.
+    out : directory for report.html, diagnosis.json, model.toml and recording.rrd. say : called with each stage.
+
+    Raises InputError for data, models and references that cannot be used.
+    """
+    from diagnosis.answer import CONFIRM, answer
+    from diagnosis.policy import STANDARD
+    from diagnosis.question import Question
+    from diagnosis.sources import check_single
+    from magbench.api.results import diagnosis_result
+    from recordings.files import locked_directory, remove_leftovers
+
+    sources = _sources(data, time_s, maps, run, sensor, reference_sensor)
+    second = None
+    if confirm is not None:
+        check_single(sources, CONFIRM)
+        (second,) = _sources(confirm, None, maps, sources[0].run, sources[0].sensor, reference_sensor)
+    strength_nT, vector_nT = stated_field(field_strength_nT, field_enu_nT)
+    stated = {"strength_nT": strength_nT, "field_enu_nT": vector_nT, "actuators": actuators}
+    with nullcontext() if out is None else locked_directory(Path(out)):
+        if out is not None:
+            remove_leftovers(Path(out))
+        found = answer(Question.about(model, **stated, policy=policy or STANDARD), sources, second, say)
+        if out is not None:
+            _write(found, Path(out), sources, say)
+    return diagnosis_result(found)
+
+
+def _write(
+    found: Diagnosis | PooledDiagnosis, out: Path, sources: Sequence[Source], say: Callable[[str], object]
+) -> None:
+    from diagnosis.result import Diagnosis
+    from reports.outputs.diagnosis import write_diagnosis, write_pooled_diagnosis
+
+    say("report and recording")
+    if isinstance(found, Diagnosis):
+        write_diagnosis(found, out, f"Diagnosis of {sources[0].name}")
+    else:
+        folders = write_pooled_diagnosis(found, out, f"Diagnosis of {len(sources)} {found.among.key}")
+        say(f"each by itself: {', '.join(folders)}")
+
+
+def _sources(
+    data: Data | Sequence[str | PathLike[str]],
+    time_s: ArrayLike | None,
+    maps: Sequence[str],
+    run: int | None,
+    sensor: int | None,
+    reference_sensor: int | None,
+) -> tuple[Source, ...]:
+    """The recordings of the argument: files, or one recording in memory."""
+    from diagnosis.sources import Source, file_sources
+
+    if isinstance(data, str | PathLike):
+        return file_sources([path_of(data)], run, sensor, maps, reference_sensor)
+    if isinstance(data, list | tuple) and data and all(isinstance(one, str | PathLike) for one in data):
+        return file_sources([path_of(one) for one in data], run, sensor, maps, reference_sensor)
+    name, place = "recording", Path("recording")
+    read = partial(recording_from, data, time_s=time_s, maps=maps)
+    return (Source(name, place, read, partial(_own_reference, cast("Data", data)), 0, sensor, reference_sensor),)
+
+
+def _own_reference(
+    data: Data, strength_nT: float | None, field_enu_nT: Sequence[float] | None, remedy: str
+) -> Reference:
+    return reference_from(data, 0, strength_nT, field_enu_nT)

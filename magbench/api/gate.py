@@ -1,0 +1,83 @@
+"""`magbench.gate`."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from magbench.api.inputs import Progress, engine, in_keywords, path_of
+
+if TYPE_CHECKING:
+    from magbench.api.results import GateResult
+
+
+@in_keywords()
+def gate(
+    gates: str | PathLike[str],
+    out: str | PathLike[str] | None = None,
+    *,
+    seed: int | None = None,
+    time_limit_s: float | None = None,
+    strict: bool = False,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    progress: Progress = lambda done, total: None,
+) -> GateResult:
+    """Hold calibrators to the limits of a file; trials are computed one by one, until every gate is decided.
+
+    gates : a gates.toml. out : directory for report.html, gates.json, junit.xml and summary.md. strict : an undecided
+    gate counts as failed. seed, time_limit_s : in place of the file's. jobs, scheduler : as in `compare`.
+
+    Raises InputError for a file that cannot be used. A gate of one calibrator in a test: `magbench.testing`.
+    """
+    from tempfile import TemporaryDirectory
+
+    from magbench.api.results import GateResult
+    from reports.outputs.gates import run_gates
+    from validation.gates.gate_groups import group_gates
+    from validation.gates.gate_file import load_gates
+
+    path = path_of(gates)
+    file, who = load_gates(path), engine(scheduler, jobs)
+    groups = group_gates(file, path, seed, time_limit_s)
+    rate = file.false_fail_rate
+    if out is not None:
+        return GateResult(tuple(run_gates(groups, who, Path(out), path.name, rate, progress, strict=strict)), strict)
+    with TemporaryDirectory(prefix="magbench-") as place:
+        return GateResult(tuple(run_gates(groups, who, Path(place), path.name, rate, progress, strict=strict)), strict)
+
+
+@in_keywords()
+def write_baseline(
+    gates: str | PathLike[str],
+    file: str | PathLike[str],
+    *,
+    seed: int | None = None,
+    time_limit_s: float | None = None,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    progress: Progress = lambda done, total: None,
+) -> int:
+    """Compute all trials of a file of gates and write their scores as a baseline; returns the number of scores.
+
+    Raises InputError for a file that cannot be used.
+    """
+    from reports.outputs.gates import record_baseline
+    from validation.gates.gate_groups import group_gates
+    from validation.gates.gate_file import load_gates
+
+    path = path_of(gates)
+    groups = group_gates(load_gates(path), path, seed, time_limit_s, baselines=False)
+    return record_baseline(groups, engine(scheduler, jobs), Path(file), progress)
+
+
+@in_keywords()
+def propose_gates(comparison: str | PathLike[str], file: str | PathLike[str]) -> list[str]:
+    """Write a file of gates with limits from the directory of a comparison; returns the names of the gates.
+
+    Raises InputError for a directory without a comparison, and for a file that exists.
+    """
+    from reports.outputs.gates import propose_gates as write_proposal
+
+    return write_proposal(path_of(comparison), Path(file))

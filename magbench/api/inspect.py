@@ -1,0 +1,58 @@
+"""`magbench.inspect`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from magbench.api.inputs import Data, in_keywords, path_of, recording_from
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from magbench.api.results import InspectionResult
+    from validation.inspection.inspection import Inspection
+
+
+@in_keywords()
+def inspect(
+    data: Data,
+    *,
+    time_s: ArrayLike | None = None,
+    maps: Sequence[str] = (),
+    run: int = 0,
+    out: str | PathLike[str] | None = None,
+) -> InspectionResult:
+    """Report what a recording holds, what it is fit for and what is odd; data as in `calibrate`.
+
+    out : directory for report.html and inspect.json. Raises InputError for data that cannot be read.
+    """
+    from magbench.api.results import InspectionResult
+    from recordings.files import locked_directory
+    from reports.pages.inspection import write_inspection
+
+    with nullcontext() if out is None else locked_directory(Path(out)):
+        found = _inspected(data, time_s, maps, run)
+        if out is not None:
+            write_inspection(found, Path(out))
+    return InspectionResult.of(found)
+
+
+def _inspected(data: Data, time_s: ArrayLike | None, maps: Sequence[str], run: int) -> Inspection:
+    from recordings import Recording
+    from recordings.assemble import arrays_of
+    from recordings.importer import RawColumns
+    from recordings.memory import raw_columns_of
+    from validation.inspection.inspection import inspect_file, inspect_log
+    from validation.inspection.log import log_of
+
+    if isinstance(data, str | PathLike):
+        return inspect_file(path_of(data), maps=maps, run=run)
+    if isinstance(data, Recording):
+        raw = RawColumns(Path("recording"), arrays_of(recording_from(data)))
+    else:
+        raw = raw_columns_of(data, time_s=time_s, maps=maps)
+    return inspect_log(log_of(raw, maps))

@@ -1,0 +1,50 @@
+"""`magbench.reproduce`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from magbench.api.inputs import Progress, in_keywords
+
+if TYPE_CHECKING:
+    from papers.base import Findings, Reproduction
+
+Reporting = Callable[[str], AbstractContextManager[Progress]]
+"""(what is computed) -> a context whose value takes (pieces done, pieces in all)."""
+
+
+def _silent(what: str) -> AbstractContextManager[Progress]:
+    return nullcontext(lambda done, total: None)
+
+
+@in_keywords()
+def reproduce(
+    key: str = "all",
+    out: str | PathLike[str] | None = None,
+    *,
+    seeds: int = 50,
+    jobs: int = 1,
+    reporting: Reporting = _silent,
+) -> dict[Reproduction, Findings]:
+    """Repeat the experiments of a paper, or of all: its figures beside the bench's, each with a verdict.
+
+    key : zhang2018, li2017, long2013, zhou2012, ding2021 or all. seeds : repetitions behind every spread.
+    out : directory for report.html and reproduction.json. Raises InputError for an unknown key.
+    """
+    from papers import chosen
+    from papers.report import write
+    from recordings.files import locked_directory
+
+    results = {}
+    papers = chosen(key, seeds)
+    with nullcontext() if out is None else locked_directory(Path(out)):
+        for paper in papers:
+            with reporting(f"reproducing {paper.key}") as progress:
+                results[paper] = paper.run(jobs=jobs, progress=progress)
+        if out is not None:
+            write(results, Path(out))
+    return results

@@ -1,0 +1,277 @@
+"""What the public functions return: results with a table and a picture, which are computed on demand."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from html import escape
+from typing import TYPE_CHECKING, Any, Self
+
+from calib.reference import Reference
+from calib.result import Calibration
+from diagnosis.result import Diagnosis
+from diagnosis.several.result import PooledDiagnosis
+from recordings import Recording
+from reports.pages.comparison import Comparison
+from validation.calibrating.fitting import fit_all, sensor_recordings
+from validation.gates.gate_outcome import GateOutcome
+from validation.inspection.inspection import Inspection
+from validation.scoring.outcome import Outcome
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from reports.plots.style import Figure
+    from validation.calibrating.calibrator_entry import CalibratorEntry
+    from validation.cross_validation.claimed_std import Claim
+
+
+class Displayed(ABC):
+    """A result with a table and a picture; a notebook shows both."""
+
+    @abstractmethod
+    def to_frame(self) -> pd.DataFrame:
+        """The result as a table."""
+
+    @abstractmethod
+    def plot(self) -> Figure:
+        """The result as a picture."""
+
+    def _repr_html_(self) -> str:
+        from reports.plots.style import styled_data_url
+
+        picture = f'<img src="{styled_data_url(self.plot)}" style="max-width: 100%">'
+        return f"<p>{escape(repr(self))}</p>\n{picture}\n{self.to_frame().to_html()}"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class CalibrationResult(Calibration, Displayed):
+    """A calibration with the recording and the reference that it was fitted to."""
+
+    recording: Recording
+    reference: Reference
+
+    @classmethod
+    def of(cls, found: Calibration, recording: Recording, reference: Reference) -> Self:
+        """A calibrator's calibration with its input."""
+        return cls(**values_of(found), recording=recording, reference=reference)
+
+    @property
+    def corrected_nT(self) -> NDArray[np.float64]:
+        """The recording's field after correction (n, 3), body frame."""
+        return self.apply(self.recording)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Offset and matrix, a row an axis."""
+        import pandas as pd
+
+        table = pd.DataFrame(self.matrix, index=list("xyz"), columns=[f"matrix_{axis}" for axis in "xyz"])
+        table.insert(0, "offset_nT", self.offset_nT)
+        return table
+
+    def plot(self) -> Figure:
+        """Raw and corrected field against the sphere of the field's strength."""
+        from reports.plots.field import draw_clouds
+
+        clouds = {"raw": self.recording.mag_nT, f"corrected: {self.name}": self.corrected_nT}
+        return draw_clouds(clouds, self.reference.strength_nT)
+
+
+class Calibrations(dict[str, CalibrationResult]):
+    """Calibrations by name, of an array `name@sensor`, with the recording and the reference of all."""
+
+    def __init__(self, results: Mapping[str, CalibrationResult], recording: Recording, reference: Reference) -> None:
+        super().__init__(results)
+        self.recording, self.reference = recording, reference
+
+    @classmethod
+    def of(cls, recording: Recording, reference: Reference, chosen: Sequence[CalibratorEntry]) -> Self:
+        """The calibrations of a recording by every chosen calibrator."""
+        views = {key: one for entry in chosen for key, one in sensor_recordings(recording, entry.name).items()}
+        fitted = fit_all(recording, reference, chosen)
+        results = {key: CalibrationResult.of(found, views[key], reference) for key, found in fitted.items()}
+        return cls(results, recording, reference)
+
+    def claims(self) -> dict[str, Claim]:
+        """The offset's scatter over legs against its claimed standard deviation, where a calibrator claims one."""
+        from validation.cross_validation.claimed_std import claims_of
+
+        return claims_of(self, self.recording, self.reference)
+
+
+class RunResult(Outcome, Displayed):
+    """A simulated run with every calibrator's calibration and scores."""
+
+    @classmethod
+    def of(cls, found: Outcome) -> Self:
+        """The outcome of a run, displayed."""
+        return cls(**values_of(found))
+
+    def to_frame(self) -> pd.DataFrame:
+        """The scores, a row a calibrator, best first, and the raw measurement's last."""
+        import pandas as pd
+
+        scores = {name: {s.name: s.value for s in self.scores[name]} for name in self.rows()}
+        table = pd.DataFrame.from_dict(scores, orient="index")
+        fitted = (self.calibrations.get(name) for name in scores)
+        table.insert(0, "status", [fit.status.kind if fit else "-" for fit in fitted])
+        return table
+
+    def plot(self) -> Figure:
+        """Raw field and the best corrected one against the sphere."""
+        from reports.plots.field import draw_sphere
+
+        return draw_sphere(self)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ComparisonResult(Comparison, Displayed):
+    """Calibrators compared over many trials, by the seed of the design."""
+
+    seed: int
+
+    @classmethod
+    def of(cls, found: Comparison, seed: int) -> Self:
+        """A comparison, displayed."""
+        return cls(**values_of(found), seed=seed)
+
+    def __repr__(self) -> str:
+        """The answer."""
+        return self.sentence
+
+    def summary(self) -> dict[str, Any]:
+        """The answer and every figure as plain values: comparison.json."""
+        from reports.outputs.comparison import summary
+
+        return summary(self, self.seed)
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row a point, calibrator and score: median with its interval, failures, ratio to the bound."""
+        import pandas as pd
+
+        return pd.DataFrame(self.summary()["table"])
+
+    def plot(self) -> Figure:
+        """The deciding score of every calibrator at the first point."""
+        from reports.plots.comparison import draw_distributions
+
+        return draw_distributions(self.table, self.answers[0].score, 0)
+
+
+@dataclass(frozen=True, repr=False)
+class GateResult(Displayed):
+    """The outcomes of a file of gates; `strict`: an undecided gate counts as failed."""
+
+    outcomes: tuple[GateOutcome, ...]
+    strict: bool = False
+
+    def __repr__(self) -> str:
+        """How many gates failed or are undecided."""
+        from reports.text.gates import headline
+
+        return headline(self.outcomes)
+
+    @property
+    def failed(self) -> tuple[GateOutcome, ...]:
+        """The gates that fail a build."""
+        failing = {"fail", "inconclusive"} if self.strict else {"fail"}
+        return tuple(outcome for outcome in self.outcomes if outcome.verdict in failing)
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row a gate: verdict, measured, limit, trials, smallest defect seen."""
+        import pandas as pd
+
+        from reports.text.gates import HEADS, gate_rows
+
+        return pd.DataFrame(gate_rows(self.outcomes), columns=HEADS)
+
+    def plot(self) -> Figure:
+        """The trials of the first failed gate, else of the first, against its limit."""
+        from reports.plots.gates import draw_course
+
+        return draw_course((*self.failed, *self.outcomes)[0])
+
+
+class DiagnosisResult(Diagnosis, Displayed):
+    """Where a recording and a model disagree, and the missing effects."""
+
+    @classmethod
+    def of(cls, found: Diagnosis) -> Self:
+        """A diagnosis, displayed."""
+        return cls(**values_of(found))
+
+    def to_frame(self) -> pd.DataFrame:
+        """The parameters of the missing effects with the ends of their 95 % intervals."""
+        import pandas as pd
+
+        from reports.text.diagnosis import parameter_rows
+
+        heads = ["effect", "parameter", "value", "low", "high", "unit"]
+        return pd.DataFrame([(one.name, *row) for one in self.named for row in parameter_rows(one)], columns=heads)
+
+    def plot(self) -> Figure:
+        """The gap over time, before and after."""
+        from reports.plots.diagnosis import draw_gap
+
+        return draw_gap(self)
+
+
+class PooledDiagnosisResult(PooledDiagnosis, Displayed):
+    """The diagnosis of several recordings of one instrument, or of an array's sensors."""
+
+    @classmethod
+    def of(cls, found: PooledDiagnosis) -> Self:
+        """A pooled diagnosis, displayed."""
+        return cls(**values_of(found))
+
+    def to_frame(self) -> pd.DataFrame:
+        """The parameters of the effects, pooled and in every recording, with their 95 % intervals."""
+        import pandas as pd
+
+        from reports.text.pooled import coefficient_rows
+
+        heads = ["effect", self.among.one, "evidence", "parameter", "value", "low", "high", "unit"]
+        rows = [(one.name, *row) for one in self.common for row in coefficient_rows(self, one)]
+        return pd.DataFrame(rows, columns=heads)
+
+    def plot(self) -> Figure:
+        """The gap of every recording over time, before and after."""
+        from reports.plots.together import draw_gaps
+
+        return draw_gaps(self)
+
+
+def diagnosis_result(found: Diagnosis | PooledDiagnosis) -> DiagnosisResult | PooledDiagnosisResult:
+    """A diagnosis of one or of several recordings, displayed."""
+    return DiagnosisResult.of(found) if isinstance(found, Diagnosis) else PooledDiagnosisResult.of(found)
+
+
+class InspectionResult(Inspection, Displayed):
+    """The findings of a first look at a recording."""
+
+    @classmethod
+    def of(cls, found: Inspection) -> Self:
+        """An inspection, displayed."""
+        return cls(**values_of(found))
+
+    def to_frame(self) -> pd.DataFrame:
+        """The findings, a row each."""
+        import pandas as pd
+
+        from reports.text.inspection import finding_rows
+
+        return pd.DataFrame(finding_rows(self), columns=["what", "mark", "value", "unit", "in words"])
+
+    def plot(self) -> Figure:
+        """The directions of the field in the sensor's frame."""
+        from reports.plots.inspection import draw_coverage
+
+        return draw_coverage(self.sensors[0])
+
+
+def values_of(found: Any) -> dict[str, Any]:
+    """A result's fields by name."""
+    return {item.name: getattr(found, item.name) for item in fields(found)}

@@ -1,0 +1,50 @@
+"""`magbench.run`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from magbench.api.inputs import Progress, in_keywords, scenario_from
+
+if TYPE_CHECKING:
+    from magbench.api.results import RunResult
+    from sim.scenario import Scenario
+
+
+@in_keywords()
+def run(
+    scenario: str | Path | Scenario,
+    out: str | PathLike[str] | None = None,
+    *,
+    with_: Sequence[str] = (),
+    overrides: Sequence[str] = (),
+    seed: int | None = None,
+    exec_: Sequence[str] = (),
+    time_limit_s: float | None = None,
+    progress: Progress = lambda done, total: None,
+    warn: Callable[[str], object] = lambda text: None,
+) -> RunResult:
+    """Simulate a scenario, calibrate, and score against the truth; with `out` write report and recording there.
+
+    with_, exec_ : the calibrators, as in `calibrate`; by default the scenario's. progress : called with
+    (stages done, stages in all); warn : with a line about an incident.
+
+    Raises InputError for a bad scenario, an unknown calibrator, and an `out` that holds another dataset.
+    """
+    from tempfile import TemporaryDirectory
+
+    from magbench.api.results import RunResult
+    from reports.outputs.run import run_scenario, simulate_and_score
+    from validation.calibrating.selection import select_calibrators
+    from validation.calibrating.processes import TIME_LIMIT_S
+
+    spec = scenario_from(scenario, overrides)
+    names = [with_] if isinstance(with_, str) else with_ or (() if exec_ else spec.calibrators)
+    chosen = candidates(names, exec_, time_limit_s or TIME_LIMIT_S)
+    if out is not None:
+        return RunResult.of(run_scenario(spec, Path(out), seed=seed, chosen=chosen, progress=progress, warn=warn))
+    with TemporaryDirectory(prefix="magbench-") as place:
+        return RunResult.of(simulate_and_score(spec, Path(place), seed, chosen, progress, warn))
