@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 from typing import TYPE_CHECKING, TypeVar, overload
 
-from magbench.api.inputs import Data, in_keywords, recording_from, reference_from
+from magbench.api.inputs import Data, calibrators_from, in_keywords, locked, recording_from, reference_from
 from scenarios.errors import InputError
 
 Method = TypeVar("Method")
@@ -83,33 +82,28 @@ def calibrate(
 
     Raises InputError for data that are not fit for use, an unknown calibrator, and a reference that is not known.
     """
-    from pathlib import Path
-
     from magbench.api.results import Calibrations
-    from recordings.files import locked_directory
-    from validation.calibrating.selection import select_calibrators
     from validation.calibrating.export import known_forms
     from validation.calibrating.calibration_file import write_calibrations
-    from validation.calibrating.processes import TIME_LIMIT_S
 
-    names = [with_] if isinstance(with_, str) else list(with_ or ())
-    if not (names or exec_):
-        raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")
     forms = known_forms(",".join(exports)) if exports else ()
     if forms and out is None:
-        raise InputError("exports need a directory", where="--export", do="add --out DIRECTORY")
-    chosen = candidates(names, exec_, time_limit_s or TIME_LIMIT_S)
-    with nullcontext() if out is None else locked_directory(Path(out)):
+        raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")
+    chosen = calibrators_from(with_, exec_, time_limit_s)
+    with locked(out) as place:
         recording = recording_from(data, time_s=time_s, maps=maps, run=run)
         results = Calibrations.of(recording, reference_from(data, run, field_strength_nT, field_enu_nT), chosen)
-        if out is not None:
-            write_calibrations(results, Path(out), forms)
-    if not isinstance(with_, str) or exec_:
-        return results
-    if len(results) != 1:
-        what = "the recording is of an array of sensors, each with its calibration"
-        raise InputError(what, where="--with", do=f'pass a list: with_=["{with_}"] gives {", ".join(results)}')
-    return next(iter(results.values()))
+        if place is not None:
+            write_calibrations(results, place, forms)
+    return results if exec_ or not isinstance(with_, str) else _single(results, with_)
+
+
+def _single(results: Calibrations, name: str) -> CalibrationResult:
+    """The one calibration; InputError for an array's several."""
+    if len(results) == 1:
+        return next(iter(results.values()))
+    what = "the recording is of an array of sensors, each with its calibration"
+    raise InputError(what, where="--with", do=f'pass a list: with_=["{name}"] gives {", ".join(results)}')
 
 
 @overload

@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Progress, in_keywords, scenario_from
+from magbench.api.inputs import Progress, calibrators_from, engine, in_keywords, place_for, scenario_from
 
 if TYPE_CHECKING:
     from magbench.api.results import ComparisonResult
@@ -44,23 +44,15 @@ def compare(
 
     Raises InputError for a bad scenario, sweep or score, an unknown calibrator, and an `out` of another comparison.
     """
-    from tempfile import TemporaryDirectory
-
-    from magbench.api.inputs import engine
     from magbench.api.results import ComparisonResult
     from reports.outputs.comparison import compare as compared
     from reports.outputs.comparison import comparison_question
     from scenarios.sweep import parse_sweep
-    from validation.calibrating.selection import select_calibrators
-    from validation.calibrating.processes import TIME_LIMIT_S
     from validation.comparison.design import Design
 
     asked, spec = comparison_question(rank_by, reference, until), scenario_from(scenario, overrides)
-    names = [with_] if isinstance(with_, str) else with_ or (() if exec_ else spec.calibrators)
-    chosen = candidates(names, exec_, time_limit_s or TIME_LIMIT_S)
+    chosen = calibrators_from(with_, exec_, time_limit_s, spec.calibrators)
     design = Design.of(spec, chosen, [parse_sweep(text, spec) for text in sweep], seed)
-    who = engine(scheduler, jobs)
-    if out is not None:
-        return ComparisonResult.of(compared(design, trials, Path(out), who, progress, asked), design.seed)
-    with TemporaryDirectory(prefix="magbench-") as place:
-        return ComparisonResult.of(compared(design, trials, Path(place), who, progress, asked), design.seed)
+    with place_for(out) as place:
+        found = compared(design, trials, place, engine(scheduler, jobs), progress, asked)
+    return ComparisonResult.of(found, design.seed)

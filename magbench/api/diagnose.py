@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
 from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from magbench.api.inputs import Data, in_keywords, path_of, recording_from, reference_from, stated_field
+from magbench.api.inputs import Data, in_keywords, locked, path_of, recording_from, reference_from, stated_field
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -52,27 +51,34 @@ def diagnose(
 
     Raises InputError for data, models and references that cannot be used.
     """
-    from diagnosis.answer import CONFIRM, answer
+    from diagnosis.answer import answer
     from diagnosis.policy import STANDARD
     from diagnosis.question import Question
-    from diagnosis.sources import check_single
     from magbench.api.results import diagnosis_result
-    from recordings.files import locked_directory, remove_leftovers
+    from recordings.files import remove_leftovers
 
     sources = _sources(data, time_s, maps, run, sensor, reference_sensor)
-    second = None
-    if confirm is not None:
-        check_single(sources, CONFIRM)
-        (second,) = _sources(confirm, None, maps, sources[0].run, sources[0].sensor, reference_sensor)
+    second = None if confirm is None else _second(confirm, sources, maps)
     strength_nT, vector_nT = stated_field(field_strength_nT, field_enu_nT)
     stated = {"strength_nT": strength_nT, "field_enu_nT": vector_nT, "actuators": actuators}
-    with nullcontext() if out is None else locked_directory(Path(out)):
-        if out is not None:
-            remove_leftovers(Path(out))
+    with locked(out) as place:
+        if place is not None:
+            remove_leftovers(place)
         found = answer(Question.about(model, **stated, policy=policy or STANDARD), sources, second, say)
-        if out is not None:
-            _write(found, Path(out), sources, say)
+        if place is not None:
+            _write(found, place, sources, say)
     return diagnosis_result(found)
+
+
+def _second(confirm: Data, sources: Sequence[Source], maps: Sequence[str]) -> Source:
+    """The recording that confirms, of the same run and sensors as the first; InputError beside several."""
+    from diagnosis.answer import CONFIRM
+    from diagnosis.sources import check_single
+
+    check_single(sources, CONFIRM)
+    first = sources[0]
+    (second,) = _sources(confirm, None, maps, first.run, first.sensor, first.reference_sensor)
+    return second
 
 
 def _write(

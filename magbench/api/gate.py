@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Progress, engine, in_keywords, path_of
+from magbench.api.inputs import Progress, engine, in_keywords, path_of, place_for
 
 if TYPE_CHECKING:
     from magbench.api.results import GateResult
@@ -31,8 +31,6 @@ def gate(
 
     Raises InputError for a file that cannot be used. A gate of one calibrator in a test: `magbench.testing`.
     """
-    from tempfile import TemporaryDirectory
-
     from magbench.api.results import GateResult
     from reports.outputs.gates import run_gates
     from validation.gates.gate_groups import group_gates
@@ -41,11 +39,9 @@ def gate(
     path = path_of(gates)
     file, who = load_gates(path), engine(scheduler, jobs)
     groups = group_gates(file, path, seed, time_limit_s)
-    rate = file.false_fail_rate
-    if out is not None:
-        return GateResult(tuple(run_gates(groups, who, Path(out), path.name, rate, progress, strict=strict)), strict)
-    with TemporaryDirectory(prefix="magbench-") as place:
-        return GateResult(tuple(run_gates(groups, who, Path(place), path.name, rate, progress, strict=strict)), strict)
+    with place_for(out) as place:
+        outcomes = run_gates(groups, who, place, path.name, file.false_fail_rate, progress, strict=strict)
+    return GateResult(tuple(outcomes), strict)
 
 
 @in_keywords()

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from recordings.memory import Frame
     from sim.scenario import Scenario
     from validation.bound.limit import Tilts
+    from validation.calibrating.calibrator_entry import CalibratorEntry
     from validation.comparison.engine import Engine
 
 Data: TypeAlias = (
@@ -118,6 +119,43 @@ def scenario_from(scenario: str | PathLike[str] | Scenario, overrides: Sequence[
         do = "pass them to magbench.load"
         raise InputError("a scenario that is loaded takes no overrides", where="--set", do=do)
     return scenario
+
+
+def calibrators_from(
+    with_: str | Sequence[str], exec_: Sequence[str], time_limit_s: float | None, otherwise: Sequence[str] = ()
+) -> tuple[CalibratorEntry, ...]:
+    """The named calibrators and programs; where neither is given those of `otherwise`; InputError for unknown ones."""
+    from validation.calibrating.selection import select_calibrators
+    from validation.calibrating.processes import TIME_LIMIT_S
+
+    names = [with_] if isinstance(with_, str) else list(with_) or (() if exec_ else otherwise)
+    if not (names or exec_):
+        raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")
+    return select_calibrators(names, exec_, time_limit_s or TIME_LIMIT_S)
+
+
+@contextmanager
+def locked(out: str | PathLike[str] | None) -> Iterator[Path | None]:
+    """The output directory, held by this process; None where nothing is to be written."""
+    from recordings.files import locked_directory
+
+    if out is None:
+        yield None
+        return
+    with locked_directory(Path(out)):
+        yield Path(out)
+
+
+@contextmanager
+def place_for(out: str | PathLike[str] | None) -> Iterator[Path]:
+    """The output directory, or a temporary one where nothing is to be kept."""
+    from tempfile import TemporaryDirectory
+
+    if out is not None:
+        yield Path(out)
+        return
+    with TemporaryDirectory(prefix="magbench-") as place:
+        yield Path(place)
 
 
 def tilts_from(limits: tuple[float, float] | str | None) -> Tilts | None:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Data, in_keywords, path_of, recording_from
+from magbench.api.inputs import Data, in_keywords, locked, path_of, recording_from
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -31,13 +30,12 @@ def inspect(
     out : directory for report.html and inspect.json. Raises InputError for data that cannot be read.
     """
     from magbench.api.results import InspectionResult
-    from recordings.files import locked_directory
     from reports.pages.inspection import write_inspection
 
-    with nullcontext() if out is None else locked_directory(Path(out)):
+    with locked(out) as place:
         found = _inspected(data, time_s, maps, run)
-        if out is not None:
-            write_inspection(found, Path(out))
+        if place is not None:
+            write_inspection(found, place)
     return InspectionResult.of(found)
 
 

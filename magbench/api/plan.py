@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from sim.scenario import Scenario
     from validation.planning.next_leg import LegSequence
     from validation.planning.plan import Plan
+    from validation.planning.task import PlanningTask
 
 
 @in_keywords()
@@ -44,24 +45,41 @@ def plan(
     """
     from magbench.api.planning_results import plan_result
     from reports.outputs.plan import write_plan
-    from validation.bound.files import experiment_of
     from validation.bound.goal import OFFSET, parsed_target
-    from validation.comparison.engine import ProcessEngine
-    from validation.planning.next_leg import onward
-    from validation.planning.plan import planned
     from validation.planning.task import PlanningTask
 
     goal, size = parsed_target(target, "--target") if target else (OFFSET, None)
     spec, tilts = scenario_from(like, overrides), tilts_from(tilt_limits)
     task = PlanningTask.of(vehicle, spec, knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
     most_s = time_s or task.usual_s
-    found: Plan | LegSequence
     if after is None:
-        found = planned(task, most_s, size)
-        found = found.checked(trials, ProcessEngine(jobs)) if trials else found
+        found = _from_start(task, most_s, size, trials, jobs)
     else:
-        reference = reference_from(after, 0, None, field_enu_nT)
-        where = str(after) if isinstance(after, str | PathLike) else "recording"
-        known = experiment_of(recording_from(after, maps=maps), reference, noise_std_nT, where)
-        found = onward(task.after(known), most_s, size)
+        found = _after(task, after, most_s, size, maps, noise_std_nT, field_enu_nT)
     return plan_result(found, None if out is None else write_plan(found, Path(out)))
+
+
+def _from_start(task: PlanningTask, most_s: float, size: float | None, trials: int, jobs: int) -> Plan | LegSequence:
+    from validation.comparison.engine import ProcessEngine
+    from validation.planning.plan import planned
+
+    found = planned(task, most_s, size)
+    return found.checked(trials, ProcessEngine(jobs)) if trials else found
+
+
+def _after(
+    task: PlanningTask,
+    after: Data,
+    most_s: float,
+    size: float | None,
+    maps: Sequence[str],
+    noise_std_nT: float | None,
+    field_enu_nT: Sequence[float] | None,
+) -> Plan | LegSequence:
+    from validation.bound.files import experiment_of
+    from validation.planning.next_leg import onward
+
+    reference = reference_from(after, 0, None, field_enu_nT)
+    where = str(after) if isinstance(after, str | PathLike) else "recording"
+    known = experiment_of(recording_from(after, maps=maps), reference, noise_std_nT, where)
+    return onward(task.after(known), most_s, size)

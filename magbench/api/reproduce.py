@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Progress, in_keywords
+from magbench.api.inputs import Progress, in_keywords, locked
 
 if TYPE_CHECKING:
     from papers.base import Findings, Reproduction
@@ -37,14 +36,13 @@ def reproduce(
     """
     from papers import chosen
     from papers.report import write
-    from recordings.files import locked_directory
 
     results = {}
     papers = chosen(key, seeds)
-    with nullcontext() if out is None else locked_directory(Path(out)):
+    with locked(out) as place:
         for paper in papers:
             with reporting(f"reproducing {paper.key}") as progress:
                 results[paper] = paper.run(jobs=jobs, progress=progress)
-        if out is not None:
-            write(results, Path(out))
+        if place is not None:
+            write(results, place)
     return results

@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Progress, in_keywords, scenario_from
+from magbench.api.inputs import Progress, calibrators_from, in_keywords, place_for, scenario_from
 
 if TYPE_CHECKING:
     from magbench.api.results import RunResult
@@ -34,17 +34,12 @@ def run(
 
     Raises InputError for a bad scenario, an unknown calibrator, and an `out` that holds another dataset.
     """
-    from tempfile import TemporaryDirectory
-
     from magbench.api.results import RunResult
     from reports.outputs.run import run_scenario, simulate_and_score
-    from validation.calibrating.selection import select_calibrators
-    from validation.calibrating.processes import TIME_LIMIT_S
 
     spec = scenario_from(scenario, overrides)
-    names = [with_] if isinstance(with_, str) else with_ or (() if exec_ else spec.calibrators)
-    chosen = candidates(names, exec_, time_limit_s or TIME_LIMIT_S)
+    chosen = calibrators_from(with_, exec_, time_limit_s, spec.calibrators)
     if out is not None:
         return RunResult.of(run_scenario(spec, Path(out), seed=seed, chosen=chosen, progress=progress, warn=warn))
-    with TemporaryDirectory(prefix="magbench-") as place:
-        return RunResult.of(simulate_and_score(spec, Path(place), seed, chosen, progress, warn))
+    with place_for(None) as place:
+        return RunResult.of(simulate_and_score(spec, place, seed, chosen, progress, warn))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+import magbench
 from magbench.arguments import field_vector, none_of
 from magbench.options import FieldStrength, FieldVector, Json, Maps, Overrides
 from scenarios.names import find
@@ -88,7 +89,6 @@ def bound(
 
     Example: magbench bound auv-spiral --what-if roll_amplitude_deg=0:30:5
     """
-    import magbench
     from magbench.api.bound import is_scenario
 
     of_log = {"--run": run, "--field-strength-nT": field_strength_nT, "--field-enu-nT": field_enu_nT, "--map": map_}
@@ -96,22 +96,28 @@ def bound(
     if not what_if:
         none_of({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
     known: dict[str, Any] = {
+        "knowledge": knowledge,
         "noise_std_nT": noise_std_nT,
         "gyro_noise_rad_s": gyro_noise_rad_s,
         "gyro_scale_std": gyro_scale_std,
         "strength_unknown": strength_unknown,
         "tilt_limits": tilt_limits,
     }
-    if not is_scenario(source):
+    if is_scenario(source):
+        none_of(of_log, "applies to a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
+        known |= {"coloured": coloured, "overrides": set_ or ()}
+        _of_scenario(source, known, what_if, out or Path("out") / f"{find(source).stem}-bound", json)
+    else:
         none_of(of_scenario, "applies to a scenario, and this is a log", "leave it out")
-        reference: dict[str, Any] = {"field_strength_nT": field_strength_nT, "field_enu_nT": field_vector(field_enu_nT)}
-        return _show(magbench.bound(source, knowledge, **known, **reference, maps=map_ or (), run=run or 0), json)
-    none_of(of_log, "applies to a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
-    known |= {"coloured": coloured, "overrides": set_ or ()}
-    if not what_if:
-        return _show(magbench.bound(source, knowledge, **known), json)
-    place = out or Path("out") / f"{find(source).stem}-bound"
-    return _show_sweep(magbench.what_if(source, what_if, knowledge, **known, out=place), place, json)
+        known |= {"field_strength_nT": field_strength_nT, "field_enu_nT": field_vector(field_enu_nT)}
+        _show(magbench.bound(source, **known, maps=map_ or (), run=run or 0), json)
+
+
+def _of_scenario(source: str, known: dict[str, Any], what_if: str | None, out: Path, json: bool) -> None:
+    if what_if:
+        _show_sweep(magbench.what_if(source, what_if, **known, out=out), out, json)
+    else:
+        _show(magbench.bound(source, **known), json)
 
 
 def _show(found: BoundResult, json: bool) -> None:

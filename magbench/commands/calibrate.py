@@ -57,7 +57,7 @@ def calibrate(
     found = magbench.calibrate(
         data,
         field_strength_nT,
-        with_=(split(with_) if with_ else []) if named else list(USUAL),
+        with_=split(with_ or "") if named else list(USUAL),
         field_enu_nT=field_vector(field_enu_nT),
         maps=map_ or (),
         run=run,

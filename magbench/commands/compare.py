@@ -66,7 +66,7 @@ def compare(
             spec,
             place,
             trials=trials,
-            with_=split(with_) if with_ else (),
+            with_=split(with_ or ""),
             sweep=sweep or (),
             seed=seed,
             until=until,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +12,8 @@ from magbench.options import Exec, Json, Out, Overrides, ScenarioName, Seed, Tim
 from validation.calibrating.processes import TIME_LIMIT_S
 
 if TYPE_CHECKING:
+    from magbench.api.results import RunResult
+    from sim.scenario import Scenario
     from validation.scoring.conditions import Condition
 
 FAIL_IF = "--fail-if"
@@ -45,45 +47,42 @@ def run(
     """
     import magbench
     from magbench.arguments import split
-    from magbench.console import emit, end_with, progress, say, warn
-    from magbench.tables import show_scores
-    from reports.outputs.run import summary
-    from sim.tracking import warning
-    from validation.calibrating.selection import select_calibrators
+    from magbench.console import end_with, progress, warn
     from validation.calibrating.fitting import not_applicable
 
     spec = magbench.load(scenario, set_ or ())
-    names = split(with_) if with_ else () if exec_ else spec.calibrators
-    entries = candidates(names, exec_ or (), time_limit_s)
-    conditions = _conditions(fail_if or (), [entry.name for entry in entries], len(spec.sensors))
+    chosen: dict[str, Any] = {"with_": split(with_ or ""), "exec_": exec_ or (), "time_limit_s": time_limit_s}
+    conditions = _conditions(fail_if or (), spec, **chosen)
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
-        outcome = magbench.run(
-            spec,
-            place,
-            with_=names,
-            seed=seed,
-            exec_=exec_ or (),
-            time_limit_s=time_limit_s,
-            progress=report,
-            warn=warn,
-        )
+        outcome = magbench.run(spec, place, **chosen, seed=seed, progress=report, warn=warn)
     failures = [failure for one in conditions if (failure := one.failure(outcome.scores))]
     failures += not_applicable(outcome.calibrations) if with_ or exec_ else []
+    _show(outcome, place, failures, json)
+    end_with(failures)
+
+
+def _show(outcome: RunResult, place: Path, failures: Sequence[str], json: bool) -> None:
+    from magbench.console import emit, say, warn
+    from magbench.tables import show_scores
+    from reports.outputs.run import summary
+    from sim.tracking import warning
+
     if json:
         emit(summary(outcome) | {"out": str(place), "failures": failures})
     else:
         show_scores(outcome)
     warn(warning([outcome.tracking]))
     say(f"{place}: report.html, recording.rrd, scores.json, dataset.json")
-    end_with(failures)
 
 
-def _conditions(texts: Sequence[str], calibrators: Sequence[str], sensors: int) -> list[Condition]:
-    """What --fail-if says, of calibrators that take part; InputError otherwise."""
+def _conditions(texts: Sequence[str], spec: Scenario, **chosen: Any) -> list[Condition]:
+    """The conditions of --fail-if on calibrators that take part; InputError otherwise."""
+    from magbench.api.inputs import calibrators_from
     from validation.scoring.conditions import Condition, row_names
 
     conditions = [Condition.parsed(text, FAIL_IF) for text in texts]
+    names = [entry.name for entry in calibrators_from(**chosen, otherwise=spec.calibrators)]
     for condition in conditions:
-        condition.check(row_names(calibrators, sensors))
+        condition.check(row_names(names, len(spec.sensors)))
     return conditions
