@@ -55,15 +55,12 @@ def diagnose(
     from diagnosis.policy import STANDARD
     from diagnosis.question import Question
     from magbench.api.results import diagnosis_result
-    from recordings.files import remove_leftovers
 
     sources = _sources(data, time_s, maps, run, sensor, reference_sensor)
     second = None if confirm is None else _second(confirm, sources, maps)
     strength_nT, vector_nT = stated_field(field_strength_nT, field_enu_nT)
     stated = {"strength_nT": strength_nT, "field_enu_nT": vector_nT, "actuators": actuators}
     with locked(out) as place:
-        if place is not None:
-            remove_leftovers(place)
         found = answer(Question.about(model, **stated, policy=policy or STANDARD), sources, second, say)
         if place is not None:
             _write(found, place, sources, say)

@@ -136,13 +136,14 @@ def calibrators_from(
 
 @contextmanager
 def locked(out: str | PathLike[str] | None) -> Iterator[Path | None]:
-    """The output directory, held by this process; None where nothing is to be written."""
-    from recordings.files import locked_directory
+    """The output directory, held by this process and without leftovers; None where nothing is to be written."""
+    from recordings.files import locked_directory, remove_leftovers
 
     if out is None:
         yield None
         return
     with locked_directory(Path(out)):
+        remove_leftovers(Path(out))
         yield Path(out)
 
 

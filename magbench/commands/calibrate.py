@@ -64,7 +64,7 @@ def calibrate(
         exec_=exec_ or (),
         time_limit_s=time_limit_s,
         out=out,
-        exports=split(export) if export else (),
+        exports=export.split(",") if export else (),
     )
     gains = None
     if worth:
