@@ -83,8 +83,8 @@ def calibrate(
     Raises InputError for data that are not fit for use, an unknown calibrator, and a reference that is not known.
     """
     from magbench.api.results import Calibrations
-    from validation.calibrating.export import known_forms
     from validation.calibrating.calibration_file import write_calibrations
+    from validation.calibrating.export import known_forms
 
     forms = known_forms(",".join(exports)) if exports else ()
     if forms and out is None:

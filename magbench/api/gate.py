@@ -33,8 +33,8 @@ def gate(
     """
     from magbench.api.results import GateResult
     from reports.outputs.gates import run_gates
-    from validation.gates.gate_groups import group_gates
     from validation.gates.gate_file import load_gates
+    from validation.gates.gate_groups import group_gates
 
     path = path_of(gates)
     file, who = load_gates(path), engine(scheduler, jobs)
@@ -60,8 +60,8 @@ def write_baseline(
     Raises InputError for a file that cannot be used.
     """
     from reports.outputs.gates import record_baseline
-    from validation.gates.gate_groups import group_gates
     from validation.gates.gate_file import load_gates
+    from validation.gates.gate_groups import group_gates
 
     path = path_of(gates)
     groups = group_gates(load_gates(path), path, seed, time_limit_s, baselines=False)

@@ -125,8 +125,8 @@ def calibrators_from(
     with_: str | Sequence[str], exec_: Sequence[str], time_limit_s: float | None, otherwise: Sequence[str] = ()
 ) -> tuple[CalibratorEntry, ...]:
     """The named calibrators and programs; where neither is given those of `otherwise`; InputError for unknown ones."""
-    from validation.calibrating.selection import select_calibrators
     from validation.calibrating.processes import TIME_LIMIT_S
+    from validation.calibrating.selection import select_calibrators
 
     names = [with_] if isinstance(with_, str) else list(with_) or (() if exec_ else otherwise)
     if not (names or exec_):

@@ -190,9 +190,9 @@ class GateResult(Displayed):
 
     def plot(self) -> Figure:
         """The trials of the first failed gate, else of the first, against its limit."""
-        from reports.plots.gates import draw_course
+        from reports.plots.gates import draw_gate_course
 
-        return draw_course((*self.failed, *self.outcomes)[0])
+        return draw_gate_course((*self.failed, *self.outcomes)[0])
 
 
 class DiagnosisResult(Diagnosis, Displayed):
@@ -239,7 +239,7 @@ class PooledDiagnosisResult(PooledDiagnosis, Displayed):
 
     def plot(self) -> Figure:
         """The gap of every recording over time, before and after."""
-        from reports.plots.together import draw_gaps
+        from reports.plots.pooled import draw_gaps
 
         return draw_gaps(self)
 
