@@ -26,10 +26,12 @@ class NotNumbersError(Exception):
 
 def numbers_of(column: pa.ChunkedArray) -> Array:
     """Return the column as float64 (n,), NaN for an empty cell; NotNumbersError for other content than numbers."""
-    column = _uncoded(column)
+    if pa.types.is_dictionary(column.type):
+        column = column.cast(column.type.value_type)
     if is_empty(column):
         return np.full(len(column), np.nan)
-    if not _is_numeric(column.type):
+    kind = column.type
+    if not (pa.types.is_decimal(kind) or pa.types.is_primitive(kind)) or pa.types.is_temporal(kind):
         raise _refusal(column)
     return np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
 
@@ -68,15 +70,6 @@ def _words(cells: pa.Array | pa.ChunkedArray) -> NDArray[np.str_]:
     if any(len(word) > MAX_WORD for word in words):
         raise NotNumbersError(f"holds words of more than {MAX_WORD} characters", "shorten them, or leave it out")
     return np.array(words, np.str_)
-
-
-def _uncoded(column: pa.ChunkedArray) -> pa.ChunkedArray:
-    """Return the column without dictionary coding."""
-    return column.cast(column.type.value_type) if pa.types.is_dictionary(column.type) else column
-
-
-def _is_numeric(kind: pa.DataType) -> bool:
-    return (pa.types.is_primitive(kind) and not pa.types.is_temporal(kind)) or pa.types.is_decimal(kind)
 
 
 def _refusal(column: pa.ChunkedArray) -> NotNumbersError:

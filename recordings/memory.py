@@ -97,10 +97,7 @@ def _field(data: object) -> Array:
     kind = type(data).__name__
     if data is None or isinstance(data, str | bytes | int | float | complex):
         raise InputError(f"is of type {kind}, not a recording", where="data", do=WANTED)
-    try:
-        values = np.asarray(data)
-    except ValueError:
-        raise InputError("its rows differ in length", where=str(ARRAY), do=WANTED) from None
+    values = _array(data, str(ARRAY), WANTED)
     if values.dtype.kind not in "fiu":
         raise InputError(f"{kind} holds {values.dtype}, not numbers", where="data", do=WANTED)
     if values.ndim == 2 and values.shape[0] == 3 != values.shape[1]:
@@ -111,12 +108,17 @@ def _field(data: object) -> Array:
 
 
 def _times(time_s: ArrayLike, samples: int) -> Array:
-    try:
-        values = np.asarray(time_s)
-    except ValueError:
-        do = "give the time of every sample, in seconds"
-        raise InputError("its rows differ in length", where="time_s", do=do) from None
+    do = "give the time of every sample, in seconds"
+    values = _array(time_s, "time_s", do)
     if values.dtype.kind not in "fiu" or values.shape != (samples,):
         what = f"has shape {values.shape} and type {values.dtype}, not ({samples},) numbers"
-        raise InputError(what, where="time_s", do="give the time of every sample, in seconds")
+        raise InputError(what, where="time_s", do=do)
     return values.astype(np.float64)
+
+
+def _array(values: object, where: str, do: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:
+    """Return values as an array; InputError for nested sequences of unequal length."""
+    try:
+        return np.asarray(values)
+    except ValueError:
+        raise InputError("its rows differ in length", where=where, do=do) from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -137,6 +138,12 @@ def test_example_with_damaged_bytes(form: FileFormat, seed: int, tmp_path: Path)
         hit = rng.random(len(whole)) < share
         path.write_bytes(np.where(hit, rng.integers(0, 256, len(whole), np.uint8), whole).tobytes())
         assert_read_or_refused(path)
+
+
+def test_the_room_loads_nothing_of_the_simulator(run_python: Callable[[str], Any]) -> None:
+    names = "{'sim', 'calib', 'validation', 'mujoco'}"
+    code = f"import sys, recordings; sys.exit(bool({names} & {{name.split('.')[0] for name in sys.modules}}))"
+    assert run_python(code).returncode == 0
 
 
 def test_unknown_format_lists_every_known_one(tmp_path: Path) -> None:
