@@ -59,7 +59,8 @@ def nested(text: str) -> str:
     Raises ValueError for `import sim.field`, which binds a name that the nested package does not have.
     """
     lines = text.encode().splitlines(keepends=True)
-    for node in ast.walk(ast.parse(text)):
+    imports = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Import | ast.ImportFrom)]
+    for node in imports:
         old, new = _heads(node)
         if old:
             line, column = lines[node.lineno - 1], node.col_offset
@@ -68,11 +69,11 @@ def nested(text: str) -> str:
     return b"".join(lines).decode()
 
 
-def _heads(node: Any) -> tuple[bytes, bytes]:
-    """The first words of an import of PARTS, plain and nested; empty for every other node."""
+def _heads(node: ast.Import | ast.ImportFrom) -> tuple[bytes, bytes]:
+    """The first words of an import of PARTS, plain and nested; empty for an import of anything else."""
     if isinstance(node, ast.ImportFrom):
         return (b"from ", f"from {WHOLE}.".encode()) if _part(node.module or "") else (b"", b"")
-    if not isinstance(node, ast.Import) or not any(_part(alias.name) for alias in node.names):
+    if not any(_part(alias.name) for alias in node.names):
         return b"", b""
     match node.names:
         case [ast.alias(name=str(name))] if "." not in name:
@@ -122,9 +123,9 @@ class NestedLoader(SourceFileLoader):
 
     def source_to_code(self, data: Any, path: Any, *, _optimize: int = -1) -> CodeType:  # type: ignore[override]
         """Compile the nested source under the path of the checkout's file."""
-        return super().source_to_code(_nested_file(bytes(data), str(path)).encode(), path, _optimize=_optimize)  # type: ignore[call-arg]
+        return super().source_to_code(_nested_file(bytes(data), str(path)).encode(), path, _optimize=_optimize)
 
-    def path_stats(self, path: str) -> dict[str, Any]:  # type: ignore[override]
+    def path_stats(self, path: str) -> dict[str, Any]:
         """What bytecode must agree with to be used: the file's time and size, and the time of this module's file."""
         stats = dict(super().path_stats(path))
         return stats | {"mtime": stats["mtime"] + os.stat(__file__).st_mtime}
@@ -133,7 +134,7 @@ class NestedLoader(SourceFileLoader):
         """Read a source, or its nested bytecode."""
         return super().get_data(_nested_cache(path))
 
-    def set_data(self, path: str, data: Any, **options: Any) -> None:  # type: ignore[override]
+    def set_data(self, path: str, data: Any, **options: Any) -> None:
         """Write the nested bytecode, beside and renamed; nothing where the place cannot be written."""
         super().set_data(_nested_cache(path), data, **options)
 
