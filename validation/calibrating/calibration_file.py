@@ -90,6 +90,6 @@ def _check_kept(out: Path, sources: Sequence[Path]) -> None:
 def _named(known: Mapping[str, Calibration], key: str, where: Path) -> Calibration:
     if key not in known:
         each = "the recording is of an array, each sensor needs its own; " if "@" in key else ""
-        do = f"{each}choose with --with among {', '.join(known)}"
-        raise InputError(f"no calibration {key!r}", where=str(where), do=do)
+        names = ", ".join(known)
+        raise InputError(f"no calibration {key!r}", where=str(where), do=f"{each}choose with --with among {names}")
     return known[key]

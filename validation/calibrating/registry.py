@@ -34,9 +34,11 @@ class RegisteredObject:
     def __reduce__(self) -> tuple[type[RegisteredObject], tuple[str, Outside]]:
         """Pickle by reference; InputError for an object that other processes cannot import."""
         if not _importable(self.method):
-            what = "is registered in this process, and other processes do not find it"
-            do = "put it into a module and name it module:object, or use one job"
-            raise InputError(what, where=self.name, do=do)
+            raise InputError(
+                "is registered in this process, and other processes cannot import it",
+                where=self.name,
+                do="put it into a module and name it module:object, or use one job",
+            )
         return RegisteredObject, (self.name, self.method)
 
 

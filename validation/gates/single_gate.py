@@ -101,11 +101,9 @@ def _decided(file: GateFile, design: Design) -> GateOutcome:
 
 def _renamed(reference: GateSubject, calibrator: GateSubject) -> GateSubject:
     """Rename the reference where its name equals the calibrator's."""
-    if reference.entry is None or calibrator.entry is None:
-        return reference
-    if reference.entry.name != calibrator.entry.name:
-        return reference
-    return replace(reference, entry=replace(reference.entry, name=REFERENCE))
+    if reference.entry and calibrator.entry and reference.entry.name == calibrator.entry.name:
+        return replace(reference, entry=replace(reference.entry, name=REFERENCE))
+    return reference
 
 
 def _checked(gate: Mapping[str, Any], options: Mapping[str, Any]) -> GateFile:

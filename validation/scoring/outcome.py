@@ -91,8 +91,7 @@ class Outcome:
 
     def _value(self, name: str, score: str) -> float:
         """Return a score of a calibrator, infinite where missing."""
-        values = (s.value for s in self.scores.get(name, []) if s.name == score and np.isfinite(s.value))
-        return next(values, np.inf)
+        return next((s.value for s in self.scores.get(name, []) if s.name == score and np.isfinite(s.value)), np.inf)
 
     def shown(self) -> list[str]:
         """Return the calibrators shown in pictures: with an estimate, best first; of an array, sensor 1."""

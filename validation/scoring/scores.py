@@ -116,8 +116,7 @@ def heading_error_rad(field_nT: Array, data: HoldOutMotion) -> Array:
 
 def anomaly_rms_nT(calibration: Calibration, truth: HoldOut) -> float:
     """Return the rms error of the total-field anomaly along the survey line, mean removed."""
-    total_nT = np.linalg.norm(calibration.static().apply(truth.line.recording()), axis=1)
-    error_nT = total_nT - truth.line_anomaly_nT
+    error_nT = np.linalg.norm(calibration.static().apply(truth.line.recording()), axis=1) - truth.line_anomaly_nT
     return rms(error_nT - error_nT.mean())
 
 
