@@ -184,7 +184,7 @@ def test_scenarios_effects_and_files_named_exist() -> None:
         text = page.read_text(encoding="utf-8")
         named = re.findall(r"`magbench (?:run|simulate) ([\w-]+)", text)
         assert set(named) <= set(catalogue()), page.name
-        files = re.findall(r"`((?:scenarios|sim|calib|validation|tests)/[\w/.]+\.(?:py|toml))`", text)
+        files = re.findall(rf"`((?:{'|'.join((*ORDER, 'tests'))})/[\w/.]+\.(?:py|toml))`", text)
         assert not [file for file in files if not (ROOT / file).exists()], page.name
 
 
