@@ -1,4 +1,4 @@
-"""What an "ok" must be borne out by: what the fit leaves, its own covariance, and the condition of its matrix."""
+"""Acceptance of a fit: status "ok" needs a consistent residual, covariance and condition of the matrix."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from recordings import Recording
 from scenarios.arrays import Array
 
 MAX_MISFIT_FRACTION = 0.1
-"""A fit that leaves half of the samples further off than this fraction of the field does not follow the field: a
-constant field with noise, a wrong attitude or unit. Soft iron of 10 % left out altogether stays below it."""
+"""Median residual of an accepted fit at most, as a fraction of the field: beyond are a constant field with noise, a
+wrong attitude or a wrong unit. Soft iron of 10 % left out of a model stays below."""
 MAX_CONDITION = 50.0
-"""A matrix worse conditioned than this has an axis that measures nothing, or two that measure the same; the strongest
-soft iron known from vehicles stretches by 2."""
+"""Condition number of an accepted matrix at most: beyond, an axis measures nothing, or two axes measure the same
+component; the strongest soft iron known from vehicles stretches by 2."""
 Extents = tuple[Extent, ...]
-"""How far the measurements extend, of each sensor; none where a method knows or asks no more than a plane."""
+"""Extent of the measurements of each sensor; empty for methods that need no more than a plane."""
 NEGATIVE = -1e-3
-"""A covariance whose correlations have an eigenvalue below this is none; rounding stays above."""
+"""Smallest eigenvalue of the correlations of a valid covariance; rounding stays above."""
 
 
 def own_reference(fit: Calibration, reference: Reference) -> Reference:
-    """What the fit is judged by: the strength that it found itself, where it did not take the reference's."""
+    """Reference for the residual: the fitted strength, if the method fits a strength instead of the given one."""
     found_nT = fit.parameters.get(STRENGTH_NAME)
     return reference if found_nT is None else Reference(found_nT)
 
 
 def residual_of(fit: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> Array:
-    """What the fit leaves, in order of time: |h| - F (n,), or with known attitude h - R_wb^T F (n, 3), nT."""
+    """Residual of a fit in order of time: |h| - F (n,), or with known attitude h - R_wb^T F (n, 3), nT."""
     field_nT = fit.apply(recording)
     if vector:
         assert recording.att_q is not None
@@ -54,20 +54,20 @@ def in_time(recording: Recording, values: Array) -> Array:
 
 
 def extents(recording: Recording) -> Extents:
-    """How far the magnetometer's measurements extend, or those of each sensor of an array."""
+    """Extent of the measurements of the magnetometer, or of each sensor of an array."""
     sensors = [recording.mag_nT] if recording.array_mag_nT is None else recording.array_mag_nT
     return tuple(Extent.of(sensor) for sensor in sensors)
 
 
 def planar(sensors: Extents, noise_std_nT: float = 0.0) -> Status | None:
-    """`planar_status` of the first sensor that it holds for."""
+    """`planar_status` of the first sensor with planar measurements."""
     return next((flat for sensor in sensors if (flat := planar_status(sensor, noise_std_nT)) is not None), None)
 
 
 def flat_status(fit: Calibration, sensors: Extents, residual_nT: Array) -> Status | None:
-    """Unobservable when a sensor's measurements leave a plane by no more than the noise that the fit tells, or leaves.
+    """Unobservable when a sensor's measurements leave a plane by no more than the noise, as fitted or as the residual.
 
-    A fit that failed and tells no noise is not asked.
+    A failed fit without a fitted noise is not tested.
     """
     noise_nT = fit.parameters.get("noise_std_nT")
     if noise_nT is None and fit.status.kind != "ok":
@@ -87,10 +87,10 @@ def widened(
     vector: bool,
     response: Response | None = None,
 ) -> Calibration:
-    """The fit with its claimed covariance made true to residuals that are not white, see `calib.numerics.colour`.
+    """The fit with the covariance scaled for a coloured residual, see `calib.numerics.colour`.
 
-    What flicker noise does to it is added, by how each sample moves the fit, see `calib.numerics.flicker`; not where
-    the fit has not converged, whose own error is taken for noise.
+    Flicker noise adds a covariance by the response of the fit to each sample, see `calib.numerics.flicker`; not for a
+    fit that has not converged, whose error would count as noise.
     """
     if fit.covariance is None or fit.offset_covariance_nT2 is None:
         return fit
@@ -108,7 +108,7 @@ def widened(
 def _response(
     fit: Calibration, field_nT: Array, recording: Recording, reference: Reference, *, vector: bool
 ) -> Response:
-    """How the samples, in order of time, move the fit."""
+    """Response of the fit to the samples, in order of time."""
     if not vector:
         return of_strength(fit, field_nT, reference.strength_nT)
     assert recording.att_q is not None
@@ -121,14 +121,14 @@ def _rate_hz(recording: Recording) -> float:
 
 
 def _add(covariance: Array, names: tuple[str, ...], response: Response, more: Array) -> None:
-    """Add to the rows and columns of the parameters that both name."""
+    """Add a covariance in the rows and columns of the common parameters."""
     both = [name for name in response.names if name in names]
     rows, those = [names.index(name) for name in both], [response.names.index(name) for name in both]
     covariance[np.ix_(rows, rows)] += more[np.ix_(those, those)]
 
 
 def unsupported(fit: Calibration, residual_nT: Array, reference: Reference) -> Status | None:
-    """Why the fit cannot be believed; None where covariance, matrix and residual bear it out."""
+    """Status of a fit contradicted by covariance, matrix or residual; None for a consistent fit."""
     return (
         _indefinite(fit)
         or _singular(fit)
@@ -138,7 +138,7 @@ def unsupported(fit: Calibration, residual_nT: Array, reference: Reference) -> S
 
 
 def _indefinite(fit: Calibration) -> Status | None:
-    """Not converged when the covariance is none."""
+    """Not converged when the covariance is not positive semidefinite."""
     if fit.covariance is None:
         return None
     variance = np.diag(fit.covariance)
@@ -149,7 +149,7 @@ def _indefinite(fit: Calibration) -> Status | None:
 
 
 def _singular(fit: Calibration) -> Status | None:
-    """Unobservable when a matrix stretches or squeezes one body direction alone: noise is field, or field noise."""
+    """Unobservable when a matrix stretches or squeezes a body direction alone: noise taken for field, or vice versa."""
     matrices = [
         fit.matrix,
         *(part.matrix for part in fit.segments),
@@ -169,7 +169,7 @@ def _singular(fit: Calibration) -> Status | None:
 
 
 def _misfit(residual_nT: Array, strength_nT: float) -> Status | None:
-    """Not converged when what is left is no small part of the field."""
+    """Not converged when the residual is a large part of the field."""
     limit_nT = MAX_MISFIT_FRACTION * strength_nT
     flat = residual_nT.ravel()
     if flat @ flat <= len(residual_nT) * limit_nT**2 / 2:  # half of the samples can then be no further off

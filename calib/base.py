@@ -38,26 +38,24 @@ NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
 }
 """What a calibrator can need beside the field's strength: how to find it, and what to say when it is missing."""
 VECTOR = {"attitude", "field_vector"}
-"""Who needs these knows the field in the body frame, and fits its vector; who does not fits the strength."""
+"""Needs of a method that fits the field vector in the body frame; methods without them fit the strength."""
 
 
 @dataclass(frozen=True)
 class Calibrator(ABC):
-    """A calibration method: a frozen dataclass of hyperparameters that writes `_solve`.
+    """A calibration method: a frozen dataclass of hyperparameters with a method `_solve`.
 
-    The type of a hyperparameter says which values it may have (`calib.settings`); others are refused with InputError.
+    The type of a hyperparameter defines the permitted values (`calib.settings`); others are refused with InputError.
 
-    To write one: `name`, `summary` (one line), `_solve`, and what is true of it among these facts: `needs` (keys of
-    NEEDS), `min_samples`, `sequential` (the order of the samples matters; the base leaves the claimed covariance as it
-    is), `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame of
-    sensor 1, whose matrix is upper triangular), `one_axis` (made for a turn about one axis, whose measurements lie in a
-    plane). Where it finds B too it says so by `eddy`, a fact of the class or one of its hyperparameters: what it
-    estimates decides what no method can do better.
+    A subclass defines `name`, `summary` (one line), `_solve`, and where they differ from the default: `needs` (keys of
+    NEEDS), `min_samples`, `sequential` (the order of the samples matters; the base leaves the claimed covariance
+    unchanged), `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame
+    of sensor 1, whose matrix is upper triangular), `one_axis` (made for a turn about one axis, with measurements in a
+    plane), `eddy` (B is fitted too; a fact of the class or a hyperparameter). The bound follows the fitted parameters.
 
-    The base sees to the rest: what the recording must have, that the motion shows what the method fits, that the
-    computation did not break down, and that the answer bears out an "ok" (`calib.acceptance`). A parameter
-    `noise_std_nT`, the noise of a measured component, lets it tell motion from noise. `attitude_std_rad`: the
-    attitude's own error; where the attitude is used, motion smaller than five times it is no excitation.
+    The base class checks the input, the excitation, the computation and the result (`calib.acceptance`). A fitted
+    parameter `noise_std_nT`, the noise of a measured component, distinguishes motion from noise. `attitude_std_rad`:
+    the attitude's error; where the attitude is used, motion smaller than five times the error is no excitation.
     """
 
     name: ClassVar[str]
@@ -71,15 +69,15 @@ class Calibrator(ABC):
     attitude_std_rad: NotNegative = field(default=ATTITUDE_STD_RAD, kw_only=True)
 
     def __post_init__(self) -> None:
-        """Raise InputError where a hyperparameter is not what its type allows."""
+        """Raise InputError for a hyperparameter outside the values of the type."""
         check(self, self.name)
 
     @final
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None) -> Calibration:
         """Fit m = S h + b (+ B dh/dt) to a recording, which is never modified.
 
-        A recording that the method cannot use, a motion that says too little and a numerical failure are told by the
-        result's status; rng (default: seed 0) matters to stochastic methods only.
+        The status of the result reports an unusable recording, an insufficient motion or a numerical failure; rng
+        (default: seed 0) matters to stochastic methods only.
         """
         start = time.perf_counter()
         status = self._usable(recording, reference)
@@ -89,10 +87,10 @@ class Calibrator(ABC):
         return replace(result, name=self.name, wall_s=time.perf_counter() - start)
 
     @final
-    def unjudged(
+    def fit_unchecked(
         self, recording: Recording, reference: Reference, rng: np.random.Generator | None = None
     ) -> Calibration:
-        """The method's own answer: as `fit`, but its claim is not widened, nor its "ok" taken back."""
+        """The method's result as `fit`, but with the claimed covariance and status unchanged."""
         start = time.perf_counter()
         status = self._usable(recording, reference)
         solved = status or self._solve(read_only(recording), reference, rng or np.random.default_rng(0))
@@ -101,13 +99,13 @@ class Calibrator(ABC):
 
     @abstractmethod
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
-        """The method itself, on a recording that has all it needs; a status where there is no estimate."""
+        """Solve for the calibration, on a recording with all needed columns; a status where there is no estimate."""
 
     def _failed(self, status: Status, history: tuple[float, ...] = ()) -> Calibration:
         return Calibration(name=self.name, status=status, history=history)
 
     def _guarded(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
-        """The method's answer after all checks; a computation that breaks down has not converged."""
+        """The method's result after all checks; not converged after a numerical failure."""
         try:
             with np.errstate(divide="raise", invalid="raise", over="raise"):
                 sensors = extents(recording) if self._fits_strength else ()
@@ -120,7 +118,7 @@ class Calibrator(ABC):
     def _checked(
         self, solved: Calibration | Status, recording: Recording, reference: Reference, sensors: Extents
     ) -> Calibration:
-        """The answer with the status that it bears out."""
+        """The result with the accepted status."""
         result = self._failed(solved) if isinstance(solved, Status) else solved
         if not _finite(result):
             return self._failed(Status("not_converged", "the computation gave values that are not finite"))
@@ -130,10 +128,10 @@ class Calibrator(ABC):
         return self._judged(result, recording, judged_by, sensors)
 
     def _judged(self, result: Calibration, recording: Recording, reference: Reference, sensors: Extents) -> Calibration:
-        """The answer, its claim widened where the residual is not white, and its status lowered where it must be.
+        """The result, with the covariance scaled for a coloured residual and the status lowered where needed.
 
-        A sequential method answers for its own claim. Residual and matrix of the vector field say nothing of a method
-        that corrects the scalar magnetometer beside it.
+        A sequential method keeps its claimed covariance. Residual and matrix of the vector field do not apply to
+        a method for the scalar magnetometer.
         """
         residual_nT = residual_of(result, recording, reference, vector=self._fits_vector)
         flat = flat_status(result, sensors, residual_nT)
@@ -150,7 +148,7 @@ class Calibrator(ABC):
 
     @property
     def _fits_vector(self) -> bool:
-        """Whether the field is known in the body frame, not its strength alone."""
+        """Whether the field vector in the body frame is known, not the strength alone."""
         return set(self.needs) >= VECTOR
 
     @property
@@ -159,7 +157,7 @@ class Calibrator(ABC):
         return not (self._fits_vector or self.one_axis)
 
     def _unexcited(self, recording: Recording, reference: Reference, sensors: Extents) -> Status | None:
-        """Unobservable when the measurements lie in a plane, or the known field moves by no more than its error."""
+        """Unobservable when the measurements lie in a plane, or the known field moves less than the attitude error."""
         if self.one_axis or not self._fits_vector:
             return planar(sensors)
         assert recording.att_q is not None
@@ -177,7 +175,7 @@ class Calibrator(ABC):
 
 
 def unusable(recording: Recording, reference: Reference, needs: Iterable[str], who: str) -> Status | None:
-    """Not applicable where one of `needs` (keys of NEEDS) is missing, or has values that are not finite."""
+    """Not applicable where one of `needs` (keys of NEEDS) is missing or not finite."""
     used: dict[str, object] = {"time_s": recording.time_s, "mag_nT": recording.mag_nT}
     for need in needs:
         find, what = NEEDS[need]
@@ -198,7 +196,7 @@ def _constant(recording: Recording, reference: Reference) -> Status | None:
 
 
 def read_only(recording: Recording) -> Recording:
-    """The same recording through views that cannot be written to."""
+    """The recording with write-protected views of all arrays."""
     views: dict[str, Any] = {}
     for item in fields(recording):
         value = getattr(recording, item.name)

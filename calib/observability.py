@@ -23,11 +23,11 @@ MANOEUVRES = (
     "yaw and roll further, on either side",
     "roll and pitch further away from level",
 )
-"""What varies the field along body x, y, z: turning about the two other axes."""
+"""Manoeuvres that vary the field along body x, y, z: turns about the remaining two axes."""
 
 
 def axis_text(direction: Array) -> str:
-    """A body direction (3,) in words: its main axis, and its components where it is not along the axis."""
+    """A body direction (3,) in words: the main axis, with components where the direction is not along the axis."""
     unit = direction / np.linalg.norm(direction)
     main = int(np.argmax(np.abs(unit)))
     unit = unit * np.sign(unit[main])
@@ -41,7 +41,7 @@ def remedy_text(direction: Array) -> str:
 
 
 def unobservable(direction: Array, why: str) -> Status:
-    """The status for an offset that cannot be told along a body direction (3,)."""
+    """Status for an offset not observable along a body direction (3,)."""
     return Status(
         "unobservable", f"the offset along {axis_text(direction)} cannot be told: {why}; {remedy_text(direction)}"
     )
@@ -61,12 +61,12 @@ class Extent:
 
     @property
     def thickness_nT(self) -> float:
-        """Rms distance from the plane that the measurements are nearest to."""
+        """Rms distance of the measurements from the nearest plane."""
         return float(np.sqrt(max(self.variance[0], 0.0)))
 
     @property
     def thinnest(self) -> Array:
-        """The body direction (3,) in which the measurements extend least."""
+        """The body direction (3,) of smallest extent."""
         return np.asarray(self.axes[:, 0])
 
 

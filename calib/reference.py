@@ -1,4 +1,4 @@
-"""What the user knows of the Earth's field: its strength, or the whole vector."""
+"""Reference: the strength of the Earth's field, or the vector."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a calibrator returns: the estimate, how sure it is, and whether it can be used."""
+"""Result of a calibration: estimate, uncertainty, status."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DERIVATIVE_ROUNDS = 3
 
 @dataclass(frozen=True)
 class Status:
-    """How a fit ended; a reason, and what to do about it, for everything but "ok", where it may be a caveat."""
+    """Outcome of a fit; a reason and a remedy for every kind but "ok", with "ok" possibly a caveat."""
 
     kind: Kind
     reason: str = ""
@@ -122,7 +122,7 @@ class Calibration:
         return np.asarray(np.einsum("kij,knj->kni", self.array_matrix, centred))
 
     def of_sensor(self, index: int) -> Calibration:
-        """The calibration of one sensor (0-based) out of that of an array, its parameters under their plain names."""
+        """The calibration of a sensor (0-based) of an array, with plain parameter names."""
         if self.array_offset_nT is None or self.array_matrix is None:
             return self
         names = {name: plain for name in self.parameters if (plain := _plain_name(name, index)) is not None}
@@ -139,7 +139,7 @@ class Calibration:
         )
 
     def static(self) -> Calibration:
-        """The same without its segments: their mean, for recordings of another time."""
+        """The calibration with the mean of the segments, for recordings of a different time."""
         return replace(self, segments=())
 
     def _apply_segments(self, recording: Recording) -> Array:

@@ -1,4 +1,4 @@
-"""The JSON Schema of a calibration's JSON, for those who write one in another language."""
+"""JSON Schema of a calibration's JSON, for authors in other languages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _object(values: dict[str, Schema]) -> Schema:
 
 
 def _given(**values: Schema) -> Schema:
-    """These keys are there, and of these forms."""
+    """Schema that requires keys, in the given forms."""
     return {"required": [*values], "properties": {key: {"not": {"type": "null"}, **one} for key, one in values.items()}}
 
 

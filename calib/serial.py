@@ -1,4 +1,4 @@
-"""A calibration as JSON: the keys that every command and every external calibrator shares."""
+"""Calibrations as JSON: the keys shared by every command and every external calibrator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hyperparameters: types that say which values are allowed, and the one check of them, when a calibrator is made."""
+"""Hyperparameters: types with permitted values, and the check when a calibrator is made."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _CONFIG = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=T
 
 
 def check(settings: Any, where: str) -> None:
-    """Raise InputError, which names the field, where one of a dataclass is not what its type allows, or not finite."""
+    """Raise InputError, with the field's name, for a value outside the type of a dataclass field, or not finite."""
     given = {item.name: _tuples(plain(getattr(settings, item.name))) for item in fields(settings)}
     kind: Any = type(settings)
     try:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from typing import TypeAlias
 
     from calib.base import Calibrator
-    from calib.outside import Function
+    from calib.external import Function
     from sim.scenario import Scenario
     from validation.gates.gate_outcome import GateOutcome
 

@@ -1,1 +1,1 @@
-"""Bases of methods that share a model: from a search over a population, of whole arrays, of filters."""
+"""Base classes of methods with a common model."""

@@ -1,4 +1,4 @@
-"""Maximum likelihood along the gyro: from starts to minimum and noises, and the calibration that this is."""
+"""Base of maximum likelihood with directions linked by the gyro: starts, minimum, noise ratio, calibration."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ BIAS_NAMES = ("gyro_bias_x_rad_s", "gyro_bias_y_rad_s", "gyro_bias_z_rad_s")
 
 @dataclass(frozen=True, eq=False)
 class LinkedFit:
-    """A minimum, the noise of a measurement and of the gyro that it holds for, the steps to it, whether they settled.
+    """A minimum, the noises of magnetometer and gyro at the minimum, the history, and whether the fit has settled.
 
-    told : what else is to be said of it, by name
+    told : further results, by name
     """
 
     chain: Chained[Any]
@@ -53,10 +53,10 @@ class LinkedFit:
 
 @dataclass(frozen=True)
 class GyroLinked(Calibrator):
-    """The field's direction carried from sample to sample by the gyro; a subclass says what else there is to know.
+    """The field's direction carried from sample to sample by the gyro; a subclass adds further measurements.
 
-    Offset, S and the gyro's bias of greatest likelihood with all directions, the ratio of the noises found with them
-    (`gyro_std_rad_s` None) or stated. `aligned` True: S symmetric, the gyro along the axes in which it is.
+    Offset, S and the gyro's bias of greatest likelihood with all directions, the ratio of the noises fitted
+    (`gyro_std_rad_s` None) or stated. `aligned` True: S symmetric in the gyro's axes.
     """
 
     min_samples: ClassVar[int] = 30
@@ -90,7 +90,7 @@ class GyroLinked(Calibrator):
 
     @abstractmethod
     def _refined(self, fit: LinkedFit, recording: Recording, reference: Reference) -> LinkedFit | Status:
-        """The fit along the gyro with what else there is to know; a status where that cannot be used."""
+        """The fit extended by a subclass; a status where the extension fails."""
 
     def _link(self, recording: Recording, strength_nT: float) -> LinkedSamples:
         """The recording in order of time, with the noises that it shows by itself."""
@@ -103,7 +103,7 @@ class GyroLinked(Calibrator):
         return LinkedSamples(x, mean_rates(rate_rad_s, step_s), step_s, slots, gyro_rad_s / noise)
 
     def _first(self, link: LinkedSamples) -> Minimum[Linear[LinkedEstimate]]:
-        """The best minimum from the starts, in order of their cost until one settles."""
+        """The best minimum of the starts, tried in order of cost until the first that settles."""
         tried: list[Minimum[Linear[LinkedEstimate]]] = []
         for start in sorted((link.settled(start) for start in starts(link)), key=lambda start: start.cost):
             tried.append(minimised(link, start, self.iterations, self.tolerance))
@@ -164,7 +164,7 @@ def rms(std: Array) -> float:
 
 
 def _caveat(found: Minimum[Any]) -> str:
-    """What an "ok" is to say of axes that are not what they are taken for; nothing where they are."""
+    """Caveat of an "ok" with a large angle between the axes of gyro and magnetometer; empty for a small angle."""
     left, _, right = np.linalg.svd(found.point.estimate.root)
     turn_deg = float(np.degrees(np.arccos(np.clip((np.trace(left @ right) - 1.0) / 2.0, -1.0, 1.0))))
     if turn_deg <= MOST_TURN_DEG:

@@ -1,4 +1,4 @@
-"""Kalman filters of the 21 parameters of the vector model: settings, the filter along the samples, its status."""
+"""Kalman filters of the 21 parameters of the vector model: settings, filter, status."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The calibration methods, one file each; the list of them is in `calib`."""
+"""The calibration methods, one file each; the table is in `calib`."""

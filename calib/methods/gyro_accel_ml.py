@@ -31,17 +31,17 @@ LEVEL_NAMES = ("inclination_rad", "gravity_m_s2", *(f"accel_bias_{axis}_m_s2" fo
 
 @dataclass(frozen=True)
 class GyroAccelMl(GyroLinked):
-    """As `gyro_ml`, with whole attitudes instead of directions, of which the accelerometer sees which way is up.
+    """As `gyro_ml`, with whole attitudes instead of directions, levelled by the accelerometer.
 
     a_i = g Q_i z + e + l_i,  u_i = Q_i h,  Q_(i+1) = exp(-[(omega_i - beta) dt_i]x + w_i) Q_i
 
-    Started from the answer of `gyro_ml`, whose noises are kept. The angle between field and up, the accelerometer's
-    bias e and gravity g are found too, g from the standard one to `gravity_std_m_s2`, within which the accelerometer's
-    scale has to be known. l are the vehicle's own accelerations with the sensor's noise. They are no white noise: l is
-    counted with the variance that lasts, the largest of L times that of means over blocks of L samples, so that a
-    vehicle that pushes itself about is told next to nothing by its accelerometer, instead of something wrong.
+    Starts from the result of `gyro_ml` and keeps the noises. The angle between field and up, the accelerometer's bias e
+    and gravity g are fitted too; g deviates from standard gravity by `gravity_std_m_s2`, the uncertainty of the
+    accelerometer's scale. l are the vehicle's accelerations with the sensor's noise, not white: the variance of l is
+    the largest of L var(means over blocks of L samples), so the accelerometer of an accelerating vehicle has little
+    weight instead of a wrong influence.
 
-    `inclination_std_deg`: the field's inclination is that of the reference's vector, to so much.
+    `inclination_std_deg`: uncertainty of the inclination of the reference vector; None: the inclination is fitted.
     """
 
     name: ClassVar[str] = "gyro_accel_ml"

@@ -1,4 +1,4 @@
-"""States that a gyro carries from sample to sample, and the parameters that all share: the least squares of both."""
+"""Least squares of states linked by a gyro from sample to sample, together with common parameters."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ E = TypeVar("E", bound=ChainedParameters)
 
 @dataclass(frozen=True, eq=False)
 class Linear(Generic[E]):
-    """The least squares about an estimate, linear in its states' own coordinates and in the parameters.
+    """The least squares about an estimate, linear in the local coordinates of the states and in the parameters.
 
-    cost at the estimate; square (k + 1, k + 1) of the parameters with what is left as the last of them, the states at
-    their best; log det of the states' information. The rest leads from parameters back to states.
+    cost at the estimate; square (k + 1, k + 1) of the parameters with the residual last, the states optimal; log det of
+    the states' information. The remaining fields map parameters back to states.
     """
 
     estimate: E
@@ -63,9 +63,9 @@ class Linear(Generic[E]):
 
 
 class Chained(ABC, Generic[E]):
-    """A recording whose states are linked; a subclass says what they are and what is measured of them.
+    """A recording with linked states; a subclass defines the states and the measurements.
 
-    Parameters p (k,): offset, entries of G, what else there is, the gyro's bias.
+    Parameters p (k,): offset, entries of G, further parameters, the gyro's bias.
     """
 
     @property
@@ -80,18 +80,18 @@ class Chained(ABC, Generic[E]):
 
     @abstractmethod
     def measured(self, e: E) -> tuple[Array, Array]:
-        """M (n, r, m), how the states move what is measured, the magnetometer's three first, and J (n, r, k + 1).
+        """M (n, r, m), derivative of the measurements by the states (magnetometer first), and J (n, r, k + 1).
 
-        The last of J is what the estimate leaves. All in units of the magnetometer's noise.
+        The last column of J is the residual. All in units of the magnetometer's noise.
         """
 
     @abstractmethod
     def linked(self, e: E) -> tuple[Array, Array]:
-        """turn (n - 1, m, m) and B (n - 1, m, k + 1): a state to the next by the gyro, its last what they differ by."""
+        """turn (n - 1, m, m) and B (n - 1, m, k + 1): propagation of a state by the gyro; last column: the residual."""
 
     @abstractmethod
     def beforehand(self, e: E) -> Array:
-        """What is known of the parameters before anything is measured, as rows (q, k + 1) like those of J."""
+        """Prior knowledge of the parameters as rows (q, k + 1), in the form of J."""
 
     @abstractmethod
     def followed(self, e: E, x: Array) -> E:
@@ -115,7 +115,7 @@ class Chained(ABC, Generic[E]):
         return Linear(e, turn, B, std, float(cost), square + known.T @ known, logarithm, A, C)
 
     def settled(self, e: E) -> Linear[E]:
-        """The estimate with its states at their best, and the least squares about it."""
+        """The estimate with optimal states, and the least squares about the estimate."""
         found = self.linear(e)
         for _ in range(STATE_ROUNDS):
             if found.least >= (1.0 - STATE_SETTLED) * found.cost:

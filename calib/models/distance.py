@@ -1,7 +1,7 @@
-"""The distance of points from an ellipsoid, and how it changes with the ellipsoid.
+"""Distance of points from an ellipsoid, and derivatives with respect to the ellipsoid.
 
-x = G u + c + n, |u| = 1, G symmetric, n white: the direction u that explains a point best is that of the nearest point
-of the ellipsoid, and what is left is the distance to it. q = (c, G_xx, G_xy, G_xz, G_yy, G_yz, G_zz) (9,).
+x = G u + c + n, |u| = 1, G symmetric, n white: the most likely direction u of a point is the direction of the nearest
+point of the ellipsoid, and the residual is the distance. q = (c, G_xx, G_xy, G_xz, G_yy, G_yz, G_zz) (9,).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""One ellipsoid: centre and symmetric root, the coordinates that fits find it in, and one covariance.
+"""Ellipsoid: centre and symmetric root, the coordinates of the fits, and the covariance.
 
-x = root h + centre, |h| = 1.  Two coordinates lead to it, and a fit in either hands its covariance on through
+x = root h + centre, |h| = 1.  Fits use either of two sets of coordinates; the covariance follows by
 d (centre, root) / d (coordinates):
 
 norm     p = (T_xx, T_xy, T_xz, T_yy, T_yz, T_zz, c_x, c_y, c_z) of |T x - c| = 1: root = T^-1, centre = T^-1 c
@@ -57,7 +57,7 @@ class Ellipsoid:
 
 @dataclass(frozen=True, eq=False)
 class CentralForm:
-    """A quadric that is an ellipsoid, about its centre and by its axes V (3, 3), in columns, of curvatures k (3,).
+    """An ellipsoid in central form: centre, principal axes V (3, 3) in columns, curvatures k (3,).
 
     (x - centre)^T A (x - centre) = level,  A = V diag(k) V^T
     """

@@ -1,4 +1,4 @@
-"""Attitudes linked by the gyro, that the field's direction and the accelerometer both see.
+"""Attitudes linked by the gyro, observed by the field's direction and the accelerometer.
 
 x_i = G Q_i h + c + n_i,  a_i = g Q_i z + e + l_i,  Q_(i+1) = exp(-[(omega_i - beta) dt_i]x + w_i) Q_i
 
@@ -70,7 +70,7 @@ class Attitudes:
         return np.asarray(self.Q @ _field(self.inclination_rad))
 
     def forces(self) -> Array:
-        """What the accelerometer should measure at rest (n, 3), m/s^2."""
+        """Specific force at rest (n, 3), m/s^2."""
         return np.asarray(self.gravity_m_s2 * self.up + self.accel_bias_m_s2)
 
 
@@ -78,8 +78,8 @@ class Attitudes:
 class Levelled(Chained[Attitudes]):
     """A link with the specific force a (n, 3), m/s^2; noise : of x; level_m_s2 : of a, each axis.
 
-    gravity_std_m_s2 : to which gravity is known, as the accelerometer's scale has it; inclination_rad : the field's and
-    to what it is known, None for one that is not
+    gravity_std_m_s2 : uncertainty of gravity, by the accelerometer's scale; inclination_rad : the field's inclination
+    and its uncertainty, None where unknown.
     """
 
     link: LinkedSamples

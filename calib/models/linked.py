@@ -68,16 +68,16 @@ class LinkedSamples(Chained[LinkedEstimate]):
 
     @property
     def links(self) -> int:
-        """Number of steps that the gyro has seen."""
+        """Number of steps with a gyro measurement."""
         return int(np.count_nonzero(self.step_s))
 
     @property
     def free(self) -> int:
-        """Measured values less those that fit them."""
+        """Degrees of freedom: measured values minus fitted values."""
         return len(self.x) + 2 * self.links - self.count
 
     def with_ratio(self, ratio: float) -> LinkedSamples:
-        """The same with another gyro."""
+        """The samples with a different noise ratio of the gyro."""
         return replace(self, ratio=ratio)
 
     @property
@@ -111,7 +111,7 @@ class LinkedSamples(Chained[LinkedEstimate]):
         return None if found is None else LinkedEstimate(*found, e.directions)
 
     def variance(self, found: Linear[LinkedEstimate]) -> float:
-        """What is left over what is free."""
+        """Residual sum of squares over degrees of freedom."""
         return max(found.least / self.free, LEAST_NOISE**2)
 
 

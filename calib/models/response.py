@@ -1,4 +1,4 @@
-"""How the noise of a sample moves what a fit finds, to first order: K (n, p, 3), parameters = truth + sum_i K_i n_i."""
+"""Response of a fit to the noise of a sample, to first order: K (n, p, 3), parameters = truth + sum_i K_i n_i."""
 
 from __future__ import annotations
 

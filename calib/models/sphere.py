@@ -1,4 +1,4 @@
-"""A sphere in noisy points, and how far soft iron that it leaves out moves its centre."""
+"""Fit of a sphere to noisy points, and the bias of the centre by soft iron outside the model."""
 
 from __future__ import annotations
 

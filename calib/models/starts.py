@@ -1,4 +1,4 @@
-"""Ellipsoids that a fit can start from, whatever the motion."""
+"""Start ellipsoids of a fit, for any motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ START_ROUNDS = 4
 
 
 def starts(x: Array) -> list[Array]:
-    """Ellipsoids q (9,) to start from: the noise-adjusted algebraic one where there is one, and the sphere."""
+    """Start ellipsoids q (9,): the sphere, and the noise-adjusted algebraic ellipsoid if real."""
     sphere = SphereFit.of(x)
     found = [np.concatenate((sphere.centre, sphere.radius * np.eye(3)[UPPER]))]
     theta, last = fit_ellipsoid_specific(x), None

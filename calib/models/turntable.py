@@ -50,7 +50,7 @@ def costs(particles: Array, points: Array, total: float) -> Array:
 
 
 def derivatives(theta: Array) -> list[Array]:
-    """dA / d theta_k, five of (3, 3): the entry itself, and the diagonal that keeps its row at length one."""
+    """dA / d theta_k, five of (3, 3): the entry, and the diagonal that keeps the row at unit length."""
     A, out = axes_matrix(theta), []
     for (i, j), value in zip(PLACES, theta, strict=True):
         step = np.zeros((3, 3))

@@ -1,1 +1,1 @@
-"""Numerical parts that know nothing of calibration: rates, colour of noise, fuzzy rules, compiled loops."""
+"""Numerical methods without reference to calibration."""

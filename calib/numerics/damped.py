@@ -32,7 +32,7 @@ class NormalEquations:
 
     @property
     def scale(self) -> Array:
-        """Length (k,) of the columns of J; one for a parameter that nothing depends on."""
+        """Length (k,) of the columns of J; 1 for a parameter without effect."""
         size = np.sqrt(np.diag(self.square))
         return np.asarray(np.where(size > 0, size, 1.0))
 
@@ -96,7 +96,7 @@ class At(Generic[Point]):
 
     @classmethod
     def of(cls, problem: Problem[Point], point: Point) -> At[Point]:
-        """With what the problem says there."""
+        """The point with the normal equations of the problem."""
         normal = problem.normal(point)
         values, axes = np.linalg.eigh(normal.square / np.outer(normal.scale, normal.scale))
         return cls(point, normal, np.maximum(values, SMALLEST), axes, axes.T @ (normal.slope / normal.scale))
@@ -107,19 +107,19 @@ class At(Generic[Point]):
         return float(np.sqrt(np.sum(self.slope**2 / self.values) / self.normal.variance))
 
     def stepped(self, problem: Problem[Point], damping: float) -> At[Point] | None:
-        """Where the damped step leads; None where the problem does not allow it."""
+        """The point behind the damped step; None where the problem does not allow the step."""
         step = -self.axes @ (self.slope / (self.values + damping)) / self.normal.scale
         further = problem.moved(self.point, step)
         return None if further is None else At.of(problem, further)
 
     def no_worse(self, other: At[Point] | None) -> At[Point] | None:
-        """The other, where its cost is not above this one's."""
+        """The other point if the cost is not higher, else None."""
         gains = other is not None and other.normal.cost <= self.normal.cost * (1.0 + ROUNDING_COST)
         return other if gains else None
 
 
 def _gained(problem: Problem[Point], point: At[Point], damping: float) -> At[Point] | None:
-    """Where one damped step, or two, lead down; None where they do not."""
+    """The point behind a damped step, or two, with lower cost; None without a gain."""
     once = point.stepped(problem, damping)
     if once is None or point.no_worse(once) is not None:
         return once

@@ -1,6 +1,6 @@
-"""Flicker noise in what a fit leaves of the field's strength: how much there is, and what it does to the fit.
+"""Flicker noise in the residual of a fit of the field's strength: power, and effect on the fit.
 
-r_i = a_i . n_i,  n the noise of the three measured components, a_i (3,) what the strength sees of them
+r_i = a_i . n_i,  n the noise of the three measured components, a_i (3,) the derivative of the strength
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ def flicker_power(r: Array, a: Array) -> float:
     """d^2 of flicker noise of one-sided density d^2 / f, equal on the axes, in residuals r (n,) in order of time.
 
     V_L = sum r_i r_j (a_i . a_j) / sum (a_i . a_j)^2 over all pairs i != j within blocks of L samples is the mean
-    covariance of the noise over such lags, whatever the motion. A constant that the fit has taken out changes it by the
-    same at every L, and flicker noise by d^2 times the difference of the mean logarithms of the lags, with the same
-    weights. Zero where that is within chance of none.
+    covariance of the noise over lags below L, whatever the motion. A fitted constant changes V_L equally at every L;
+    flicker noise changes V_L by d^2 times the difference of the mean logarithms of the lags, equally weighted. Zero
+    where the change is within chance.
     """
     lengths = [len(r) // blocks for blocks in BLOCKS if len(r) // blocks >= LEAST_BLOCK]
     if len(lengths) < 2:

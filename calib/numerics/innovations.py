@@ -1,4 +1,4 @@
-"""The Kalman filter of noise that lasts: white noise and slow processes, each seen in its own direction."""
+"""Kalman filter of coloured noise: white noise and slow processes, each along a direction."""
 
 from __future__ import annotations
 

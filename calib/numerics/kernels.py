@@ -1,4 +1,4 @@
-"""Compiled loops that may add in any order; those of `sim.effects.kernels` keep it, for the same bytes everywhere."""
+"""Compiled loops with sums in any order; `sim.effects.kernels` keeps the order, for equal bytes on every machine."""
 
 from __future__ import annotations
 

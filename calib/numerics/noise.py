@@ -1,4 +1,4 @@
-"""White noise of a series from its differences: the one estimate that calibrators, inspection and diagnosis share."""
+"""White noise of a series from differences: the common estimate of calibrators, inspection and diagnosis."""
 
 from __future__ import annotations
 

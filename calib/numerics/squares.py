@@ -1,4 +1,4 @@
-"""Least squares of long residuals: a trust region on the normal equations, for which one Jacobian is held at a time."""
+"""Nonlinear least squares by a trust region on the normal equations, with a single Jacobian in memory."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ class Squares:
         return self._slopes(x)[2]
 
     def least(self, start: Array, rounds: int) -> Array:
-        """Numbers (k,) near a start that make it least, after so many rounds at most.
+        """Numbers (k,) of least half sum of squares near a start, after at most `rounds` rounds.
 
-        A number without an effect, as one at its bound, stays: scipy's search fails on a matrix that is singular there.
+        A number without an effect, as at a bound, stays: scipy's search fails on a singular matrix.
         """
         if not self.gradient(start).any():
             return start

@@ -1,1 +1,1 @@
-"""Searches over a population: one loop, and the moves that plug into it."""
+"""Population searches: a common loop, and interchangeable moves."""

@@ -1,4 +1,4 @@
-"""Differential evolution: a trial beside each individual, and the better of the two stays."""
+"""Differential evolution: a trial for each individual replaces the individual if no worse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The loop of every search over a population: a move changes it, the loop remembers, records and stops."""
+"""Loop of the population searches: a move changes the population; the loop keeps the best, the history and the end."""
 
 from __future__ import annotations
 
@@ -51,17 +51,17 @@ class Population:
         return int(self.best_cost.argmin())
 
     def remember(self) -> None:
-        """Update each one's best with where it is."""
+        """Update each individual's best with the present position."""
         better = self.cost < self.best_cost
         self.best[better] = self.x[better]
         self.best_cost[better] = self.cost[better]
 
     def forget(self) -> None:
-        """Let each one's best be where it is."""
+        """Set each individual's best to the present position."""
         self.best, self.best_cost = self.x, self.cost
 
     def improve(self, trial: Array, cost: Array) -> None:
-        """Put each trial that costs no more in its parent's place."""
+        """Replace each parent by the trial if the trial costs no more."""
         better = cost <= self.cost
         self.x[better] = trial[better]
         self.cost[better] = cost[better]
@@ -78,16 +78,16 @@ class Move(ABC):
     memory: ClassVar[bool] = False
 
     def setup(self, population: Population, space: Space, rng: np.random.Generator) -> None:  # noqa: B027
-        """What a move draws once, before the first generation."""
+        """Draw the random state of a move, before the first generation."""
 
     @abstractmethod
     def advance(self, population: Population, space: Space, generation: int, rng: np.random.Generator) -> None:
-        """The generation of that number, from 0."""
+        """Move the population by a generation, numbered from 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """How a search went: its best individual (d,), the cost of its best after each generation, whether it settled."""
+    """Result of a search: best individual (d,), best cost after each generation, whether the search settled."""
 
     best: Array
     costs: Array
@@ -97,7 +97,7 @@ class SearchResult:
 def search(
     space: Space, move: Move, size: int, generations: int, rng: np.random.Generator, tolerance: float | None = None
 ) -> SearchResult:
-    """Move a population of that size for so many generations, fewer where it settles to the tolerance."""
+    """Move a population of `size` for at most `generations`, fewer if settled to the tolerance."""
     population = Population.spread(space, size, rng)
     move.setup(population, space, rng)
     costs, settled = [], False

@@ -1,4 +1,4 @@
-"""Particle swarm: individuals that fly towards their own best place and the leader's."""
+"""Particle swarm: individuals accelerated towards their own best position and the leader's."""
 
 from __future__ import annotations
 

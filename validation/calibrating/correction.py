@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib import Calibration
-from calib.outside import checked
+from calib.external import checked
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError

@@ -17,7 +17,7 @@ import numpy as np
 
 from calib import Calibration, Reference, from_json
 from calib.base import unusable
-from calib.outside import checked
+from calib.external import checked
 from recordings import Recording, write_recording
 from recordings.files import sha256_of
 from scenarios.errors import InputError

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from calib import Calibration, to_dict
-from calib.outside import Outside, fitted, needs_of, outside
+from calib.external import ExternalMethod, external_method, fit_external, needs_of
 from calib.reference import Reference
 from recordings import Recording
 from recordings.files import sha256_of
@@ -78,7 +78,7 @@ def serve(handle: int, spec: str) -> None:
         _send(connection, calibration=to_dict(answer.calibration), fit_cpu_s=answer.cpu_s)
 
 
-def load_object(spec: str) -> Outside:
+def load_object(spec: str) -> ExternalMethod:
     """Import the calibrator or function `module:object`; InputError names what is missing."""
     module, _, path = spec.partition(":")
     try:
@@ -89,7 +89,7 @@ def load_object(spec: str) -> Outside:
         if not hasattr(found, name):
             raise InputError(f"has no {path}", where=module, do="give module:object")
         found = getattr(found, name)
-    return outside(found, spec)
+    return external_method(found, spec)
 
 
 def content_of(file: str) -> str:
@@ -97,10 +97,10 @@ def content_of(file: str) -> str:
     return sha256_of(Path(file)) if os.path.isfile(file) else ""
 
 
-def _answer(method: Outside, request: FitRequest, spec: str) -> Calibration:
+def _answer(method: ExternalMethod, request: FitRequest, spec: str) -> Calibration:
     _set_alarm(request.time_limit_s + ALARM_S)
     try:
-        return fitted(method, request.recording, request.reference, request.rng, spec)
+        return fit_external(method, request.recording, request.reference, request.rng, spec)
     except InputError as error:
         return failed(spec, str(error))
     except Exception as error:

@@ -11,13 +11,13 @@ import numpy as np
 
 from calib import CALIBRATORS, Reference
 from calib.base import Calibrator
-from calib.outside import Outside, fitted, outside
+from calib.external import ExternalMethod, external_method, fit_external
 from recordings import Recording
 from scenarios.errors import InputError
 from validation.calibrating.calibrator_entry import TimedCalibration, time_fit
 
 NAME = re.compile(r"[A-Za-z][\w.-]*")
-REGISTERED: dict[str, Outside] = {}
+REGISTERED: dict[str, ExternalMethod] = {}
 
 
 @dataclass(frozen=True)
@@ -25,13 +25,13 @@ class RegisteredObject:
     """A registered object, called in the process that fits; pickled by reference to module and name."""
 
     name: str
-    method: Outside
+    method: ExternalMethod
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
         """Fit a recording in the calling process; exceptions of the object propagate."""
-        return time_fit(lambda: fitted(self.method, recording, reference, rng, self.name))
+        return time_fit(lambda: fit_external(self.method, recording, reference, rng, self.name))
 
-    def __reduce__(self) -> tuple[type[RegisteredObject], tuple[str, Outside]]:
+    def __reduce__(self) -> tuple[type[RegisteredObject], tuple[str, ExternalMethod]]:
         """Pickle by reference; InputError for an object that other processes cannot import."""
         if not _importable(self.method):
             raise InputError(
@@ -43,7 +43,7 @@ class RegisteredObject:
 
 
 def register(found: object, name: str | None = None) -> None:
-    """Register a Calibrator (class or instance), or a function accepted by `calib.outside`, under a name.
+    """Register a Calibrator (class or instance), or a function accepted by `calib.external`, under a name.
 
     name : by default the object's own; an earlier registration of equal name is replaced. Raises InputError for any
     other object, and for the name of a built-in calibrator.
@@ -54,10 +54,10 @@ def register(found: object, name: str | None = None) -> None:
     if called in CALIBRATORS:
         do = 'choose another: name="mine"'
         raise InputError(f"{called!r} is one of magbench's own calibrators", where="register", do=do)
-    REGISTERED[called] = outside(found, called)
+    REGISTERED[called] = external_method(found, called)
 
 
-def _importable(method: Outside) -> bool:
+def _importable(method: ExternalMethod) -> bool:
     """Return whether a new process can import the object."""
     home = type(method) if isinstance(method, Calibrator) else method
     module = getattr(home, "__module__", None) or type(method).__module__

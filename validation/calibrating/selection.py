@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from calib import CALIBRATORS
-from calib.outside import outside
+from calib.external import external_method
 from scenarios.errors import InputError
 from scenarios.names import closest, offered_calibrators
 from validation.calibrating.calibrator_entry import BuiltIn, CalibratorEntry, FitMethod
@@ -53,7 +53,7 @@ def select_calibrator(found: object, time_limit_s: float = TIME_LIMIT_S) -> Cali
         (entry,) = select_calibrators(named, commands, time_limit_s)
         return entry
     name = str(getattr(found, "name", None) or getattr(found, "__name__", None) or type(found).__name__)
-    method = outside(found, name)
+    method = external_method(found, name)
     return _entry(name, RegisteredObject(name, method), method)
 
 

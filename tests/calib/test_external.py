@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Calibrator, Reference, Status
-from calib.outside import calibration_of, fitted, needs_of, outside
+from calib.external import calibration_of, external_method, fit_external, needs_of
 from recordings import Recording
 from scenarios.errors import InputError
 
@@ -26,7 +26,7 @@ def recording() -> Recording:
 
 
 def answer_of(answer: object, recording: Recording) -> Calibration:
-    return fitted(lambda *_: answer, recording, REFERENCE, np.random.default_rng(0), "mine")
+    return fit_external(lambda *_: answer, recording, REFERENCE, np.random.default_rng(0), "mine")
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ class Boastful(Calibrator):
 
 def test_the_base_judges_its_own_and_leaves_an_outsiders_claim_alone(recording: Recording) -> None:
     own = Boastful().fit(recording, REFERENCE)
-    theirs = fitted(outside(Boastful, "there"), recording, REFERENCE, np.random.default_rng(0), "mine")
+    theirs = fit_external(external_method(Boastful, "there"), recording, REFERENCE, np.random.default_rng(0), "mine")
     assert own.status.kind != "ok"
     assert (theirs.status.kind, theirs.name) == ("ok", "mine")
     np.testing.assert_array_equal(theirs.covariance, np.eye(3))
@@ -101,7 +101,7 @@ def test_what_it_needs_is_asked_of_the_recording(recording: Recording) -> None:
         raise AssertionError("called without a gyro")
 
     with_gyro.needs = ("gyro",)  # type: ignore[attr-defined]
-    found = fitted(with_gyro, recording, REFERENCE, np.random.default_rng(0), "mine")
+    found = fit_external(with_gyro, recording, REFERENCE, np.random.default_rng(0), "mine")
     assert (found.status.kind, "gyro_{x,y,z}_rad_s" in found.status.reason) == ("not_applicable", True)
 
 
@@ -110,7 +110,7 @@ def test_the_recording_cannot_be_changed(recording: Recording) -> None:
         recording.mag_nT[:] = 0.0
 
     with pytest.raises(ValueError, match="read-only"):
-        fitted(greedy, recording, REFERENCE, np.random.default_rng(0), "mine")
+        fit_external(greedy, recording, REFERENCE, np.random.default_rng(0), "mine")
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Demanding(Boastful):
 @pytest.mark.parametrize(("found", "told"), [(3, "int"), (np, "module"), (dict, "type"), (Demanding, "limit_nT")])
 def test_what_is_no_calibrator_is_refused(found: object, told: str) -> None:
     with pytest.raises(InputError, match=told):
-        outside(found, "there")
+        external_method(found, "there")
 
 
 def test_an_unknown_need_is_refused() -> None:

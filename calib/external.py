@@ -1,4 +1,4 @@
-"""Calibrators that others write: what may be one, how it is called, and what is asked of its answer."""
+"""External calibrators: permitted objects, call, and checks of the result."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from recordings import Recording
 from scenarios.errors import InputError
 
 Function = Callable[[Recording, Reference], object]
-Outside = Calibrator | Function
-"""A calibrator, or a function of a recording and a reference that returns what `calibration_of` takes."""
+ExternalMethod = Calibrator | Function
+"""A calibrator, or a function (recording, reference) with a result for `calibration_of`."""
 WANTED = "return (offset_nT, matrix), a dict with keys of calibration.json, or a Calibration"
 MAX_CONDITION, MAX_OFFSET_NT = 1e6, 1e9
-"""No magnetometer's calibration is near these: such a matrix flattens the field, such an offset is a tesla."""
+"""Limits of the matrix's condition and of the offset (a tesla), far beyond any magnetometer's calibration."""
 
 
-def outside(found: object, where: str) -> Outside:
-    """A Calibrator of a subclass with its default settings, an instance, or a function; InputError for all else."""
+def external_method(found: object, where: str) -> ExternalMethod:
+    """A Calibrator (instance, or subclass with default settings) or a function; InputError for any other object."""
     if isinstance(found, type) and issubclass(found, Calibrator):
         try:
             return found()
@@ -39,24 +39,24 @@ def outside(found: object, where: str) -> Outside:
     return found
 
 
-def needs_of(method: Outside, where: str) -> tuple[str, ...]:
-    """What it says that it needs, keys of NEEDS; a function that says nothing needs the field's strength alone."""
+def needs_of(method: ExternalMethod, where: str) -> tuple[str, ...]:
+    """Inputs needed by a method, keys of NEEDS; a function without `needs` takes the field's strength alone."""
     needs = getattr(method, "needs", ())
     if isinstance(needs, str) or not isinstance(needs, Iterable) or not set(needs) <= NEEDS.keys():
         raise InputError(f"needs {needs!r}", where=where, do=f"a tuple of some of {', '.join(NEEDS)}")
     return tuple(needs)
 
 
-def fitted(
-    method: Outside, recording: Recording, reference: Reference, rng: np.random.Generator, name: str
+def fit_external(
+    method: ExternalMethod, recording: Recording, reference: Reference, rng: np.random.Generator, name: str
 ) -> Calibration:
-    """The method's own answer under a name, neither judged nor widened; what a method raises, this raises.
+    """The method's own result under a name, without checks of covariance and status; exceptions of the method pass.
 
-    Raises InputError for an answer that is no calibration.
+    Raises InputError for a result in none of the forms of `calibration_of`.
     """
     start_s = time.perf_counter()
     if isinstance(method, Calibrator):
-        found = calibration_of(method.unjudged(recording, reference, rng), name)
+        found = calibration_of(method.fit_unchecked(recording, reference, rng), name)
     else:
         status = unusable(recording, reference, needs_of(method, name), name)
         if status is not None:
@@ -66,7 +66,7 @@ def fitted(
 
 
 def calibration_of(answer: object, where: str) -> Calibration:
-    """The calibration that a function's answer is: (offset_nT, matrix), a dict with keys of the JSON, a Calibration.
+    """The calibration returned by a function: (offset_nT, matrix), a dict with keys of the JSON, or a Calibration.
 
     Raises InputError for anything else, and as `checked`.
     """
@@ -84,7 +84,7 @@ def calibration_of(answer: object, where: str) -> Calibration:
 
 
 def checked(calibration: Calibration, where: str, do: str = "") -> Calibration:
-    """The same calibration; InputError for a matrix that cannot be inverted, and for an offset of a tesla."""
+    """The calibration unchanged; InputError for a singular matrix and for an offset of a tesla."""
     matrices = np.stack([calibration.matrix, *(part.matrix for part in calibration.segments)])
     offsets_nT = np.stack([calibration.offset_nT, *(part.offset_nT for part in calibration.segments)])
     if not (np.isfinite(matrices).all() and np.isfinite(offsets_nT).all()):
