@@ -1,4 +1,9 @@
-"""Reproductions: each paper's figures beside ours, one file a paper; a new one is a line in PAPERS."""
+"""Reproductions of five papers: printed figures and claims against the bench's own, a folder per paper.
+
+Each folder has `trials` (a pure function of a seed or task), `rows` (verdict per printed figure), `figures` and
+`paper` (the `Reproduction`); further ``..._trials`` and ``..._rows`` hold a second experiment. A new paper: a folder
+and a line in ``PAPERS``.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +17,11 @@ PAPERS: dict[str, tuple[str, str]] = {
     "zhou2012": ("zhou2012", "Zhou2012"),
     "ding2021": ("ding2021", "Ding2021"),
 }
-"""Folder and class of each paper's reproduction; its `paper` is imported when it is asked for."""
+"""Folder and class of each paper's reproduction; imported on demand."""
 
 
 def chosen(key: str, seeds: int) -> list[Reproduction]:
-    """The reproduction of that key, or `all`, whatever its case; raises InputError listing the keys."""
+    """Return the reproduction of a key in any case, or of all papers; raises InputError with the list of keys."""
     from importlib import import_module
 
     keys = list(PAPERS) if key.lower() == "all" else [key.lower()]

@@ -1,4 +1,4 @@
-"""A sensor held still at given attitudes: the motion of a turntable, without dynamics."""
+"""State of a sensor at given attitudes: a turntable without dynamics."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sim.state import State
 
 
 def state_at_attitudes(R_wb: Array, field_enu_nT: Array, interval_s: float = 1.0) -> State:
-    """The state at attitudes R_wb (n, 3, 3), body to world, one each interval, in an even field (3,), nT."""
+    """Return the state at attitudes R_wb (n, 3, 3), body to world, one per interval, in a uniform field (3,), nT."""
     n, still = len(R_wb), np.zeros((len(R_wb), 3))
     return State(
         interval_s * np.arange(n, dtype=float),

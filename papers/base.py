@@ -1,4 +1,4 @@
-"""A paper's figures beside ours: the row, the reproduction, and what they need from each other."""
+"""Base of the reproductions: row of a printed figure, reproduction of a paper, tasks over seeds."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from sim.pool import map_unordered
 
 Verdict = Literal["holds", "better", "does not hold", "not comparable"]
 Progress = Callable[[int, int], object]
-"""Told (pieces done, pieces in all)."""
+"""Called with (pieces done, pieces in all)."""
 Work = Sequence[tuple[Callable[[Any], Any], Sequence[Any]]]
-"""Functions of a module's own, each with the items that it is called with."""
+"""Module-level functions, each with a sequence of arguments."""
 
 
 @dataclass(frozen=True)
 class PaperRow:
-    """One printed figure or claim of a paper beside ours.
+    """A printed figure or claim of a paper and the bench's own.
 
-    what: the quantity with its unit and conditions; paper, ours: as text with units, ours with its spread over the
-    seeds; verdict; note: the evidence, and what explains a difference.
+    what: quantity with unit and conditions; paper, ours: text with units, ours with spread over the seeds; verdict;
+    note: evidence, and the explanation of a difference.
     """
 
     what: str
@@ -36,19 +36,19 @@ class PaperRow:
 
     @property
     def holds(self) -> bool:
-        """Whether our figure is at least as good as the printed one, or the claim is confirmed."""
+        """Return whether our figure is at least as good as the printed figure, or the claim is confirmed."""
         return self.verdict in ("holds", "better")
 
 
 def verdict_of(claim: bool | np.bool) -> Verdict:
-    """The verdict on a claim that is true or not."""
+    """Return the verdict on a claim: holds or does not hold."""
     return "holds" if claim else "does not hold"
 
 
 def spread_text(
     values: Sequence[float] | NDArray[np.float64], unit: str = "", *, significant: int = 3, decimals: int | None = None
 ) -> str:
-    """Median, unit, and 5 to 95 % of one figure over the seeds; with `decimals`, a fixed number of them."""
+    """Return median, unit, and 5 to 95 % of a figure over the seeds, with fixed decimals if given."""
     form = f".{significant}g" if decimals is None else f".{decimals}f"
     low, middle, high = (format(value, form) for value in np.quantile(values, (0.05, 0.5, 0.95)))
     return f"{middle} {unit}".rstrip() + f" ({low} to {high})"
@@ -56,7 +56,7 @@ def spread_text(
 
 @dataclass(frozen=True)
 class Findings:
-    """What one reproduction gave: rows, and pictures like the paper's by name."""
+    """Rows and figures of a reproduction."""
 
     rows: tuple[PaperRow, ...]
     figures: dict[str, Callable[[], Figure]] = field(default_factory=dict)
@@ -64,7 +64,7 @@ class Findings:
 
 @dataclass(frozen=True)
 class Reproduction(ABC):
-    """One paper: a scenario, its settings and its figures; a subclass writes `run`.
+    """A paper's scenario, settings and figures; a subclass writes `run`.
 
     seeds: number of independent repetitions behind every spread.
     """
@@ -79,7 +79,7 @@ class Reproduction(ABC):
 
 
 def run_tasks(work: Work, jobs: int, progress: Progress) -> tuple[list[Any], ...]:
-    """Each function's results over its items, in their order, whatever the number of processes."""
+    """Return each function's results over its items in order, for any number of processes."""
     calls = [(k, i, function, item) for k, (function, items) in enumerate(work) for i, item in enumerate(items)]
     results: tuple[list[Any], ...] = tuple([None] * len(items) for _, items in work)
     for done, ((k, i, _, _), result) in enumerate(map_unordered(_called, calls, jobs), start=1):

@@ -1,4 +1,4 @@
-"""The reproductions as one page and one JSON file."""
+"""Page and JSON file of the reproductions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Results = Mapping[Reproduction, Findings]
 
 
 def as_dict(results: Results) -> dict[str, Any]:
-    """The JSON of `reproduce`: papers [{key, title, seeds, rows [{what, paper, ours, holds, verdict, note}]}]."""
+    """Return the JSON: papers [{key, title, seeds, rows [{what, paper, ours, holds, verdict, note}]}]."""
     papers = [
         {"key": paper.key, "title": paper.title, "seeds": paper.seeds, "rows": [_row(row) for row in findings.rows]}
         for paper, findings in results.items()
@@ -25,7 +25,7 @@ def as_dict(results: Results) -> dict[str, Any]:
 
 
 def write(results: Results, out: Path) -> None:
-    """Write OUT/report.html and OUT/reproduction.json; raises InputError when the system refuses."""
+    """Write OUT/report.html and OUT/reproduction.json; raises InputError where the system refuses to write."""
     with system_errors_about(out, "choose another directory"):
         out.mkdir(parents=True, exist_ok=True)
     write_text(out / "reproduction.json", json.dumps(as_dict(results), indent=1, ensure_ascii=False) + "\n")

@@ -1,1 +1,1 @@
-"""[Ding2021] repeated: trials, rows that set its figures beside ours, figures."""
+"""Reproduction of [Ding2021]: gradiometer of four sensors, 48 parameters."""

@@ -1,4 +1,4 @@
-"""Pictures like those of [Ding2021]: convergence by population and method, the tensor before and after."""
+"""Figures of [Ding2021]: convergence by population and method, and tensor before and after calibration."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from calib.methods.de_gradiometer import DeGradiometer
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
 from calib.models.sensor_array import TENSOR_NAMES, tensor
-from papers.ding2021.search_trials import EVOLUTION, GENETIC, SIZES, SearchTask, populations, search
+from papers.ding2021.search_trials import EVOLUTION, GENETIC, SIZES, SearchTask, populations, search_trial
 from papers.ding2021.trials import BASELINE_M, REFERENCE, simulate
 from reports.palette import SOFT
 from reports.plots.style import Figure
 
 
-def convergence(results: dict[Any, Any]) -> Figure:
-    """Rms of the objective over the iterations without noise: each population, and each method with NP = 50."""
+def convergence_figure(results: dict[Any, Any]) -> Figure:
+    """Draw the rms of the objective over the iterations without noise: by population, and by method with NP = 50."""
     figure = Figure(figsize=(11.0, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     for size, method in zip(SIZES, populations(), strict=True):
@@ -25,7 +25,7 @@ def convergence(results: dict[Any, Any]) -> Figure:
     methods = {"improved": EVOLUTION, "classic": DeGradiometer(polish=False), "genetic algorithm": GENETIC}
     for name, method in methods.items():
         task = SearchTask(method, 0)
-        right.loglog((results.get(task) or search(task))["history"], label=name)
+        right.loglog((results.get(task) or search_trial(task))["history"], label=name)
     right.set_title("Methods, NP = 50")
     left.set_ylabel("rms of the objective (nT)")
     for axis in (left, right):
@@ -35,8 +35,8 @@ def convergence(results: dict[Any, Any]) -> Figure:
     return figure
 
 
-def tensor_before_after() -> Figure:
-    """Tensor components of simulation 1 with 10 nT of noise, raw and corrected; the true tensor is zero."""
+def tensor_figure() -> Figure:
+    """Draw the tensor components of simulation 1 with 10 nT of noise, raw and corrected; the true tensor is zero."""
     array = simulate(1, 10.0, 0)
     raw_nT = array.recording.array_mag_nT
     assert raw_nT is not None

@@ -1,4 +1,4 @@
-"""[Ding2021]: a gradiometer of four sensors, 48 parameters, by improved differential evolution."""
+"""[Ding2021]: gradiometer of four sensors, 48 parameters, calibrated by improved differential evolution."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from papers.base import Findings, PaperRow, Progress, Reproduction, Work, run_tasks
-from papers.ding2021.figures import convergence, tensor_before_after
-from papers.ding2021.rows import NOISES_NT, simulations
-from papers.ding2021.search_rows import searching
-from papers.ding2021.search_trials import StartTask, search, searches, starts
-from papers.ding2021.trials import SpreadTask, spread
+from papers.ding2021.figures import convergence_figure, tensor_figure
+from papers.ding2021.rows import NOISES_NT, simulation_rows
+from papers.ding2021.search_rows import search_rows
+from papers.ding2021.search_trials import StartTask, search_trial, searches, start_trial
+from papers.ding2021.trials import SpreadTask, spread_trial
 
 FEW, EVOLVED = 5, 3
 """Seeds of the longer searches: populations, counts of attitudes; and for each pair F, CR and each comparison."""
@@ -27,31 +27,35 @@ REAL_ARRAY = PaperRow(
 
 @dataclass(frozen=True)
 class Ding2021(Reproduction):
-    """Both simulations, 200 random attitudes, noise even within 0, 2, 5, 10 nT; spreads by Levenberg-Marquardt.
+    """Both simulations: 200 random attitudes, noise uniform within 0, 2, 5, 10 nT.
 
-    Least squares from the two-step start stands for the evolution in the spreads, being shown to end in the same
-    minimum.
+    Spreads are computed by least squares from the two-step start (Levenberg-Marquardt), shown in a row to end in the
+    same minimum as the evolution.
     """
 
     key: ClassVar[str] = "Ding2021"
     title: ClassVar[str] = "Gradiometer of four sensors by improved differential evolution"
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
-        """Repeat the simulations over the seeds, and the searches over fewer of them."""
+        """Repeat the simulations over all seeds, and the searches over fewer seeds."""
         few, evolved = min(FEW, self.seeds), min(EVOLVED, self.seeds)
         work: Work = [
-            (search, list(searches(few, evolved))),
-            (spread, list(_spreads(self.seeds, evolved))),
-            (starts, [StartTask(seed) for seed in range(self.seeds)]),
+            (search_trial, list(searches(few, evolved))),
+            (spread_trial, list(_spreads(self.seeds, evolved))),
+            (start_trial, [StartTask(seed) for seed in range(self.seeds)]),
         ]
         found = itertools.chain.from_iterable(run_tasks(work, jobs, progress))
         results = dict(zip(itertools.chain.from_iterable(tasks for _, tasks in work), found, strict=True))
-        rows = (*simulations(results, self.seeds, evolved), *searching(results, self.seeds, few, evolved), REAL_ARRAY)
-        return Findings(rows, {"convergence": lambda: convergence(results), "tensor": tensor_before_after})
+        rows = (
+            *simulation_rows(results, self.seeds, evolved),
+            *search_rows(results, self.seeds, few, evolved),
+            REAL_ARRAY,
+        )
+        return Findings(rows, {"convergence": lambda: convergence_figure(results), "tensor": tensor_figure})
 
 
 def _spreads(seeds: int, evolved: int) -> Iterable[SpreadTask]:
-    """Each simulation, noise and seed; at the largest noise also with the same noise on all four sensors."""
+    """Yield each simulation, noise and seed; at the largest noise also with equal noise on all four sensors."""
     for case, noise, seed in itertools.product((1, 2), (0.0, *NOISES_NT), range(seeds)):
         yield SpreadTask(case, noise, seed, evolve=noise in (0.0, 10.0) and seed < evolved)
         if noise == NOISES_NT[-1]:

@@ -1,4 +1,4 @@
-"""Rows of [Ding2021]'s two simulations: errors of the parameters, one minimum, weights, the tensor."""
+"""Rows of [Ding2021]'s two simulations: parameter errors, common minimum, weights, tensor."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ FACTOR = 1.15
 Results = dict[Any, Any]
 
 
-def simulations(results: Results, seeds: int, evolved: int) -> Iterable[PaperRow]:
-    """Both simulations, each noise."""
+def simulation_rows(results: Results, seeds: int, evolved: int) -> Iterable[PaperRow]:
+    """Yield the rows of both simulations at each noise."""
     yield from _exact(results, seeds, evolved)
     for (case, quantity), printed in PRINTED.items():
         for noise, figure in zip(NOISES_NT, printed, strict=True):
@@ -41,19 +41,19 @@ def simulations(results: Results, seeds: int, evolved: int) -> Iterable[PaperRow
 
 
 def median_and_range(values: Array, unit: str = "") -> str:
-    """As text."""
+    """Return median and range as text."""
     low, middle, high = np.quantile(values, (0.0, 0.5, 1.0))
     return f"median {middle:.3g} ({low:.2g} to {high:.2g}) {unit}".strip()
 
 
 def _of(results: Results, key: str, case: int, noise: float, seeds: int, common: bool = False) -> Array:
-    """A figure of the spread's arrays that have it, seed by seed."""
+    """Return a result of the spread's trials by seed, without trials that lack the result."""
     kinds = [SpreadTask(case, noise, seed, common, evolve) for seed in range(seeds) for evolve in (False, True)]
     return np.array([results[task][key] for task in kinds if task in results and key in results[task]])
 
 
 def _evolved(results: Results, key: str, evolved: int) -> Array:
-    """The same with 10 nT of noise, of both simulations, where the evolution ran too."""
+    """Return a result of the trials with evolution at 10 nT of noise, of simulations 1 and 2 together."""
     return np.concatenate([_of(results, key, case, 10.0, evolved) for case in (1, 2)])
 
 
@@ -74,7 +74,7 @@ def _exact(results: Results, seeds: int, evolved: int) -> Iterable[PaperRow]:
 
 
 def error_row(results: Results, seeds: int, case: int, quantity: int, noise: float, printed: float) -> PaperRow:
-    """One printed error beside our spread."""
+    """Return the row of a printed parameter error."""
     ours = _of(results, "errors", case, noise, seeds)[:, quantity]
     two = _of(results, "two_step", case, noise, seeds)[:, quantity]
     over = _of(results, "over_bound", case, noise, seeds)

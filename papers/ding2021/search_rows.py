@@ -1,4 +1,4 @@
-"""Rows of [Ding2021]'s claims on searching: populations, data, factors, the genetic algorithm, least squares."""
+"""Rows of [Ding2021]'s claims on the search: population, attitudes, F and CR, genetic algorithm, least squares."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from scenarios.arrays import Array
 ACCEPTED, SOLVED_NT = 0.01, 1e-4
 
 
-def searching(results: Results, seeds: int, few: int, evolved: int) -> Iterable[PaperRow]:
-    """Each claim on how a method gets to the minimum."""
+def search_rows(results: Results, seeds: int, few: int, evolved: int) -> Iterable[PaperRow]:
+    """Yield the rows on the search for the minimum."""
     yield _stuck(results, few)
     yield _iterations(results, few)
     yield _genetic(results, few)
@@ -74,7 +74,7 @@ def _iterations(results: Results, few: int) -> PaperRow:
 
 
 def _first(history: Array) -> float:
-    """Iterations until the rms is SOLVED_NT; infinite when it never is."""
+    """Return the iterations until the rms is below SOLVED_NT; infinite for a search that never reaches SOLVED_NT."""
     below = np.flatnonzero(history < SOLVED_NT)
     return float(below[0] + 1) if len(below) else np.inf
 

@@ -1,4 +1,4 @@
-"""The searches behind the reproduction of [Ding2021]: populations, factors, attitudes, and starts of least squares."""
+"""Trials of [Ding2021]'s searches: populations, F and CR, numbers of attitudes, and starts of least squares."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ TIGHT = IdeGradiometer(polish=False, offset_fraction=0.005, scale_range=0.125, a
 
 @dataclass(frozen=True)
 class SearchTask:
-    """One search without noise in simulation 1."""
+    """A search without noise in simulation 1, over n attitudes."""
 
     method: GradiometerCalibrator
     seed: int
     n: int = 200
 
 
-def search(task: SearchTask) -> dict[str, Any]:
-    """History of the objective's rms (nT), rms of total plus tensor in the end, offset error (nT)."""
+def search_trial(task: SearchTask) -> dict[str, Any]:
+    """Return history of the objective's rms (nT), final rms of total plus tensor, and offset error (nT)."""
     array = simulate(1, 0.0, task.seed, task.n)
     assert array.recording.array_mag_nT is not None
     found = searched(task.method, array, task.seed)
@@ -75,8 +75,8 @@ STARTS = {
 """Half widths of the starts: offset (nT), scale, angles (degrees)."""
 
 
-def starts(task: StartTask) -> dict[str, bool]:
-    """Whether the minimum of the two-step start was reached, for each box and from nominal."""
+def start_trial(task: StartTask) -> dict[str, bool]:
+    """Return for each box, and for the nominal start, whether the minimum of the two-step start was reached."""
     array = simulate(1, 10.0, task.seed)
     objective = task_of(array, IdeGradiometer())
     best = vector_of(LeastSquaresGradiometer(start="two_step").fit(array.recording, REFERENCE))
@@ -100,12 +100,12 @@ def _same(objective: ArrayObjective, start: Array, best: Array) -> bool:
 
 
 def populations() -> list[GradiometerCalibrator]:
-    """The improved evolution for each population."""
+    """Return the improved evolution with each population."""
     return [replace(EVOLUTION, population=n) for n in SIZES]
 
 
 def improved_and_classic() -> tuple[list[GradiometerCalibrator], list[GradiometerCalibrator]]:
-    """Both evolutions for each (F, CR)."""
+    """Return the improved and the classic evolution with each (F, CR)."""
     return (
         [IdeGradiometer(polish=False, mutation=f, crossover=c) for f, c in FACTORS],
         [DeGradiometer(polish=False, mutation=f, crossover=c) for f, c in FACTORS],
@@ -113,9 +113,9 @@ def improved_and_classic() -> tuple[list[GradiometerCalibrator], list[Gradiomete
 
 
 def searches(few: int, evolved: int) -> Iterable[SearchTask]:
-    """Without noise: each population, the genetic algorithm, counts of attitudes, and F with CR for two methods.
+    """Yield the searches without noise: populations, genetic algorithm, numbers of attitudes, F and CR of two methods.
 
-    few, evolved: seeds of each of the former, and of each pair (F, CR).
+    few: seeds of every search but the pairs (F, CR); evolved: seeds of each pair.
     """
     for method in (*populations(), GENETIC, TIGHT):
         yield from (SearchTask(method, seed) for seed in range(few))

@@ -1,4 +1,4 @@
-"""The trials behind the reproduction of [Ding2021]: arrays simulated and calibrated, one seed a task."""
+"""Trials of [Ding2021]'s simulations: an array of four sensors simulated and calibrated, a seed per task."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ OFFSET, SCALE, AXES, TURN = (slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 
 @dataclass(frozen=True)
 class ErrorWidths:
-    """Half widths of the even distributions that a simulation of the paper draws its errors from."""
+    """Half widths of the uniform distributions of a simulation's errors."""
 
     offset_nT: float
     scale: float
@@ -51,7 +51,7 @@ CASES = {1: ErrorWidths(200.0, 0.1, 2.0, 2.0), 2: ErrorWidths(100.0, 1e-4, 0.1, 
 
 @dataclass(frozen=True, eq=False)
 class SensorErrors:
-    """The errors of one sensor of the array: offset_nT, scale, axes_deg, turn_deg (3,) each."""
+    """Errors of a sensor of the array: offset_nT, scale, axes_deg (psi, phi, theta), turn_deg, (3,) each."""
 
     offset_nT: Array
     scale: Array
@@ -60,7 +60,7 @@ class SensorErrors:
 
     @classmethod
     def drawn(cls, case: ErrorWidths, draw: np.random.Generator, *, first: bool) -> SensorErrors:
-        """Even within the case's half widths; the first sensor is the reference, which is not turned."""
+        """Draw errors uniform within the half widths; the first sensor is the reference, without misalignment."""
         return cls(
             draw.uniform(-1, 1, 3) * case.offset_nT,
             1 + draw.uniform(-1, 1, 3) * case.scale,
@@ -69,20 +69,20 @@ class SensorErrors:
         )
 
     def measured_nT(self, state: State) -> Array:
-        """What it gives without noise, (n, 3)."""
+        """Return the measured field without noise, (n, 3)."""
         psi, phi, theta = self.axes_deg
         effects = ding2021(_three(self.offset_nT), _three(self.scale), psi, phi, theta, _three(self.turn_deg))
         return np.asarray(state.field_nT + sum(apply_deterministic(effects, state)[1].values()))
 
     def parameters(self) -> Array:
-        """The twelve in the units of `calib.models.sensor_array`: offset over the field, scale, angles in radians."""
+        """Return the twelve parameters as in `calib.models.sensor_array`: offset over field, scale, angles in rad."""
         angles = np.radians([*self.axes_deg, *self.turn_deg])
         return np.concatenate((self.offset_nT / STRENGTH_NT, self.scale, angles))
 
 
 @dataclass(frozen=True, eq=False)
 class Array4:
-    """One simulated array: recording, true field (4, n, 3) in the array's frame (nT), true parameters (48,)."""
+    """A simulated array: recording, measured field without noise (4, n, 3) in nT, true parameters (48,)."""
 
     recording: Recording
     clean_nT: Array
@@ -90,13 +90,13 @@ class Array4:
 
 
 def field_enu_nT() -> Array:
-    """The paper's field, east, north, up."""
+    """Return the paper's field, east, north, up: 52,000 nT, declination -7, inclination 54 degrees."""
     d, i = np.radians(DECLINATION_DEG), np.radians(INCLINATION_DEG)
     return STRENGTH_NT * np.array([np.cos(i) * np.sin(d), np.cos(i) * np.cos(d), -np.sin(i)])
 
 
 def simulate(case: int, noise_nT: float, seed: int, n: int = 200, common: bool = False) -> Array4:
-    """n random attitudes; noise even within +-noise_nT on each axis, `common`: the same for the four sensors."""
+    """Simulate n random attitudes with noise uniform within +-noise_nT on each axis; `common`: equal on all sensors."""
     draw = stream(2021, seed, case, n)
     state = state_at_attitudes(Rotation.random(n, rng=draw).as_matrix(), field_enu_nT())
     sensors = [SensorErrors.drawn(CASES[case], draw, first=i == 0) for i in range(SENSORS)]
@@ -113,29 +113,29 @@ def _three(values: Array) -> tuple[float, float, float]:
 
 
 def vector_of(fit: Calibration) -> Array:
-    """The parameter vector (48,) of a calibration, in the order and units of `calib.models.sensor_array`."""
+    """Return a calibration's parameter vector (48,) in the order and units of `calib.models.sensor_array`."""
     values = np.array(list(fit.parameters.values())[: 12 * SENSORS])
     return np.asarray(values / parameter_units(SENSORS, STRENGTH_NT))
 
 
 def largest_errors(found: Array, truth: Array) -> Array:
-    """Largest error (4,) of offset (nT), scale, non-orthogonality (degrees), misalignment (degrees)."""
+    """Return the largest error (4,) of offset (nT), scale, non-orthogonality (degrees), misalignment (degrees)."""
     error = np.abs(found - truth).reshape(SENSORS, 12)
     parts = (OFFSET, STRENGTH_NT), (SCALE, 1.0), (AXES, np.degrees(1.0)), (TURN, np.degrees(1.0))
     return np.array([unit * error[:, part].max() for part, unit in parts])
 
 
 def residual_rms(parameters: Array, array_nT: Array) -> Array:
-    """Rms (6,) of the corrected total against F (nT) and of the five tensor components (nT/m)."""
+    """Return the rms (6,) of corrected total minus F (nT) and of the five tensor components (nT/m)."""
     h_nT = STRENGTH_NT * corrected(parameters, array_nT / STRENGTH_NT)
     total = np.linalg.norm(h_nT, axis=2) - STRENGTH_NT
     return np.sqrt([np.mean(total**2), *np.mean(tensor(h_nT, BASELINE_M) ** 2, axis=0)])
 
 
 def bound(truth: Array4, noise_std_nT: float) -> Array:
-    """Cramer-Rao bound (45, 45) of the free parameters, vector units, for white noise on every axis.
+    """Return the Cramer-Rao bound (45, 45) of the free parameters, vector units, for white noise on every axis.
 
-    m_i = S_i h + b_i with |h| = F: the direction of h is a nuisance of each sample and is projected out.
+    m_i = S_i h + b_i with |h| = F: the direction of h is a nuisance parameter of each sample and is projected out.
     """
     p, free = truth.parameters, free_parameters(SENSORS)
     h = corrected(p, truth.clean_nT / STRENGTH_NT)[0]
@@ -152,7 +152,7 @@ def bound(truth: Array4, noise_std_nT: float) -> Array:
 
 
 def _measured(p: Array, h: Array) -> Array:
-    """Measurements (n, 12) in units of F of true fields h (n, 3)."""
+    """Return measurements (n, 12) in units of F of true fields h (n, 3)."""
     matrix, _ = maps(p, SENSORS)
     offset = p.reshape(SENSORS, 12)[:, OFFSET]
     return np.concatenate([h @ np.linalg.inv(matrix[i]).T + offset[i] for i in range(SENSORS)], axis=1)
@@ -164,7 +164,7 @@ WEIGHTS = ((1 / 3, 1.0, 0.0), (3.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 3.0, 0.0),
 
 @dataclass(frozen=True)
 class SpreadTask:
-    """Calibrate one array by least squares, two steps, and on request by the evolution alone."""
+    """Calibrate an array by least squares and by two steps; with `evolve` also by the evolution alone."""
 
     case: int
     noise_nT: float
@@ -173,8 +173,8 @@ class SpreadTask:
     evolve: bool = False
 
 
-def spread(task: SpreadTask) -> dict[str, Any]:
-    """Errors and residuals of one array, see the keys."""
+def spread_trial(task: SpreadTask) -> dict[str, Any]:
+    """Return errors and residuals of an array, by name."""
     array = simulate(task.case, task.noise_nT, task.seed, common=task.common)
     array_nT = array.recording.array_mag_nT
     assert array_nT is not None
@@ -197,12 +197,12 @@ def spread(task: SpreadTask) -> dict[str, Any]:
 
 
 def _std(array: Array4, noise_nT: float) -> Array:
-    """The bound's standard deviations (45,) for noise even within +-noise_nT, which has noise_nT / sqrt(3)."""
+    """Return the bound's standard deviations (45,); noise uniform within +-a has a / sqrt(3)."""
     return np.asarray(np.sqrt(np.diag(bound(array, noise_nT / np.sqrt(3.0)))))
 
 
 def _against_bound(array: Array4, found: Array, noise_nT: float) -> dict[str, Any]:
-    """Errors over the bound, and the bound of the worst offset."""
+    """Return errors over the bound, and the bound of the least certain offset."""
     free, std = free_parameters(SENSORS), _std(array, noise_nT)
     return {
         "over_bound": (found - array.parameters)[free] / std,
@@ -211,7 +211,7 @@ def _against_bound(array: Array4, found: Array, noise_nT: float) -> dict[str, An
 
 
 def _evolved(array: Array4, found: Array, task: SpreadTask) -> dict[str, Any]:
-    """The evolution alone, with the paper's weights and with others: errors, distance from least squares in bounds."""
+    """Return errors of the evolution alone, and distances from least squares in units of the bound, by weights."""
     free, std = free_parameters(SENSORS), _std(array, max(task.noise_nT, 1.0))
 
     def ends(components: float, tensor: float, invariants: float) -> Array:
@@ -231,12 +231,12 @@ def _evolved(array: Array4, found: Array, task: SpreadTask) -> dict[str, Any]:
 
 
 def nominal() -> Array:
-    """The parameters (48,) of a perfect array."""
+    """Return the parameters (48,) of a perfect array."""
     return np.tile([0.0] * 3 + [1.0] * 3 + [0.0] * 6, SENSORS)
 
 
 def task_of(array: Array4, method: GradiometerCalibrator) -> ArrayObjective:
-    """The objective of an array with a method's weights."""
+    """Return the objective of an array with a method's weights."""
     assert array.recording.array_mag_nT is not None
     return array_objective(
         array.recording.array_mag_nT, STRENGTH_NT, method.components, method.tensor, method.invariants
@@ -244,5 +244,5 @@ def task_of(array: Array4, method: GradiometerCalibrator) -> ArrayObjective:
 
 
 def searched(method: GradiometerCalibrator, array: Array4, seed: int) -> ArrayEstimate:
-    """A method's own search without the polish and the checks that follow it."""
+    """Run a method's own search, without polish and final checks."""
     return method.search(task_of(array, method), array.recording, REFERENCE, stream(2021, seed, "search"))

@@ -1,1 +1,1 @@
-"""[Li2017] repeated: trials, rows that set its figures beside ours, figures."""
+"""Reproduction of [Li2017]: 21 parameters with eddy currents by Kalman filters."""

@@ -1,4 +1,4 @@
-"""Pictures like those of [Li2017]: parameters over samples, errors before and after, the adapted noise."""
+"""Figures of [Li2017]: parameters over samples, errors before and after, adapted noise."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ COLOURS = ("#1f77b4", "#d95f02", "#1b9e77")
 THIN = 10
 
 
-def parameters(data: VectorData) -> Figure:
-    """T_p, three of A and three of B over the samples, original and proposed (figures 3 to 5 and 7)."""
+def parameter_figure(data: VectorData) -> Figure:
+    """Draw T_p, three of A and three of B over the samples, original and proposed filter (figures 3 to 5 and 7)."""
     figure = Figure(figsize=(WIDTH_IN, 6.5), layout="constrained")
     axes = figure.subplots(2, 3, sharex=True)
     tracks = (track(data, KalmanSettings()), fuzzy_track(data, MICROTESLA))
@@ -41,8 +41,8 @@ def _columns(axis: Any, values: Array, truth: Array) -> None:
     axis.set_ylim(float(truth.min()) - span, float(truth.max()) + span)
 
 
-def compensation(data: VectorData) -> Figure:
-    """Component errors before and after, noise included (figures 9 and 10)."""
+def compensation_figure(data: VectorData) -> Figure:
+    """Draw component errors before and after, noise included (figures 9 and 10)."""
     figure = Figure(figsize=(WIDTH_IN, 6.5), layout="constrained")
     axes = figure.subplots(3, 3, sharex=True)
     states = (None, track(data, KalmanSettings()).state[-1], fuzzy_track(data, MICROTESLA).state[-1])
@@ -57,8 +57,8 @@ def compensation(data: VectorData) -> Figure:
     return figure
 
 
-def adaptation() -> Figure:
-    """R and ROR while the noise changes, under the paper's Q and under a small one."""
+def adaptation_figure() -> Figure:
+    """Draw R and ROR while the noise changes, with the paper's Q and with a small Q (section 2.3)."""
     data = simulated(0, loud=LOUD)
     figure = Figure(figsize=(WIDTH_IN, 4.5), layout="constrained")
     axes = figure.subplots(2, 2, sharex=True)

@@ -1,4 +1,4 @@
-"""Rows of [Li2017]'s fuzzy part: what it adds under the paper's settings, and where it does matter."""
+"""Rows of [Li2017]'s fuzzy adaptation (section 2.3): effect with the paper's settings, and with better suited ones."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ STATE_VARIANCES = (1e-10, 1e-9, 1e-8, 1e-7)
 Table = dict[tuple[int, float], tuple[int, float]]
 
 
-def fuzzy_part(trials: Trials) -> list[PaperRow]:
-    """Rescaling alone, the fuzzy part alone, and what the second adds to the first."""
+def fuzzy_rows(trials: Trials) -> list[PaperRow]:
+    """Return the rows of rescaling alone, the fuzzy part alone, and the gain of the fuzzy part over rescaling."""
     alone, both = (errors_pct(trials, name).mean(axis=1) for name in ("rescaled", "both"))
     nT = np.array([t["kf+fuzzy"].state_error_pct[T_P] for t in trials])
     difference = max(_change(trials, "rescaled", other) for other in ("both", "no floor"))
@@ -46,12 +46,12 @@ def fuzzy_part(trials: Trials) -> list[PaperRow]:
 
 
 def _change(trials: Trials, one: str, other: str) -> float:
-    """Largest change of a parameter from one filter to another, %."""
+    """Return the largest change of a parameter between two filters, %."""
     return max(float(np.abs(t[one].state_error_pct - t[other].state_error_pct).max()) for t in trials)
 
 
-def adaptation(trials: Trials, changing: list[tuple[float, float]], table: Table) -> list[PaperRow]:
-    """Noise that changes during the run, under a small Q and under the paper's; window and exponent."""
+def adaptation_rows(trials: Trials, changing: list[tuple[float, float]], table: Table) -> list[PaperRow]:
+    """Return the rows on noise that changes during the run, with a small Q and the paper's; window and exponent."""
     return [
         _small_state_noise(trials, changing),
         PaperRow(

@@ -1,4 +1,4 @@
-"""[Li2017]: 21 parameters with eddy currents by a Kalman filter, a rescaled one, and a fuzzy adaptive one."""
+"""[Li2017]: 21 parameters with eddy currents by a Kalman filter, with rescaled and fuzzy adaptive variants."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import ClassVar
 from calib.models.vector import VectorData
 from papers.base import Findings, Progress, Reproduction, Work, run_tasks
 from papers.li2017 import figures
-from papers.li2017.fuzzy_rows import STATE_VARIANCES, adaptation, fuzzy_part
-from papers.li2017.rows import ALL_MOTIONS, LONG, motions, original, proposed
-from papers.li2017.survey_rows import levenberg_marquardt, quadrotor
+from papers.li2017.fuzzy_rows import STATE_VARIANCES, adaptation_rows, fuzzy_rows
+from papers.li2017.rows import ALL_MOTIONS, LONG, motion_row, original_filter_rows, proposed_filter_rows
+from papers.li2017.survey_rows import levenberg_marquardt_rows, quadrotor_rows
 from papers.li2017.trials import (
     SOURCES,
-    changing_noise,
-    long_run,
-    marquardt,
-    motion,
-    sensitivity,
+    changing_noise_trial,
+    filter_trial,
+    long_trial,
+    marquardt_trial,
+    motion_trial,
+    sensitivity_trial,
     simulated,
-    survey,
-    trial,
+    survey_trial,
 )
 from reports.plots.style import Figure
 
@@ -32,35 +32,35 @@ MARQUARDTS = 10
 
 @dataclass(frozen=True)
 class Li2017(Reproduction):
-    """Table 1 and 2, figures 3 to 10 and 13 to 15."""
+    """Tables 1 and 2, figures 3 to 10 and 13 to 15."""
 
     key: ClassVar[str] = "Li2017"
     title: ClassVar[str] = "Component compensation: Kalman filter, rescaled and fuzzy adaptive, 21 parameters"
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
-        """The filters over the seeds, the longer runs over fewer, the quadrotor's survey."""
+        """Run the filters over all seeds, the longer runs over fewer, and the quadrotor's survey."""
         seeds = range(self.seeds)
         few = seeds[:SURVEYS]
         work: Work = [
-            (long_run, list(LONG)),
-            (motion, list(ALL_MOTIONS)),
-            (changing_noise, list(STATE_VARIANCES)),
-            (sensitivity, [0]),
-            (trial, list(seeds)),
-            (survey, [(seed, ()) for seed in few]),
-            (survey, [(seed, SOURCES) for seed in few]),
-            (survey, [(0, (name,)) for name in SOURCES]),
-            (marquardt, list(seeds[:MARQUARDTS])),
+            (long_trial, list(LONG)),
+            (motion_trial, list(ALL_MOTIONS)),
+            (changing_noise_trial, list(STATE_VARIANCES)),
+            (sensitivity_trial, [0]),
+            (filter_trial, list(seeds)),
+            (survey_trial, [(seed, ()) for seed in few]),
+            (survey_trial, [(seed, SOURCES) for seed in few]),
+            (survey_trial, [(0, (name,)) for name in SOURCES]),
+            (marquardt_trial, list(seeds[:MARQUARDTS])),
         ]
         long, turned, changing, table, trials, surveys, without, one_less, fitted = run_tasks(work, jobs, progress)
         rows = (
-            *original(trials, long),
-            *proposed(trials),
-            motions(turned),
-            *fuzzy_part(trials),
-            *adaptation(trials, changing, table[0]),
-            *quadrotor(surveys, without, one_less),
-            *levenberg_marquardt(fitted),
+            *original_filter_rows(trials, long),
+            *proposed_filter_rows(trials),
+            motion_row(turned),
+            *fuzzy_rows(trials),
+            *adaptation_rows(trials, changing, table[0]),
+            *quadrotor_rows(surveys, without, one_less),
+            *levenberg_marquardt_rows(fitted),
         )
         return Findings(rows, _figures())
 
@@ -68,7 +68,7 @@ class Li2017(Reproduction):
 def _figures() -> dict[str, Callable[[], Figure]]:
     data: VectorData = simulated(0)
     return {
-        "parameters": lambda: figures.parameters(data),
-        "compensation": lambda: figures.compensation(data),
-        "adaptation": figures.adaptation,
+        "parameters": lambda: figures.parameter_figure(data),
+        "compensation": lambda: figures.compensation_figure(data),
+        "adaptation": figures.adaptation_figure,
     }

@@ -1,4 +1,4 @@
-"""Rows of [Li2017]'s simulation: the original filter, the proposed one, and other motions."""
+"""Rows of [Li2017]'s simulation (table 1): original filter, proposed filter, further motions."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ Trials = list[dict[str, FilterErrors]]
 
 
 def errors_pct(trials: Trials, name: str, part: slice = slice(None)) -> Array:
-    """Absolute parameter errors (seeds, k), %."""
+    """Return absolute parameter errors (seeds, k), %."""
     return np.abs([t[name].state_error_pct[part] for t in trials])
 
 
 def listed(values: Array) -> str:
-    """A vector as text."""
+    """Return a vector as text."""
     return ", ".join(f"{v:.4g}" for v in values)
 
 
 def _against(ours: Array, printed: float, most: float) -> Verdict:
-    """Better where the printed figure lies above 95 % of our seeds."""
+    """Return "better" where the printed figure exceeds the 95 % quantile of our seeds, else whether the limit holds."""
     if np.median(ours) > most:
         return "does not hold"
     return "better" if np.quantile(ours, 0.95) < printed else "holds"
 
 
-def original(trials: Trials, long: list[Array]) -> list[PaperRow]:
-    """The failure of the filter with T_p in nT."""
+def original_filter_rows(trials: Trials, long: list[Array]) -> list[PaperRow]:
+    """Return the rows on the original filter, with T_p in nT (section 2.1)."""
     return [*_permanent_field(trials, long), *_original_errors(trials)]
 
 
@@ -113,12 +113,12 @@ def _original_field(trials: Trials) -> list[PaperRow]:
 
 
 def total_over_components(trials: Trials, name: str) -> float:
-    """Total error over the root sum of squares of the component errors, median over the seeds."""
+    """Return total error over root sum of squares of the component errors, median over the seeds."""
     return float(np.median([t[name].total_nT / np.linalg.norm(t[name].component_nT) for t in trials]))
 
 
-def proposed(trials: Trials) -> list[PaperRow]:
-    """The filter with T_p in microtesla and adapted R."""
+def proposed_filter_rows(trials: Trials) -> list[PaperRow]:
+    """Return the rows on the proposed filter, with T_p in microtesla and adapted R (sections 2.2 and 2.3)."""
     T_p = errors_pct(trials, "both", T_P)
     settled = np.array([t["both"].settled for t in trials])
     figures = (
@@ -205,8 +205,8 @@ def _share(those: NDArray[np.bool_]) -> str:
     return f"{100 * those.mean():.0f} %"
 
 
-def motions(runs: list[tuple[float, float, list[int]]]) -> PaperRow:
-    """What depends on the motion, which the paper does not print."""
+def motion_row(runs: list[tuple[float, float, list[int]]]) -> PaperRow:
+    """Return the row on the dependence on the motion, which the paper does not print."""
     text = "; ".join(
         f"{'/'.join(f'{r:g}' for r in rates)} rad/s every {interval:g} s: {T_p:.2f} %, {mean:.3g} %, settled {settled}"
         for (rates, interval), (T_p, mean, settled) in zip(ALL_MOTIONS, runs, strict=True)

@@ -1,4 +1,4 @@
-"""Rows of [Li2017]'s experiment: the quadrotor's survey, and Levenberg-Marquardt."""
+"""Rows of [Li2017]'s experiment: quadrotor survey, and Levenberg-Marquardt."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import numpy as np
 
 from papers.base import PaperRow, Verdict, spread_text, verdict_of
 from papers.li2017.rows import listed
-from papers.li2017.trials import SOURCES, Marquardt, Survey
+from papers.li2017.trials import SOURCES, Survey
 from scenarios.arrays import Array
 
 
-def quadrotor(surveys: list[Survey], without: list[Survey], one_less: list[Survey]) -> list[PaperRow]:
-    """The survey with all error sources, without those that the paper names, and without one of them at a time."""
+def quadrotor_rows(surveys: list[Survey], without: list[Survey], one_less: list[Survey]) -> list[PaperRow]:
+    """Return the rows of the survey: all error sources, without the paper's four, and without each of the four."""
     return [*_component_errors(surveys), _sources(surveys, without, one_less), _iterations(surveys)]
 
 
 def _mean_nT(surveys: list[Survey], name: str) -> Array:
-    """Component rms (3,) after a method, mean over the surveys."""
+    """Return the component rms (3,) after a method, mean over the surveys."""
     return np.asarray(np.mean([s.rms_nT[name] for s in surveys], axis=0))
 
 
@@ -81,8 +81,8 @@ def _iterations(surveys: list[Survey]) -> PaperRow:
     )
 
 
-def levenberg_marquardt(runs: list[Marquardt]) -> list[PaperRow]:
-    """The same 21 unknowns from vector and from total-field equations, on spread and on consecutive samples."""
+def levenberg_marquardt_rows(runs: list[dict[str, Array]]) -> list[PaperRow]:
+    """Return the rows on 21 unknowns from vector and total-field equations, with spread and consecutive samples."""
     paper = "194,580, 80,290, 325,380 nT"
     notes = {
         "vector, 200 spread": "no failure, from the start of table 1 and without any scaling",
@@ -94,7 +94,7 @@ def levenberg_marquardt(runs: list[Marquardt]) -> list[PaperRow]:
         "not printed",
     }
     verdicts: dict[str, Verdict] = {"vector, 200 spread": "does not hold"}
-    medians = {name: np.median([r.rms_nT[name] for r in runs], axis=0) for name in runs[0].rms_nT}
+    medians = {name: np.median([run[name] for run in runs], axis=0) for name in runs[0]}
     return [
         PaperRow(
             f"Levenberg-Marquardt, {name} samples: component errors",

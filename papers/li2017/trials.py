@@ -1,4 +1,4 @@
-"""The trials behind the figures of [Li2017]: simulated turns, a quadrotor's survey, and the total-field equations."""
+"""Trials of [Li2017]: simulated turns, a quadrotor's survey, and Levenberg-Marquardt."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ MOTIONS = (
     ((0.10, 0.13, 0.07), 0.01),
     ((0.010, 0.013, 0.007), 1.0),
 )
-"""The other rates and intervals tried; the one above was taken for its T_p error and settling, near the printed.
+"""Further rates and intervals tried; ANGLE_RATES_RAD_S was chosen since T_p error and settling are near the printed.
 
-The last has dT/dt of tens to a thousand nT per unit of time, as the paper says of its own.
+The last has dT/dt of tens to a thousand nT per unit of time, as stated in the paper.
 """
 NOISE_STD_NT = 5.0
 SAMPLES = 10_000
@@ -65,11 +65,11 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class FilterErrors:
-    """One filter on one run.
+    """Errors of a filter on a run.
 
-    state_error_pct (21,); errors e (n, 3) of the field compensated without noise: component_nT (3,) mean |e_i|,
-    component_rms_nT (3,), total_nT mean length of e, strength_nT mean error of the strength; median ratio ROR of the
-    second half; last R; settled: first sample from which every parameter stays within 20 %.
+    state_error_pct (21,); errors e (n, 3) of the compensated field without noise: component_nT (3,) mean |e_i|,
+    component_rms_nT (3,), total_nT mean length of e, strength_nT mean error of the strength; ratio: median ROR of the
+    second half; noise_nT2: last R; settled: first sample from which every parameter stays within 20 %.
     """
 
     state_error_pct: Array
@@ -83,7 +83,7 @@ class FilterErrors:
 
 
 def turning(samples: int, rates_rad_s: Vector = ANGLE_RATES_RAD_S, interval_s: float = INTERVAL_S) -> State:
-    """The carrier turning uniformly about all axes."""
+    """Return the state of the carrier at uniform Euler rates about all axes."""
     time_s: Array = np.arange(samples, dtype=np.float64) * interval_s
     turn = _attitude(time_s, rates_rad_s)
     before, after = _attitude(time_s - 1e-5, rates_rad_s), _attitude(time_s + 1e-5, rates_rad_s)
@@ -97,7 +97,7 @@ def _attitude(time_s: Array, rates_rad_s: Vector) -> Rotation:
 
 
 def simulated(seed: int, samples: int = SAMPLES, loud: float = 1.0, state: State | None = None) -> VectorData:
-    """One run of table 1; `loud` multiplies the noise of the last third; another motion by its `state`."""
+    """Simulate a run of table 1 by eq. 1; `loud` multiplies the noise of the last third; `state`: another motion."""
     state = turning(samples) if state is None else state
     clean, _ = Chain(li2017(PERMANENT_NT, INDUCED, EDDY_S), SEED, seed).apply(state)
     measured, _ = Chain(li2017(PERMANENT_NT, INDUCED, EDDY_S, NOISE_STD_NT), SEED, seed).apply(state)
@@ -109,7 +109,7 @@ def simulated(seed: int, samples: int = SAMPLES, loud: float = 1.0, state: State
 
 
 def outcome(data: VectorData, steps: FilterTrack) -> FilterErrors:
-    """What a run of a filter gave."""
+    """Return the errors of a filter's run."""
     error_pct = 100.0 * (steps.state - TRUE_STATE) / TRUE_STATE
     outside = np.flatnonzero(np.abs(error_pct).max(axis=1) > 20.0)
     clean = replace(data, difference_nT=data.observation() @ TRUE_STATE)
@@ -128,18 +128,18 @@ def outcome(data: VectorData, steps: FilterTrack) -> FilterErrors:
 
 
 def compensated(state: Array, data: VectorData) -> Array:
-    """(I + A)^-1 (T_m - T_p - B dT/dt) (n, 3) for a state (21,)."""
+    """Return (I + A)^-1 (T_m - T_p - B dT/dt) (n, 3), eq. 1 solved for T, for a state (21,)."""
     centred = data.difference_nT + data.field_nT - state[:3] - data.rate_nT_s @ state[12:].reshape(3, 3).T
     return np.asarray(np.linalg.solve(np.eye(3) + state[3:12].reshape(3, 3), centred.T).T)
 
 
 def fuzzy_track(data: VectorData, settings: KalmanSettings, **options: float) -> FilterTrack:
-    """The filter with adapted noise."""
+    """Run the filter with fuzzy adaptation of R (section 2.3)."""
     return track(data, settings, rule=KalmanFuzzyCalibrator(settings, **options).noise_rule())  # type: ignore[arg-type]
 
 
-def trial(seed: int) -> dict[str, FilterErrors]:
-    """One noise realisation through every filter."""
+def filter_trial(seed: int) -> dict[str, FilterErrors]:
+    """Run every filter on a noise realisation."""
     data, changing = simulated(seed), simulated(seed, loud=LOUD)
     return {
         "kf": outcome(data, track(data, KalmanSettings())),
@@ -155,9 +155,11 @@ def trial(seed: int) -> dict[str, FilterErrors]:
     }
 
 
-def motion(rates: tuple[Vector, float]) -> tuple[float, float, list[int]]:
-    """Of another motion: T_p error of the original filter, mean error of the proposed one, %, and the samples from
-    which the latter's parameters all stay within 20, 5 and 2 %."""
+def motion_trial(rates: tuple[Vector, float]) -> tuple[float, float, list[int]]:
+    """Return T_p error of the original filter and mean error of the proposed filter, %, and settling, by motion.
+
+    Settling: samples from which all parameters of the proposed filter stay within 20, 5 and 2 %.
+    """
     data = simulated(0, state=turning(SAMPLES, *rates))
     original, steps = outcome(data, track(data, KalmanSettings())), fuzzy_track(data, MICROTESLA)
     worst = np.abs(100.0 * (steps.state - TRUE_STATE) / TRUE_STATE).max(axis=1)
@@ -169,8 +171,8 @@ def motion(rates: tuple[Vector, float]) -> tuple[float, float, list[int]]:
     )
 
 
-def changing_noise(state_variance: float) -> tuple[float, float]:
-    """Mean length of the error, nT, over five seeds with R fixed and adapted, under changing noise, for another Q."""
+def changing_noise_trial(state_variance: float) -> tuple[float, float]:
+    """Return the mean length of the error, nT, with R fixed and adapted, over five seeds of changing noise, by Q."""
     settings = replace(CALM, state_variance=state_variance)
     runs = [simulated(seed, loud=LOUD) for seed in range(5)]
     return (
@@ -179,24 +181,26 @@ def changing_noise(state_variance: float) -> tuple[float, float]:
     )
 
 
-def long_run(samples: int) -> Array:
-    """T_p error (3,), %, of the original filter after more samples."""
+def long_trial(samples: int) -> Array:
+    """Return the T_p error (3,), %, of the original filter after more samples."""
     data = simulated(0, samples)
     return outcome(data, track(data, KalmanSettings())).state_error_pct[:3]
 
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """A survey: component rms (3,) raw and after each method, and the sample from which A stays within SETTLED
-    of its last values."""
+    """Results of a survey: component rms (3,) raw and after each method, and settling sample of A.
+
+    settled: sample from which A stays within SETTLED of the last values.
+    """
 
     raw_nT: Array
     rms_nT: dict[str, Array]
     settled: dict[str, int]
 
 
-def survey(task: tuple[int, tuple[str, ...]]) -> Survey:
-    """Seed, and which effects are switched off, of the scenario quad-comb."""
+def survey_trial(task: tuple[int, tuple[str, ...]]) -> Survey:
+    """Fly the scenario quad-comb and run every method; task: seed and names of effects to switch off."""
     recording, truth = flown(*task)
     data = VectorData.of(recording, REFERENCE)
     rms, settled = {}, {}
@@ -211,7 +215,7 @@ def survey(task: tuple[int, tuple[str, ...]]) -> Survey:
 
 
 def flown(seed: int, without: tuple[str, ...] = ()) -> tuple[Recording, Truth]:
-    """The survey's recording and truth."""
+    """Return recording and truth of a survey."""
     scenario: Scenario = load("quad-comb")
     kept = {name: table for name, table in scenario.effects.written.items() if name not in without}
     ready = plan(scenario.model_copy(update={"effects": Effects(kept)}), 0, seed)
@@ -220,42 +224,38 @@ def flown(seed: int, without: tuple[str, ...] = ()) -> tuple[Recording, Truth]:
     return recording_of(whole), truth_of(whole, {})
 
 
-@dataclass(frozen=True, eq=False)
-class Marquardt:
-    """Component rms (3,) over the whole run after Levenberg-Marquardt, by equations and samples that it was given."""
+def marquardt_trial(seed: int) -> dict[str, Array]:
+    """Return the component rms (3,) over the run after solving for 21 unknowns, by equations and samples.
 
-    rms_nT: dict[str, Array]
-
-
-def marquardt(seed: int) -> Marquardt:
-    """21 unknowns from vector equations and from the total field's, on spread samples and on the first 21."""
+    Equations: vector, total field; samples: 200 spread over the run, the first 21.
+    """
     data = simulated(seed)
     spread, first = np.arange(0, SAMPLES, 50), np.arange(21)
     start = np.concatenate((np.zeros(3), np.full(9, 0.01), np.full(9, 0.02)))
-    rms = {}
+    rms: dict[str, Array] = {}
     for where, rows in (("200 spread", spread), ("21 consecutive", first)):
         part = VectorData(data.field_nT[rows], data.rate_nT_s[rows], data.difference_nT[rows])
         for what, equations in (("vector", vector_equations), ("total field", total_equations)):
             found = least_squares(equations, start, method="lm", args=(part,), max_nfev=3000)
             rms[f"{what}, {where}"] = column_rms(compensated(found.x, data) - data.field_nT)
-    return Marquardt(rms)
+    return rms
 
 
 def vector_equations(state: Array, data: VectorData) -> Array:
-    """Three equations a sample: the compensated field less the known one, nT."""
+    """Return three residuals per sample: compensated minus known field, nT."""
     return (compensated(state, data) - data.field_nT).ravel()
 
 
 def total_equations(state: Array, data: VectorData) -> Array:
-    """One equation a sample: the compensated field's strength less the known one, nT."""
+    """Return one residual per sample: compensated minus known field strength, nT."""
     return np.asarray(np.linalg.norm(compensated(state, data), axis=1) - REFERENCE.strength_nT)
 
 
-def sensitivity(seed: int) -> dict[tuple[int, float], tuple[int, float]]:
-    """How the adaptation depends on window n and exponent b, under changing noise.
+def sensitivity_trial(seed: int) -> dict[tuple[int, float], tuple[int, float]]:
+    """Return how the adaptation depends on window n and exponent b under changing noise.
 
     (n, b) -> samples from the jump until R is first within a factor of two of the truth, and the standard deviation of
-    ln R from 1000 samples after the jump on.
+    ln R from 1000 samples after the jump.
     """
     data = simulated(seed, loud=LOUD)
     jump, truth = 2 * SAMPLES // 3, (LOUD * NOISE_STD_NT) ** 2

@@ -1,1 +1,1 @@
-"""[Long2013] repeated: trials, rows that set its figures beside ours, figures."""
+"""Reproduction of [Long2013]: maximum-likelihood ellipsoid by Newton's method."""

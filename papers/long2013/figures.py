@@ -1,4 +1,4 @@
-"""Pictures like those of [Long2013]: strength, roll and pitch before and after, and what noise the figures bear."""
+"""Figures of [Long2013]: strength, roll and pitch before and after, and errors against noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from reports.plots.style import Figure
 
 
 def strength_figure(trial: LongTrial) -> Figure:
-    """Field strength before and after, and its deviation."""
+    """Draw the field strength before and after calibration, and the deviation after."""
     figure = Figure(figsize=(7.0, 4.6), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
     sample = np.arange(len(trial.after_nT))
@@ -29,7 +29,7 @@ def strength_figure(trial: LongTrial) -> Figure:
 
 
 def attitude_figure(trial: LongTrial) -> Figure:
-    """Roll and pitch errors on the turntable before and after, with and without the alignment."""
+    """Draw roll and pitch errors on the turntable before and after, with and without the alignment of eq. 12."""
     figure = Figure(figsize=(7.0, 5.6), layout="constrained")
     grid = figure.subplots(2, 2, sharex=True)
     limits = (LIMIT_ROLL_DEG, LIMIT_PITCH_DEG)
@@ -48,7 +48,7 @@ def attitude_figure(trial: LongTrial) -> Figure:
 
 
 def noise_figure(by_noise: dict[float, list[LongTrial]]) -> Figure:
-    """The figures over the printed ones against the noise."""
+    """Draw the largest errors over the printed figures against the noise."""
     figure = Figure(figsize=(7.0, 3.6), layout="constrained")
     axis = figure.subplots()
     noises = np.array(list(by_noise))

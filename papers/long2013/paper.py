@@ -8,19 +8,19 @@ from typing import ClassVar
 from papers.base import Findings, Progress, Reproduction, run_tasks
 from papers.long2013.figures import attitude_figure, noise_figure, strength_figure
 from papers.long2013.rows import NOISE_NT, NOISES_NT, rows
-from papers.long2013.trials import LongTask, run
+from papers.long2013.trials import LongTask, calibration_trial
 
 
 @dataclass(frozen=True)
 class Long2013(Reproduction):
-    """The paper's simulation with its printed errors, and its rolling test on a simulated turntable."""
+    """Simulation with the printed errors, and rolling test on a simulated turntable."""
 
     key: ClassVar[str] = "Long2013"
     title: ClassVar[str] = "Ellipsoid calibration of a three-axis magnetometer by maximum likelihood"
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
-        """Each noise and seed: calibrate on four turns of 360 samples, roll once on the turntable."""
-        work = [(run, [LongTask(seed, noise) for seed in range(self.seeds)]) for noise in NOISES_NT]
+        """For each noise and seed, calibrate on four turns of 360 samples and roll once on the turntable."""
+        work = [(calibration_trial, [LongTask(seed, noise) for seed in range(self.seeds)]) for noise in NOISES_NT]
         by_noise = dict(zip(NOISES_NT, run_tasks(work, jobs, progress), strict=True))
         first = by_noise[NOISE_NT][0]
         return Findings(

@@ -1,4 +1,4 @@
-"""Rows of [Long2013]: the printed figures, the noise that they bear, and the claims on the method."""
+"""Rows of [Long2013]: printed figures, noise at which the figures hold, claims on the method (eq. 10 to 12)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RAW_ROLL_DEG, RAW_PITCH_DEG = 27.0, 13.0
 
 
 def rows(by_noise: dict[float, list[LongTrial]]) -> tuple[PaperRow, ...]:
-    """The paper's figures at the noise chosen, and the claims over all."""
+    """Return the rows on the printed figures at NOISE_NT, and on the claims at all noises."""
     trials = by_noise[NOISE_NT]
     return (
         _strength(trials),
@@ -32,7 +32,7 @@ def rows(by_noise: dict[float, list[LongTrial]]) -> tuple[PaperRow, ...]:
 
 
 def _worst(trials: list[LongTrial], errors: str, axis: int) -> Array:
-    """Largest error of roll (0) or pitch (1) over the turn, degrees, a value a trial."""
+    """Return the largest error of roll (0) or pitch (1) over the turn, degrees, by trial."""
     return np.array([np.abs(getattr(trial, errors)[:, axis]).max() for trial in trials])
 
 
@@ -41,7 +41,7 @@ def _text(values: Array, unit: str, digits: int = 2) -> str:
 
 
 def _judge(values: Array, limit: float) -> Verdict:
-    """By the worst seed; never "better", since the figure goes with a noise that is ours."""
+    """Return the verdict of the worst seed; never "better", since the noise is the bench's choice."""
     return verdict_of(values.max() <= limit)
 
 
@@ -114,7 +114,7 @@ def _borne(by_noise: dict[float, list[LongTrial]]) -> PaperRow:
 
 
 def printed_figures(trials: list[LongTrial]) -> tuple[Array, Array, Array]:
-    """The three printed figures, a value a seed: share of the field, roll and pitch in degrees."""
+    """Return the three printed figures by seed: share of the field, roll and pitch in degrees."""
     share = np.array([trial.worst_share for trial in trials])
     return share, _worst(trials, "corrected_deg", 0), _worst(trials, "corrected_deg", 1)
 
@@ -164,11 +164,11 @@ def _two_step(by_noise: dict[float, list[LongTrial]]) -> PaperRow:
 
 
 def _roll_alone(trials: list[LongTrial]) -> PaperRow:
-    told = sum(trial.roll_alone == "unobservable" for trial in trials)
+    unobservable = sum(trial.roll_alone == "unobservable" for trial in trials)
     return PaperRow(
         "calibrating from the turntable's roll alone",
         "not said from which motion the test was calibrated",
-        f"reported unobservable in {told} of {len(trials)}",
+        f"reported unobservable in {unobservable} of {len(trials)}",
         "not comparable",
         "measurements of a turn about one axis lie in a plane: nine parameters need more motion than that",
     )

@@ -1,4 +1,4 @@
-"""[Long2013]'s simulation: its motion, its errors, one trial, and attitude from a magnetometer with known yaw."""
+"""Trials of [Long2013]'s simulation: motion, errors, calibration, and attitude from a magnetometer with known yaw."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ NED_TO_ENU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 def field_ned_nT() -> Array:
-    """The field (3,), north, east, down."""
+    """Return the field (3,), north, east, down."""
     declination, inclination = np.radians([DECLINATION_DEG, INCLINATION_DEG])
     level = np.cos(inclination)
     return STRENGTH_NT * np.array([level * np.cos(declination), level * np.sin(declination), np.sin(inclination)])
 
 
 def effects(share: float = 1.0, noise_std_nT: float = 0.0) -> tuple[Effect, ...]:
-    """The printed errors, nT read for the printed nG; `share` shrinks each towards a perfect sensor."""
+    """Return the printed errors (eq. 1 to 5), nT for the printed nG, scaled by `share` towards a perfect sensor."""
     soft = np.eye(3) + share * (np.array(SOFT_IRON) - np.eye(3))
     a, b, c = ((float(x), float(y), float(z)) for x, y, z in soft)
     alpha, beta, gamma = AXES_DEG
@@ -62,7 +62,7 @@ def _scaled(values: Vec3, share: float, ideal: float = 0.0) -> Vec3:
 
 
 def calibration_turns() -> Array:
-    """Yaw, pitch, roll (1440, 3), degrees: a turn about each body axis from level north, then all three together."""
+    """Return yaw, pitch, roll (1440, 3), degrees: a turn about each body axis from level north, then all three."""
     turn = np.arange(360.0)
     none = np.zeros(360)
     return np.concatenate(
@@ -74,30 +74,30 @@ def calibration_turns() -> Array:
 
 
 def rolling() -> Array:
-    """The turntable test: yaw 90 and pitch -33.1 degrees held, a roll of a whole turn, (360, 3), degrees."""
+    """Return yaw, pitch, roll (360, 3), degrees, of the turntable test: yaw 90, pitch -33.1, roll a whole turn."""
     turn = np.arange(360.0)
     return np.column_stack((np.full(360, TEST_YAW_DEG), np.full(360, TEST_PITCH_DEG), turn))
 
 
 def state_of(angles_deg: Array) -> State:
-    """The kinematic motion as a State, a sample a second: the paper's sensor has no dynamics."""
+    """Return the kinematic motion as a State, a sample per second: the paper's sensor has no dynamics."""
     turned = Rotation.from_euler("ZYX", angles_deg, degrees=True).as_matrix()
     return state_at_attitudes(NED_TO_ENU @ turned @ FLIP, NED_TO_ENU @ field_ned_nT())
 
 
 def measured(state: State, chain: tuple[Effect, ...], run: int) -> Recording:
-    """What the sensor gives along a motion, with the attitude that the turntable knows."""
+    """Return the sensor's recording along a motion, with the turntable's attitude."""
     att_q = Rotation.from_matrix(state.R_wb).as_quat(scalar_first=True)
     return Recording(state.time_s, Chain(chain, SEED, run).apply(state)[0], att_q=att_q)
 
 
 def roll_pitch_deg(field_nT: Array, yaw_deg: float, near_pitch_deg: float) -> tuple[Array, Array]:
-    """Roll and pitch (n,), degrees, from fields (n, 3) in the body frame (FLU), known yaw and known Earth field.
+    """Return roll and pitch (n,), degrees, from fields (n, 3) in the body frame (FLU), known yaw and known Earth field.
 
     h = Rx(roll)^T Ry(pitch)^T g,  g = Rz(yaw)^T F  (forward-right-down; directions only):
     h_x = |(g_x, g_z)| cos(pitch + atan2(g_z, g_x)),  roll = arg(g_y, g_x sin pitch + g_z cos pitch) - arg(h_y, h_z)
 
-    Of the two pitches the nearer to `near_pitch_deg` is taken; a component beyond what any pitch gives is clipped.
+    Of two pitches, the nearer to `near_pitch_deg` is returned; a component beyond the range of any pitch is clipped.
     """
     h = (field_nT / np.linalg.norm(field_nT, axis=1)[:, None]) @ FLIP
     g = Rotation.from_euler("Z", yaw_deg, degrees=True).inv().apply(field_ned_nT() / STRENGTH_NT)
@@ -111,7 +111,7 @@ def roll_pitch_deg(field_nT: Array, yaw_deg: float, near_pitch_deg: float) -> tu
 
 
 def attitude_errors_deg(field_nT: Array) -> Array:
-    """Roll and pitch errors (360, 2), degrees, of fields along `rolling`."""
+    """Return roll and pitch errors (360, 2), degrees, of fields along `rolling`."""
     roll, pitch = roll_pitch_deg(field_nT, TEST_YAW_DEG, TEST_PITCH_DEG)
     roll_error = np.degrees(np.angle(np.exp(1j * np.radians(roll - rolling()[:, 2]))))
     return np.column_stack((roll_error, pitch - TEST_PITCH_DEG))
@@ -119,7 +119,7 @@ def attitude_errors_deg(field_nT: Array) -> Array:
 
 @dataclass(frozen=True)
 class LongTask:
-    """A seed, the noise of a component, and the share of the printed errors."""
+    """Seed, noise of a component, and share of the printed errors."""
 
     seed: int
     noise_std_nT: float
@@ -128,7 +128,7 @@ class LongTask:
 
 @dataclass(frozen=True)
 class LongTrial:
-    """Fields' strengths (1440,) before and after; errors (360, 2) of roll and pitch before, after, and unaligned."""
+    """Strengths (1440,) before and after; roll and pitch errors (360, 2) before, after, and after without eq. 12."""
 
     status: str
     iterations: int
@@ -143,11 +143,11 @@ class LongTrial:
 
     @property
     def worst_share(self) -> float:
-        """Largest deviation of the corrected field's strength, as a fraction of the field."""
+        """Return the largest deviation of the corrected field's strength, as a fraction of the field."""
         return float(np.abs(self.after_nT / STRENGTH_NT - 1).max())
 
 
-def run(task: LongTask) -> LongTrial:
+def calibration_trial(task: LongTask) -> LongTrial:
     """Calibrate on the turns, then roll on the turntable with fresh noise."""
     chain = effects(task.share, task.noise_std_nT)
     turns = measured(state_of(calibration_turns()), chain, 2 * task.seed)
@@ -171,7 +171,7 @@ def run(task: LongTask) -> LongTrial:
 
 
 def offset_nT(share: float = 1.0) -> Array:
-    """b = C_k C_n b_h + b_o (3,): what the chain gives where there is no field."""
+    """Return b = C_k C_n b_h + b_o (3,): output of the chain without field."""
     state = state_of(rolling()[:1])
     still = replace(state, field_nT=np.zeros((1, 3)), field_enu_nT=np.zeros(3))
     return np.asarray(Chain(effects(share), SEED).apply(still)[0][0])

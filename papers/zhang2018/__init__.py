@@ -1,1 +1,1 @@
-"""[Zhang2018] repeated: trials, rows that set its figures beside ours, figures."""
+"""Reproduction of [Zhang2018]: spiral of an AUV; ellipsoid, PSO, GA and PSOGA."""

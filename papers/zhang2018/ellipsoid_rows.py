@@ -1,4 +1,4 @@
-"""Rows of [Zhang2018]'s ellipsoid fit: level circles, then circles with roll and pitch while the hard iron drifts."""
+"""Rows of [Zhang2018]'s ellipsoid fit (section 3.1): level circles, then excited circles with drifting hard iron."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from recordings import Recording
 from scenarios.arrays import Array
 
 
-def level() -> PaperRow:
-    """The paper's own motion."""
+def level_spiral_row() -> PaperRow:
+    """Return the row on the paper's own motion."""
     recording, reference = Recording(spiral(False).time_s, level_nT(0)), Reference(strength_nT(spiral(False)))
     status = FITS["whole"].fit(recording, reference).status
     return PaperRow(
@@ -34,8 +34,8 @@ def level() -> PaperRow:
     )
 
 
-def drifting(drifts: list[DriftTrial]) -> tuple[PaperRow, ...]:
-    """Whole record and segments under each drift, judged by the residual and by the offset."""
+def drift_rows(drifts: list[DriftTrial]) -> tuple[PaperRow, ...]:
+    """Return the rows on whole record and segments under each drift, judged by residual and by offset."""
     rms = {name: np.array([d.rms_nT[name] for d in drifts]) for name in FITS}
     last = f"a drift of {DRIFTS[-1] * DRIFT_NT_H:.0f} nT/h"
     worse = np.mean(rms["whole"][:, -1] > 5 * rms["whole"][:, 0])

@@ -1,4 +1,4 @@
-"""Pictures like those of [Zhang2018], ours beside the printed table."""
+"""Figures of [Zhang2018], with the printed table 1."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from reports.plots.style import Figure
 
 
 def convergence_figure(trials: list[ZhangTrial]) -> Figure:
-    """Like the paper's figure 10: median rms and its spread over the seeds against the iterations."""
+    """Draw median rms and spread over the seeds against the iterations, as in the paper's figure 10."""
     figure = Figure(figsize=(10.0, 3.8), layout="constrained")
     for axis, setting in zip(figure.subplots(1, 2, sharey=True), (MAIN, SHORT), strict=True):
         for name in METHODS:
@@ -39,7 +39,7 @@ def convergence_figure(trials: list[ZhangTrial]) -> Figure:
 
 
 def turn_figure(trials: list[ZhangTrial]) -> Figure:
-    """Like the paper's figures 7 to 9: error at the printed positions before and after, ours beside the table's."""
+    """Draw the error at the printed positions before and after, ours and table 1, as in the paper's figures 7 to 9."""
     figure = Figure(figsize=(10.0, 3.8), layout="constrained")
     ours, paper = figure.subplots(1, 2, sharey=True)
     place = np.arange(1, POSITIONS + 1)
@@ -55,7 +55,7 @@ def turn_figure(trials: list[ZhangTrial]) -> Figure:
 
 
 def drift_figure(drifts: list[DriftTrial]) -> Figure:
-    """Rms after each ellipsoid fit and the error of its offset, against the drift."""
+    """Draw the rms after each ellipsoid fit and the error of the offset against the drift."""
     figure = Figure(figsize=(10.0, 3.6), layout="constrained")
     rate = DRIFT_NT_H * np.array(DRIFTS)
     residual, offset = figure.subplots(1, 2, sharex=True)

@@ -1,4 +1,4 @@
-"""[Zhang2018]: an AUV's spiral; ellipsoid fit, particle swarm, genetic algorithm and their hybrid."""
+"""[Zhang2018]: spiral of an AUV; ellipsoid fit, particle swarm, genetic algorithm and hybrid."""
 
 from __future__ import annotations
 
@@ -6,32 +6,30 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from papers.base import Findings, Progress, Reproduction, run_tasks
-from papers.zhang2018.ellipsoid_rows import drifting, level
+from papers.zhang2018.ellipsoid_rows import drift_rows, level_spiral_row
 from papers.zhang2018.figures import convergence_figure, drift_figure, turn_figure
-from papers.zhang2018.printed_table import reductions, signs
-from papers.zhang2018.rows import accuracy, convergence, errors
+from papers.zhang2018.rows import accuracy_row, convergence_rows, error_rows, table_rows
 from papers.zhang2018.trials import drift_trial, search_trial
 
 
 @dataclass(frozen=True)
 class Zhang2018(Reproduction):
-    """The spiral of the paper with the errors of the scenario `auv-dive`, calibrated by the paper's methods."""
+    """The paper's spiral with the errors of the scenario `auv-dive`, calibrated by the paper's methods."""
 
     key: ClassVar[str] = "Zhang2018"
     title: ClassVar[str] = "In-situ calibration of a vector magnetometer on an AUV: ellipsoid, PSO, GA, PSOGA"
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
-        """The level spiral under every setting, then the excited spiral under every drift."""
+        """Search on the level spiral under every setting, then fit the excited spiral under every drift."""
         seeds = range(self.seeds)
         trials, drifts = run_tasks([(search_trial, seeds), (drift_trial, seeds)], jobs, progress)
         rows = (
-            *errors(trials),
-            reductions(),
-            signs(),
-            *convergence(trials),
-            accuracy(trials),
-            level(),
-            *drifting(drifts),
+            *error_rows(trials),
+            *table_rows(),
+            *convergence_rows(trials),
+            accuracy_row(trials),
+            level_spiral_row(),
+            *drift_rows(drifts),
         )
         return Findings(
             rows,

@@ -1,4 +1,4 @@
-"""[Zhang2018]'s experiments, one seed at a time: the spiral once, then fresh noise and fresh random searches."""
+"""Trials of [Zhang2018], a seed each: spiral flown once, then fresh noise and fresh random searches."""
 
 from __future__ import annotations
 
@@ -48,9 +48,10 @@ FITS: dict[str, Calibrator] = {
 
 @dataclass(frozen=True)
 class Setting:
-    """What the paper leaves open.
+    """Settings without printed value.
 
-    reach_nT: bounds of the hard iron, 0: all that the data allow, see `bounded`; drift: multiple of the catalogue's.
+    reach_nT: half width of the hard iron's bounds, 0: bounds from the data (`bounded`); c: c1 = c2 of the swarm;
+    drift: multiple of the catalogue's drift.
     """
 
     label: str
@@ -61,7 +62,7 @@ class Setting:
     drift: float = 1.0
 
     def method(self, name: str) -> PopulationCalibrator:
-        """The method of that name without the polish: the paper's."""
+        """Return the method without polish, as in the paper."""
         if name == "pso":
             return Pso(iterations=self.iterations, c1=self.c, c2=self.c, polish=False)
         if name == "ga":
@@ -83,8 +84,11 @@ MAIN, SHORT, LONGER = (SETTINGS[k].label for k in (0, 3, 4))
 
 @dataclass(frozen=True)
 class ZhangTrial:
-    """One seed on the level spiral: raw_nT (30,) the raw |m| - F at the positions; by setting and method: |h| - F there
-    (30,), the rms of the best after each iteration, and the offset's distance from the truth."""
+    """Results of a seed on the level spiral.
+
+    raw_nT (30,): |m| - F at the positions; by setting and method: errors_nT |h| - F at the positions (30,), rms_nT of
+    the best after each iteration, offset_nT distance from the true offset.
+    """
 
     raw_nT: Array
     errors_nT: dict[tuple[str, str], Array]
@@ -93,14 +97,16 @@ class ZhangTrial:
 
 
 def rms_nT(trials: list[ZhangTrial], setting: str, name: str) -> Array:
-    """The rms of |h| - F of the best after each iteration: (seeds, iterations) nT."""
+    """Return the rms of |h| - F of the best after each iteration: (seeds, iterations) nT."""
     return np.array([t.rms_nT[setting, name] for t in trials])
 
 
 @dataclass(frozen=True)
 class DriftTrial:
-    """One seed on the excited spiral, a value a drift for each of FITS: rms of |h| - F over the record, rms distance of
-    the offset from the true one at that time, nT, and the number of segments."""
+    """Results of a seed on the excited spiral, by fit, a value per drift.
+
+    rms_nT: rms of |h| - F over the record; offset_nT: rms distance from the moving true offset; segments: their number.
+    """
 
     rms_nT: dict[str, tuple[float, ...]]
     offset_nT: dict[str, tuple[float, ...]]
@@ -109,7 +115,7 @@ class DriftTrial:
 
 @lru_cache(maxsize=2)
 def spiral(excited: bool) -> State:
-    """The motion: an hour of level circles at 1 degree/s at 3000 m, a sample each 10 s; or with roll and pitch, 2 s."""
+    """Return the motion: an hour of level circles at 1 degree/s at 3000 m, a sample per 10 s; excited: per 2 s."""
     scenario = load("auv-dive", ["vehicle.depth_m=3000", "sampling.rate_hz=0.1"])
     scenario = scenario.model_copy(update={"phases": scenario.phases[1:2]})
     ready = plan(load("auv-spiral-excited", ["sampling.rate_hz=0.5"]) if excited else scenario)
@@ -136,7 +142,7 @@ def spiral(excited: bool) -> State:
 
 
 def effects(drift: float = 1.0) -> tuple[Effect, ...]:
-    """The catalogue's errors of `auv-dive`, its drift multiplied."""
+    """Return the errors of the scenario `auv-dive`, with multiplied drift."""
     return tuple(_drifting(effect, drift) for effect in plan(load("auv-dive")).effects[0])
 
 
@@ -148,12 +154,12 @@ def _drifting(effect: Effect, drift: float) -> Effect:
 
 
 def strength_nT(state: State) -> float:
-    """F."""
+    """Return F, the field strength."""
     return float(np.linalg.norm(state.field_enu_nT))
 
 
 def bounded(mag_nT: Array, strength: float, reach_nT: float) -> NormSpace:
-    """The search problem; with a reach, R within 0.1 of the identity and each offset within reach_nT of zero."""
+    """Return the search problem of eq. 22; with a reach, R within 0.1 of identity, offsets within reach_nT of zero."""
     problem = NormSpace.of(mag_nT, strength, Pso.most_gain)
     assert problem is not None
     if not reach_nT:
@@ -168,18 +174,18 @@ def bounded(mag_nT: Array, strength: float, reach_nT: float) -> NormSpace:
 
 
 def true_offset_nT(chain: tuple[Effect, ...]) -> Array:
-    """What a sensor in no field measures, at the start: A h + h of [Zhang2018] eq. 8, to the angles' first order."""
+    """Return the sensor's output without field at the start: A h + h of eq. 8, to first order in the angles."""
     iron = next(np.array(e.offset_nT) for e in chain if isinstance(e, HardIron))
     return np.asarray(iron + next(np.array(e.offset_nT) for e in chain if isinstance(e, SensorOffset)))
 
 
 def level_nT(seed: int, drift: float = 1.0) -> Array:
-    """What the sensor measures on the level spiral (n, 3)."""
+    """Return the measured field on the level spiral (n, 3)."""
     return Chain(effects(drift), SEED, seed).apply(spiral(False))[0]
 
 
 def search_trial(seed: int) -> ZhangTrial:
-    """The three methods under every setting, on the level spiral."""
+    """Run the three methods under every setting on the level spiral."""
     strength, truth = strength_nT(spiral(False)), true_offset_nT(effects())
     measured = {drift: level_nT(seed, drift) for drift in {s.drift for s in SETTINGS}}
     trial = ZhangTrial(np.linalg.norm(measured[1.0][:POSITIONS], axis=1) - strength, {}, {}, {})
@@ -198,7 +204,7 @@ def search_trial(seed: int) -> ZhangTrial:
 
 
 def drift_trial(seed: int) -> DriftTrial:
-    """Each of FITS under every drift, on the excited spiral."""
+    """Run each of FITS under every drift on the excited spiral."""
     state = spiral(True)
     trial = DriftTrial({}, {}, {})
     runs = [_fits(state, effects(drift), seed) for drift in DRIFTS]
@@ -211,7 +217,7 @@ def drift_trial(seed: int) -> DriftTrial:
 
 
 def _fits(state: State, chain: tuple[Effect, ...], seed: int) -> dict[str, tuple[float, float, int]]:
-    """Rms of |h| - F, rms distance from the true offset, segments."""
+    """Return rms of |h| - F, rms distance from the true offset, and number of segments, by fit."""
     recording = Recording(state.time_s, Chain(chain, SEED, seed).apply(state)[0])
     strength, truth = strength_nT(state), moving_offset_nT(state, chain)
     found = {}
@@ -224,7 +230,7 @@ def _fits(state: State, chain: tuple[Effect, ...], seed: int) -> dict[str, tuple
 
 
 def moving_offset_nT(state: State, chain: tuple[Effect, ...]) -> Array:
-    """What the sensor measures in no field and without noise at each time (n, 3): the hard iron and all that drifts."""
+    """Return the output without field and noise at each time (n, 3): hard iron and drift."""
     nowhere = replace(state, field_nT=np.zeros_like(state.field_nT))
     return Chain(tuple(e for e in chain if not isinstance(e, WhiteNoise)), SEED).apply(nowhere)[0]
 

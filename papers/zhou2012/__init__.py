@@ -1,1 +1,1 @@
-"""[Zhou2012] repeated: trials, rows that set its figures beside ours, figures."""
+"""Reproduction of [Zhou2012]: five direction cosines from a turn about the vertical."""

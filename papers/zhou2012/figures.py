@@ -1,4 +1,4 @@
-"""Pictures like those of [Zhou2012]: the objective, the five parameters, and z over the turn."""
+"""Figures of [Zhou2012]: objective, five parameters, and z over the turn."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sim.state import State
 
 
 def objective_figure(trials: list[ZhouTrial]) -> Figure:
-    """The objective against the iterations, over the seeds."""
+    """Draw the objective against the iterations, over the seeds."""
     figure = Figure(figsize=(7.0, 3.6), layout="constrained")
     axis = figure.subplots()
     rms = np.array([t.history for t in trials])
@@ -37,7 +37,7 @@ def objective_figure(trials: list[ZhouTrial]) -> Figure:
 
 
 def course_figure(state: State) -> Figure:
-    """The five against iterations, one seed: each length of run draws the same random numbers."""
+    """Draw the five parameters against the iterations for a seed; runs of all lengths draw equal random numbers."""
     figure = Figure(figsize=(7.0, 3.6), layout="constrained")
     axis = figure.subplots()
     measured, known = recording(state, 0), reference(state)
@@ -52,7 +52,7 @@ def course_figure(state: State) -> Figure:
 
 
 def z_figure(trial: ZhouTrial) -> Figure:
-    """z at the stops before and after."""
+    """Draw z at the stops before and after correction."""
     figure = Figure(figsize=(7.0, 3.2), layout="constrained")
     axis = figure.subplots()
     angle = 30.0 * np.arange(STOPS)

@@ -8,19 +8,19 @@ from typing import ClassVar
 from papers.base import Findings, Progress, Reproduction, run_tasks
 from papers.zhou2012.figures import course_figure, objective_figure, z_figure
 from papers.zhou2012.rows import rows
-from papers.zhou2012.trials import OFFSET_NT, ZhouTask, run, stops
+from papers.zhou2012.trials import OFFSET_NT, ZhouTask, search_trial, stops
 
 
 @dataclass(frozen=True)
 class Zhou2012(Reproduction):
-    """The paper's five values as the truth of a simulated turntable run, found again by its own algorithm."""
+    """The paper's five values as the truth of a simulated turntable run, estimated by the paper's algorithm."""
 
     key: ClassVar[str] = "Zhou2012"
     title: ClassVar[str] = "Joint correction of non-orthogonality and non-levelness by differential evolution"
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
-        """Twelve stops a seed, with fresh noise; then again with an offset that the model does not hold."""
-        work = [(run, [ZhouTask(seed, offset) for seed in range(self.seeds)]) for offset in (0.0, OFFSET_NT)]
+        """Simulate twelve stops per seed with fresh noise, without and with a sensor offset outside the model."""
+        work = [(search_trial, [ZhouTask(seed, offset) for seed in range(self.seeds)]) for offset in (0.0, OFFSET_NT)]
         clean, shifted = run_tasks(work, jobs, progress)
         state = stops()
         return Findings(

@@ -1,4 +1,4 @@
-"""Rows of [Zhou2012]: the five values, the course of the search, and what a turn about the vertical can tell."""
+"""Rows of [Zhou2012]: five values, convergence, and observability from a turn about the vertical."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sim.state import State
 
 
 def rows(clean: list[ZhouTrial], shifted: list[ZhouTrial], state: State) -> tuple[PaperRow, ...]:
-    """What was found without an offset, and with one that the model leaves out."""
+    """Return the rows on the estimates without a sensor offset, and with an offset outside the model."""
     return (
         *_values(clean, bound(state), state),
         _stable(clean),
@@ -107,6 +107,6 @@ def _offset(clean: list[ZhouTrial], shifted: list[ZhouTrial], state: State) -> P
         f"a1 moves by {moved[0]:.1e}",
         "not comparable",
         f"a1 moves by offset / V = {expected:.1e}, the others by at most {np.abs(moved[1:]).max():.0e}: from a turn "
-        "about the vertical an offset in x cannot be told from a1, nor one in y from b2. The printed a1 could be the "
-        f"work of {abs(PRINTED[0] * state.field_enu_nT[2]):.0f} nT",
+        "about the vertical an offset in x cannot be distinguished from a1, nor one in y from b2. The printed "
+        f"a1 could be the effect of {abs(PRINTED[0] * state.field_enu_nT[2]):.0f} nT",
     )

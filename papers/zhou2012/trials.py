@@ -1,4 +1,4 @@
-"""[Zhou2012]'s turntable run: twelve stops, the paper's search, and the bound."""
+"""Trials of [Zhou2012]'s turntable run: twelve stops, the paper's search, Cramer-Rao bound."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SEED = 2012
 
 @dataclass(frozen=True)
 class ZhouTrial:
-    """One seed: the five found (5,), the rms of objective after each iteration (nT), z before and after (12,), nT."""
+    """Results of a seed: five estimates (5,), rms of the objective by iteration (nT), z before and after (12,), nT."""
 
     found: Array
     claimed: Array
@@ -45,14 +45,14 @@ class ZhouTrial:
 
 @dataclass(frozen=True)
 class ZhouTask:
-    """A seed, and an offset in x that the model leaves out."""
+    """Seed, and sensor offset in x outside the model."""
 
     seed: int
     offset_nT: float = 0.0
 
 
 def stops() -> State:
-    """Twelve stops of 30 degrees clockwise of an ideal level sensor, in the field of the catalogue's scenario."""
+    """Return twelve stops of 30 degrees clockwise of an ideal level sensor in the field of the catalogue's scenario."""
     field = earth_field_enu_nT(load("turntable-twelve-stops").field)
     yaw = STEP_RAD * np.arange(STOPS)
     R_wb = np.zeros((STOPS, 3, 3))
@@ -63,14 +63,14 @@ def stops() -> State:
 
 
 def recording(state: State, seed: int, offset_nT: float = 0.0) -> Recording:
-    """What the sensor of the printed values measures at the stops, with white noise and an offset in x."""
+    """Return the recording of a sensor with the printed values at the stops, with white noise and an offset in x."""
     added: tuple[Effect, ...] = (SensorOffset((offset_nT, 0.0, 0.0)), WhiteNoise((NOISE_NT, NOISE_NT, NOISE_NT)))
     effects = (*zhou2012(axes_matrix(np.array(PRINTED))), *added)
     return Recording(state.time_s, Chain(effects, SEED, seed).apply(state)[0])
 
 
-def run(task: ZhouTask) -> ZhouTrial:
-    """Twelve stops with fresh noise, and the paper's search."""
+def search_trial(task: ZhouTask) -> ZhouTrial:
+    """Simulate twelve stops with fresh noise and run the paper's search."""
     state = stops()
     measured = recording(state, task.seed, task.offset_nT)
     fit = DeTurntable().fit(measured, reference(state), stream(SEED, task.seed, "search"))
@@ -88,14 +88,14 @@ def run(task: ZhouTask) -> ZhouTrial:
 
 
 def reference(state: State) -> Reference:
-    """The field strength, known."""
+    """Return the known field strength."""
     return Reference(float(np.linalg.norm(state.field_enu_nT)))
 
 
 def bound(state: State) -> Array:
-    """Cramer-Rao bound (5,) on the standard deviation, every azimuth and both parts of the field unknown.
+    """Return the Cramer-Rao bound (5,) on the standard deviation, azimuths, H and V unknown.
 
-    m_i = A (H cos p_i, H sin p_i, V): 36 measurements, unknown A's five, H, V and the twelve p_i.
+    m_i = A (H cos p_i, H sin p_i, V): 36 measurements; unknowns: five of A, H, V and twelve p_i.
     """
     A, h = axes_matrix(np.array(PRINTED)), state.field_nT
     level = h * [1.0, 1.0, 0.0]

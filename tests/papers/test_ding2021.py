@@ -7,10 +7,10 @@ import pytest
 
 from calib.methods.ide_gradiometer import IdeGradiometer
 from calib.models.sensor_array import free_parameters
-from papers.ding2021.figures import tensor_before_after
+from papers.ding2021.figures import tensor_figure
 from papers.ding2021.paper import Ding2021
 from papers.ding2021.rows import PRINTED, error_row
-from papers.ding2021.search_trials import EVOLUTION, STARTS, SearchTask, StartTask, search, starts
+from papers.ding2021.search_trials import EVOLUTION, STARTS, SearchTask, StartTask, search_trial, start_trial
 from papers.ding2021.trials import (
     STRENGTH_NT,
     SpreadTask,
@@ -18,7 +18,7 @@ from papers.ding2021.trials import (
     field_enu_nT,
     residual_rms,
     simulate,
-    spread,
+    spread_trial,
 )
 
 
@@ -63,13 +63,13 @@ def test_noise_is_even_within_its_amplitude():
 def test_bound_scales_with_the_noise_and_holds_for_least_squares():
     array = simulate(1, 0.0, 0)
     np.testing.assert_allclose(bound(array, 4.0), 16.0 * bound(array, 1.0), rtol=1e-6)
-    over = [spread(SpreadTask(1, 10.0, seed))["over_bound"] for seed in range(12)]
+    over = [spread_trial(SpreadTask(1, 10.0, seed))["over_bound"] for seed in range(12)]
     assert len(over[0]) == len(free_parameters(4))
     assert 0.95 < np.sqrt(np.mean(np.square(over))) < 1.25
 
 
 def test_same_noise_on_all_sensors_hardly_reaches_the_tensor():
-    own, shared = (spread(SpreadTask(2, 10.0, 0, common))["rms"] for common in (False, True))
+    own, shared = (spread_trial(SpreadTask(2, 10.0, 0, common))["rms"] for common in (False, True))
     floor = np.sqrt(2.0) * 10.0 / np.sqrt(3.0) / 0.4
     np.testing.assert_allclose(own[1:], floor, rtol=0.15)
     assert shared[1:].max() < 0.05 * floor
@@ -77,14 +77,14 @@ def test_same_noise_on_all_sensors_hardly_reaches_the_tensor():
 
 @pytest.mark.slow
 def test_small_population_is_stuck_where_a_large_one_is_not():
-    small = search(SearchTask(IdeGradiometer(polish=False, population=10), 0))
-    large = search(SearchTask(IdeGradiometer(polish=False), 0))
+    small = search_trial(SearchTask(IdeGradiometer(polish=False, population=10), 0))
+    large = search_trial(SearchTask(IdeGradiometer(polish=False), 0))
     assert small["rms"] > 1.0
     assert large["rms"] < 1e-3
 
 
 def test_starts_near_the_truth_reach_the_minimum():
-    reached = starts(StartTask(0))
+    reached = start_trial(StartTask(0))
     assert reached["nominal"]
     assert reached["the paper's ranges"]
 
@@ -102,7 +102,7 @@ def test_error_row_compares_with_what_is_printed():
 
 
 def test_tensor_picture():
-    raw, corrected = tensor_before_after().axes
+    raw, corrected = tensor_figure().axes
     assert np.ptp(raw.get_ylim()) > 100 * np.ptp(corrected.get_ylim())
 
 

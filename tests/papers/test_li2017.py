@@ -19,7 +19,7 @@ from papers.li2017.trials import (
     compensated,
     fuzzy_track,
     outcome,
-    sensitivity,
+    sensitivity_trial,
     simulated,
     total_equations,
     turning,
@@ -102,7 +102,7 @@ def test_every_row_is_judged():
 
 
 def test_a_larger_exponent_reaches_the_new_noise_sooner():
-    found = sensitivity(1)
+    found = sensitivity_trial(1)
     for window in (20, 50, 200):
         slow, usual, fast = (found[window, exponent][0] for exponent in (0.5, 1.0, 2.0))
         assert 0 < fast < usual < slow < 1000

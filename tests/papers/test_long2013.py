@@ -16,13 +16,13 @@ from papers.long2013.trials import (
     STRENGTH_NT,
     LongTask,
     attitude_errors_deg,
+    calibration_trial,
     calibration_turns,
     effects,
     measured,
     offset_nT,
     roll_pitch_deg,
     rolling,
-    run,
     state_of,
 )
 
@@ -84,7 +84,7 @@ def test_a_turned_field_is_an_attitude_error_of_that_size():
 
 
 def test_one_trial_is_within_the_printed_figures_and_repeats():
-    one, other = run(LongTask(3, 100.0)), run(LongTask(3, 100.0))
+    one, other = calibration_trial(LongTask(3, 100.0)), calibration_trial(LongTask(3, 100.0))
     np.testing.assert_array_equal(one.after_nT, other.after_nT)
     assert one.status == "ok"
     assert one.worst_share < 0.02 < 0.3 < np.abs(one.before_nT / STRENGTH_NT - 1).max()
@@ -94,7 +94,7 @@ def test_one_trial_is_within_the_printed_figures_and_repeats():
 
 
 def test_without_noise_only_alignment_separates_the_two_corrections():
-    trial = run(LongTask(0, 1e-3))
+    trial = calibration_trial(LongTask(0, 1e-3))
     assert trial.worst_share < 1e-6
     assert np.abs(trial.corrected_deg).max() < 1e-3
     assert np.abs(trial.unaligned_deg).max() > 1.0
