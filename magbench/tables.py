@@ -14,7 +14,6 @@ from reports.text.diagnosis import PART_HEADS, gap_rows, parameter_rows, part_ro
 from reports.text.diagnosis import headline as diagnosis_headline
 from reports.text.outcome import headline
 from reports.text.pooled import agreement_line, coefficient_rows, pooled_gap_rows
-from reports.text.pooled import headline as together_headline
 from validation.comparison.ranking import uncorrected_row
 from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.outcome import Outcome
@@ -91,7 +90,7 @@ def show_answer(found: Diagnosis | PooledDiagnosis) -> None:
 
 def show_together(found: PooledDiagnosis) -> None:
     """Verdict, sentence, what to do next, each effect by recording, the gaps, and what changes in the model."""
-    show_text(together_headline(found) + "\n")
+    show_text(diagnosis_headline(found) + "\n")
     for one in found.common:
         heads = [found.among.one, "", "parameter", "value", "low", "high", "unit"]
         show_table(

@@ -1,1 +1,13 @@
-"""What people look at: words, pictures, recordings for the rerun viewer, pages."""
+"""Results for people: text, plots, HTML pages, recordings for the rerun viewer, and the files of each command.
+
+Where a new part goes (one function, class or line each; nothing else changes):
+
+- section of a page: a ``draw_...`` function in `reports.plots`, and a `Section` in ``SECTIONS`` of the module in
+  `reports.pages` (`Section` is in `reports.pages.section`);
+- score: an entry of ``MEANINGS`` in `validation.scoring.definitions` with its computation there; score table, ranking,
+  JSON and notes follow;
+- plot outside a page: a ``draw_...`` function in `reports.plots`, and a line in ``EXAMPLES`` of its test;
+- column or row of a table: a function in `reports.text`, which pages, viewer and terminal share;
+- view of a recording: a function in `reports.viewer`, the only place that imports rerun;
+- file of a command: a function in `reports.outputs`.
+"""

@@ -1,4 +1,4 @@
-"""A diagnosis as series to draw and record: both sides, thinned by block means, and the gap along the path."""
+"""Series of a diagnosis for plots and the viewer: measured, simulated and gap over time, and the gap along the path."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ MOST_BLOCKS, BLOCK_S = 4000, 1.0
 
 @dataclass(frozen=True)
 class ComparedSeries:
-    """Measured and simulated (n, q) in nT: the model as given, and the new one, along the measured motion.
+    """Measured values and two simulations along the measured motion, (n, q) in nT: the given model and the new model.
 
-    q = 3: body axes, each model as it stands. q = 1, without attitude: the field's strength, iron fitted anew; q = 2,
-    with roll and pitch: also its dip, as an angle times the strength.
+    q = 3: body axes, models without refit. q = 1, without attitude: field strength, iron refitted. q = 2, with roll and
+    pitch: field strength and dip, the dip as angle times strength.
     """
 
     measured_nT: Array
@@ -30,7 +30,10 @@ class ComparedSeries:
 
 @dataclass(frozen=True)
 class GapAlongPath:
-    """Means over stretches of so many samples (m of them): time, position (None: not recorded), gap in nT (m, q)."""
+    """Block means of the gap along the path: m blocks of `samples` samples each.
+
+    time_s (m,); pos_m (m, 3), None if not recorded; before_nT and after_nT (m, q): gap of the given and the new model.
+    """
 
     samples: int
     time_s: Array
@@ -39,50 +42,45 @@ class GapAlongPath:
     after_nT: Array
 
 
-def axes_of(found: Diagnosis) -> tuple[str, ...]:
-    """Names of the compared values: body axes, or the field's strength, or this and its dip."""
-    return found.problem.outputs
-
-
-def compared_series(found: Diagnosis) -> ComparedSeries:
-    """Both sides of the comparison at every sample."""
-    problem = found.problem
+def compared_series(diagnosis: Diagnosis) -> ComparedSeries:
+    """Return the measured and the simulated values at every sample."""
+    problem = diagnosis.problem
     if problem.mode == "strength":
         measured = _given_nT(problem) + problem.target * problem.sigma_nT
-        return ComparedSeries(measured, measured - found.before_nT, measured - found.after_nT)
-    smooth = [effect for effect in found.model.chain() if not effect.traits.converter]
+        return ComparedSeries(measured, measured - diagnosis.before_nT, measured - diagnosis.after_nT)
+    smooth = [effect for effect in diagnosis.model.chain() if not effect.traits.converter]
     return ComparedSeries(problem.recording.mag_nT, problem.predicted_nT, apply_deterministic(smooth, problem.state)[0])
 
 
 def _given_nT(problem: LinearProblem) -> Array:
-    """The given strength (n, 1), and with a level beside it the dip times the strength (n, 2)."""
+    """Return the given strength (n, 1); with roll and pitch also the dip times the strength (n, 2)."""
     strength_nT = np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
     if problem.level is None:
         return np.asarray(strength_nT)
     return np.concatenate([strength_nT, strength_nT * problem.level.given_rad(problem.track)[:, None]], axis=1)
 
 
-def hidden_by_iron_refit(found: Diagnosis) -> bool:
-    """Whether the finding shows in measured minus simulated as the models stand: iron fitted anew would take it up."""
-    return found.problem.mode == "vector" and any(one.how is How.IRON for one in found.named)
+def hidden_by_iron_refit(diagnosis: Diagnosis) -> bool:
+    """Return whether a refit of the iron would absorb the cause, so that the gap is shown without the refit."""
+    return diagnosis.problem.mode == "vector" and any(one.how is How.IRON for one in diagnosis.named)
 
 
-def displayed_gap(found: Diagnosis) -> tuple[Array, Array]:
-    """The gap before and after (n, q) in nT: iron fitted anew, or where that hides the finding as the models stand."""
-    if not hidden_by_iron_refit(found):
-        return found.before_nT, found.after_nT
-    both = compared_series(found)
+def displayed_gap(diagnosis: Diagnosis) -> tuple[Array, Array]:
+    """Return the gap (n, q) in nT before and after: with iron refitted, or without where the refit hides the cause."""
+    if not hidden_by_iron_refit(diagnosis):
+        return diagnosis.before_nT, diagnosis.after_nT
+    both = compared_series(diagnosis)
     return both.measured_nT - both.before_nT, both.measured_nT - both.after_nT
 
 
-def rms_nT(found: Diagnosis, gap_nT: Array) -> float:
-    """Root mean square of a gap (n, q) over the samples that are measurements."""
-    return float(np.sqrt((gap_nT[found.problem.usable > 0] ** 2).mean()))
+def rms_nT(diagnosis: Diagnosis, gap_nT: Array) -> float:
+    """Return the root mean square of a gap (n, q) over the usable samples."""
+    return float(np.sqrt((gap_nT[diagnosis.problem.usable > 0] ** 2).mean()))
 
 
-def gap_along_path(found: Diagnosis) -> GapAlongPath:
-    """The gap in stretches of PLACE_S or longer, positions in metres from the first."""
-    problem, (before_nT, after_nT) = found.problem, displayed_gap(found)
+def gap_along_path(diagnosis: Diagnosis) -> GapAlongPath:
+    """Return the gap in blocks of BLOCK_S or longer, with positions in metres from the first."""
+    problem, (before_nT, after_nT) = diagnosis.problem, displayed_gap(diagnosis)
     n, pos = len(problem.recording), problem.recording.pos_enu_m
     length = max(round(BLOCK_S / problem.state.interval_s), -(-n // MOST_BLOCKS), 1)
     return GapAlongPath(
@@ -95,24 +93,24 @@ def gap_along_path(found: Diagnosis) -> GapAlongPath:
 
 
 def relative_to_first(pos_m: Array) -> Array:
-    """Positions (n, 3) from the first: a map grid's are too large for a viewer's single precision."""
+    """Return positions (n, 3) relative to the first: map coordinates exceed a viewer's single precision."""
     return np.asarray(pos_m - pos_m[0])
 
 
 def has_path(gap_along_path: GapAlongPath) -> bool:
-    """Whether there is a path to draw."""
+    """Return whether the positions extend over more than 0.1 m."""
     return gap_along_path.pos_m is not None and float(np.ptp(gap_along_path.pos_m, axis=0).max()) > 0.1
 
 
 def block_length(n: int, most: int) -> int:
-    """Samples a block, so that at most so many blocks cover n samples."""
+    """Return the number of samples in a block, for at most `most` blocks over n samples."""
     return max(1, -(-n // most))
 
 
 def block_means(values: Array, length: int, usable: Array | None = None) -> Array:
-    """Means (m,) or (m, k) of values (n,) or (n, k) over blocks of so many samples, the last one perhaps shorter.
+    """Return means (m,) or (m, k) of values (n,) or (n, k) over blocks of `length` samples, the last perhaps shorter.
 
-    usable (n,): weights 0 or 1; a block without any is NaN.
+    usable (n,): weights 0 or 1; a block without usable samples is NaN.
     """
     starts = np.arange(0, len(values), length)
     weight = np.ones(len(values)) if usable is None else usable
@@ -120,3 +118,9 @@ def block_means(values: Array, length: int, usable: Array | None = None) -> Arra
     count = np.add.reduceat(weight, starts).reshape(shape)
     total = np.add.reduceat(np.where(weight.reshape(shape) > 0, values, 0.0), starts, axis=0)
     return np.asarray(total / np.where(count > 0, count, np.nan))
+
+
+def value_axis_low(gap_nT: Array) -> float | None:
+    """Return the lower end of a symmetric value axis for a gap (n, q), the same before and after; None for no gap."""
+    thin = block_means(gap_nT, block_length(len(gap_nT), MOST_BLOCKS))
+    return -1.5 * float(np.nanmax(np.abs(thin))) or None

@@ -1,1 +1,1 @@
-"""What a command leaves in its directory: numbers, page and recording."""
+"""Files of each command's output directory: numbers, page and recording."""

@@ -1,4 +1,4 @@
-"""What a bound says over the values of one key, on disk: a page and the numbers."""
+"""Files of a bound swept over the values of a key: page and numbers."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from validation.bound.query import WhatIf
 from validation.bound.summary import what_if_summary
 
 
-def write_what_if(found: WhatIf, title: str, out: Path) -> None:
-    """Write OUT/report.html and OUT/bound.json; raises InputError when the system refuses."""
+def write_what_if(what_if: WhatIf, title: str, out: Path) -> None:
+    """Write OUT/report.html and OUT/bound.json; raises InputError where the system refuses to write."""
     with locked_directory(out):
         remove_leftovers(out)
-        write_text(out / "bound.json", json.dumps(what_if_summary(found), indent=1, allow_nan=False) + "\n")
-        write_text(out / "report.html", bound_page(found, title))
+        write_text(out / "bound.json", json.dumps(what_if_summary(what_if), indent=1, allow_nan=False) + "\n")
+        write_text(out / "report.html", bound_page(what_if, title))

@@ -1,4 +1,4 @@
-"""A comparison on disk: its trials as they land, then tables, answer, report, and recordings of trials to look at."""
+"""Files of a comparison: trials as they are computed, then tables, answer, page, and recordings of three trials."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from validation.scoring.outcome import RANKED_BY, Outcome
 from validation.text import listed
 
 Progress = Callable[[float, int], object]
-"""Told (pieces done, pieces in all): trials and recordings, from none on."""
+"""Called with (pieces done, pieces in all): trials and recordings, from 0."""
 SHOWN = ("best", "median", "worst")
 """The trials of the best calibrator that are recorded."""
 ANSWER, REPORT, RECORDINGS = "comparison.json", "report.html", "recordings"
@@ -44,9 +44,10 @@ ANSWER, REPORT, RECORDINGS = "comparison.json", "report.html", "recordings"
 
 @dataclass(frozen=True)
 class ComparisonQuestion:
-    """What a comparison is asked: the score that decides, the calibrator that ratios are to, when it knows enough.
+    """Question of a comparison: the score that ranks the calibrators, the reference calibrator, and the stopping rule.
 
-    reference: default the best at the first point; until: None where the number of trials is given.
+    reference: calibrator in the denominator of ratios, by default the best at the first point; until: None for a fixed
+    number of trials.
     """
 
     score: ScoreDefinition
@@ -57,7 +58,7 @@ class ComparisonQuestion:
 def comparison_question(
     rank_by: str | None = None, reference: str | None = None, until: str | None = None
 ) -> ComparisonQuestion:
-    """What users ask in words; InputError for a score that is none, and for another rule than StoppingRule's."""
+    """Parse the options of `compare`; raises InputError for an unknown score or stopping rule."""
     return ComparisonQuestion(
         score_definition(rank_by or RANKED_BY, "--rank-by"),
         reference,
@@ -71,49 +72,50 @@ def compare(
     out: Path,
     engine: Engine,
     progress: Progress = lambda done, total: None,
-    asked: ComparisonQuestion | None = None,
+    question: ComparisonQuestion | None = None,
 ) -> Comparison:
-    """Compute trials at every point and write all of a comparison's files into `out`; returns what the report shows.
+    """Compute trials at every point, write all files of the comparison into `out`, and return the content of the page.
 
-    trials: their number, or the most where `asked` says until when. Trials that `out` holds are kept: a killed
-    comparison goes on where it was, and a larger number extends it. The bytes of trials.parquet depend on design and
-    number alone.
-    Raises InputError where `out` holds another comparison or another process writes to it, where a trial cannot be
-    simulated, and for a reference that does not take part.
+    trials: number of trials, or the largest number with a stopping rule. Trials in `out` are kept: a killed comparison
+    resumes, and a larger number extends a finished comparison. The bytes of trials.parquet depend on design and number
+    of trials alone.
+    Raises InputError where `out` holds a different comparison or a second process writes to `out`, where a trial cannot
+    be simulated, and for a reference that does not take part.
     """
-    asked = asked or comparison_question()
-    _check_reference(design, asked.reference)
+    question = question or comparison_question()
+    _check_reference(design, question.reference)
     with locked_directory(out):
         remove_leftovers(out)
         journal = Journal.open(out, design.identity())
-        table = _computed(design, trials, journal, engine, progress, asked)
+        table = _computed(design, trials, journal, engine, progress, question)
         table.write(out)
-        found = _answered(design, table, asked)
+        found = _answered(design, table, question)
         write_text(out / ANSWER, json.dumps(summary(found, design.seed), indent=1, allow_nan=False) + "\n")
         write_text(out / REPORT, comparison_page(found))
-        _record(design, found, out / RECORDINGS, partial(_recorded, progress, _pieces(design, trials)))
+        total = _pieces(design, trials)
+        _record(design, found, out / RECORDINGS, lambda done: progress(total - len(SHOWN) + done, total))
     return found
 
 
 def _check_reference(design: Design, reference: str | None) -> None:
     names = [one.name for one in design.candidates]
     if reference is not None and reference not in names:
-        what = f"{reference!r} does not take part"
+        what = f"calibrator {reference!r} does not take part"
         raise InputError(what, where="--reference", do=f"choose among {', '.join(names)}")
 
 
 def _computed(
-    design: Design, most: int, journal: Journal, engine: Engine, progress: Progress, asked: ComparisonQuestion
+    design: Design, most: int, journal: Journal, engine: Engine, progress: Progress, question: ComparisonQuestion
 ) -> TrialTable:
-    """The trials that the question needs, at most so many; looked at after fixed numbers of them."""
+    """Compute trials up to the stopping rule or `most`; the rule is checked after fixed numbers of trials."""
     done, first = 0, 0
     progress(done, _pieces(design, most))
-    for number in [most] if asked.until is None else interim_looks(most):
+    for number in [most] if question.until is None else interim_looks(most):
         for _ in run_trials(design, range(first, number), engine, journal):
             done += 1
             progress(done, _pieces(design, most))
         table = TrialTable.of(design, (trial for trial in journal if trial.run < number))
-        if asked.until is not None and asked.until.reached(_columns(table, asked.until)):
+        if question.until is not None and question.until.reached(_columns(table, question.until)):
             break
         first = number
     return table
@@ -127,60 +129,60 @@ def _columns(table: TrialTable, until: StoppingRule) -> list[Any]:
     return [table.values(until.score, name, point) for point in table.points for name in table.candidates]
 
 
-def _answered(design: Design, table: TrialTable, asked: ComparisonQuestion) -> Comparison:
-    answers = tuple(rank_calibrators(table, asked.score, point) for point in table.points)
+def _answered(design: Design, table: TrialTable, question: ComparisonQuestion) -> Comparison:
+    answers = tuple(rank_calibrators(table, question.score, point) for point in table.points)
     titles = [point_title(values) for values in table.points.values()]
     return Comparison(
         title=design.points[0].scenario.name,
         table=table,
         answers=answers,
         sentence=overall_sentence(answers, titles),
-        reference=asked.reference or answers[0].best.calibrator.split("@")[0],
+        reference=question.reference or answers[0].best.calibrator.split("@")[0],
         looked_at=_looked_at(table, answers[0]),
         least=_least(design, table),
     )
 
 
 def _least(design: Design, table: TrialTable) -> dict[tuple[int, str, str], Array]:
-    """The bound (n,) on each score in every run by itself, by point, calibrator and column; NaN where there is none."""
-    told = {
+    """Return the bound (n,) on each score in every run, by point, calibrator and column; NaN where unknown."""
+    knowledge_by_name = {
         one.name: knowledge_of(one.name, one.needs, attitude_free=one.attitude_free, eddy=one.eddy)
         for one in design.candidates
     }
-    knowledges = frozenset(knowledge for knowledge in told.values() if knowledge)
+    knowledges = frozenset(knowledge for knowledge in knowledge_by_name.values() if knowledge)
     least: dict[tuple[int, str, str], Array] = {}
     for number, point in enumerate(design.points):
         bounds = RunBounds(point.scenario, design.seed, knowledges)
         found = [bounds.of(int(run)) for run in table.runs(number)]
         least |= {
             (number, name, column): np.array([one.get((of, column), np.nan) for one in found])
-            for name, knowledge in told.items()
+            for name, knowledge in knowledge_by_name.items()
             for of, column in {key for one in found for key in one}
             if of == knowledge
         }
     return least
 
 
-def summary(found: Comparison, seed: int) -> dict[str, Any]:
-    """The answer and every figure as plain values, the JSON of `compare`; what is not finite is null."""
-    table = found.table
-    first = found.answers[0]
+def summary(comparison: Comparison, seed: int) -> dict[str, Any]:
+    """Return answer and statistics as plain values, the JSON of `compare`; a non-finite number is null."""
+    table = comparison.table
+    first = comparison.answers[0]
     result: dict[str, Any] = json_ready(
         {
-            "scenario": found.title,
+            "scenario": comparison.title,
             "seed": seed,
             "trials": first.trials,
-            "answer": found.sentence,
+            "answer": comparison.sentence,
             "ranked_by": first.score.name,
-            "ranking": [[one.calibrator for one in ranking.calibrators] for ranking in found.answers],
-            "reference": found.reference,
+            "ranking": [[one.calibrator for one in ranking.calibrators] for ranking in comparison.answers],
+            "reference": comparison.reference,
             "calibrators": table.calibrators,
             "scores": table.scores,
             "points": [{"point": point, **values} for point, values in table.points.items()],
-            "table": [_row(found, one) for one in score_statistics(table, found.reference)],
+            "table": [_row(comparison, one) for one in score_statistics(table, comparison.reference)],
             "differences": [
                 {"point": point, **vars(one)}
-                for point, ranking in enumerate(found.answers)
+                for point, ranking in enumerate(comparison.answers)
                 for one in ranking.differences
             ],
         }
@@ -188,10 +190,10 @@ def summary(found: Comparison, seed: int) -> dict[str, Any]:
     return result
 
 
-def _row(found: Comparison, one: ScoreStatistic) -> dict[str, Any]:
-    table, ratio = found.table, None if one.ratio is None else vars(one.ratio)
+def _row(comparison: Comparison, one: ScoreStatistic) -> dict[str, Any]:
+    table, ratio = comparison.table, None if one.ratio is None else vars(one.ratio)
     values = table.values(one.score.column, one.calibrator, one.point)
-    least = found.least.get((one.point, one.calibrator, one.score.column), np.full(len(values), np.nan))
+    least = comparison.least.get((one.point, one.calibrator, one.score.column), np.full(len(values), np.nan))
     return {
         "point": one.point,
         **table.points[one.point],
@@ -209,7 +211,7 @@ def _row(found: Comparison, one: ScoreStatistic) -> dict[str, Any]:
 
 
 def _shown_runs(table: TrialTable, first: Ranking) -> dict[str, int]:
-    """Runs at the first point in which the best calibrator did best, as usual, and worst of those with an estimate."""
+    """Return the runs of the first point with the least, the median and the largest score of the best calibrator."""
     values = table.values(first.score.column, first.best.calibrator)
     order = [int(k) for k in np.argsort(values, kind="stable") if np.isfinite(values[k])]
     runs = table.runs()
@@ -226,13 +228,13 @@ def _looked_at(table: TrialTable, first: Ranking) -> str:
     return f"Of {first.best.calibrator}'s trials at the first point {which}: open them with magbench show."
 
 
-def _record(design: Design, found: Comparison, out: Path, progress: Callable[[int], object]) -> None:
-    """Write recordings of the best calibrator's best, median and worst trial at the first point; a run fits once.
+def _record(design: Design, comparison: Comparison, out: Path, progress: Callable[[int], object]) -> None:
+    """Write recordings of the best calibrator's best, median and worst trial at the first point; fit each run once.
 
-    progress: told how many are there, from none on.
+    progress: called with the number of finished recordings, from 0.
     """
     out.mkdir(exist_ok=True)
-    shown = _shown_runs(found.table, found.answers[0])
+    shown = _shown_runs(comparison.table, comparison.answers[0])
     done = 0
     for run in dict.fromkeys(shown.values()):
         progress(done)
@@ -243,12 +245,8 @@ def _record(design: Design, found: Comparison, out: Path, progress: Callable[[in
     progress(len(SHOWN))
 
 
-def _recorded(progress: Progress, total: int, done: int) -> None:
-    progress(total - len(SHOWN) + done, total)
-
-
 def _outcome(design: Design, run: int) -> Outcome:
-    """A trial of the first point whole, with what its fits left of the recording."""
+    """Simulate, calibrate and score a trial of the first point again, for its recording."""
     scenario = design.points[0].scenario
     recording, truth = run_in_memory(plan(scenario, run, design.seed))
     rng = partial(stream, design.seed, run, CALIBRATORS_STREAM)

@@ -1,4 +1,4 @@
-"""A diagnosis on disk: model.toml, diagnosis.json, report.html and recording.rrd, all of them or none."""
+"""Files of a diagnosis: model.toml, diagnosis.json, report.html and recording.rrd, all or none."""
 
 from __future__ import annotations
 
@@ -23,52 +23,52 @@ NEXT = "next.toml"
 """Beside them, where a leg is advised."""
 
 
-def write_diagnosis(found: Diagnosis, out: Path, title: str) -> None:
-    """Write FILES into a directory that this process holds (`locked_directory`).
+def write_diagnosis(diagnosis: Diagnosis, out: Path, title: str) -> None:
+    """Write FILES into a directory locked by the process (`locked_directory`).
 
-    They are made in memory, written beside, and renamed once all of them are whole, so that files of two diagnoses do
-    not stand side by side. Raises InputError where writing is refused.
+    The contents are made in memory, written to temporary files, and renamed together, so that a directory never mixes
+    two diagnoses. Raises InputError where the system refuses to write.
     """
-    summary = json_text(found.as_dict())
-    texts = (diagnosis_page(found, title), summary, to_toml(found.model))
-    write_whole(out, (*(text.encode() for text in texts), diagnosis_recording(found, title)))
-    _write_next(found, out / NEXT)
+    summary = json_text(diagnosis.as_dict())
+    texts = (diagnosis_page(diagnosis, title), summary, to_toml(diagnosis.model))
+    write_whole(out, (*(text.encode() for text in texts), diagnosis_recording(diagnosis, title)))
+    _write_next(diagnosis, out / NEXT)
 
 
-def _write_next(found: Diagnosis, path: Path) -> None:
-    """The scenario to fly next; one of an earlier diagnosis goes."""
+def _write_next(diagnosis: Diagnosis, path: Path) -> None:
+    """Write the scenario to fly next, or remove the scenario of an earlier diagnosis."""
     with system_errors_about(path):
-        if found.onward is None:
+        if diagnosis.onward is None:
             path.unlink(missing_ok=True)
             return
         with atomic_write(path) as part:
-            part.write_text(to_toml(found.onward.scenario), encoding="utf-8")
+            part.write_text(to_toml(diagnosis.onward.scenario), encoding="utf-8")
 
 
-def write_pooled_diagnosis(found: PooledDiagnosis, out: Path, title: str) -> tuple[str, ...]:
-    """Write FILES of several recordings, and each one's own in a folder beside; returns the folders' names."""
-    folders = tuple(f"{i:02d}-{_as_folder(name)}" for i, name in enumerate(found.names, start=1))
-    for name, folder, own in zip(found.names, folders, found.each, strict=True):
+def write_pooled_diagnosis(pooled: PooledDiagnosis, out: Path, title: str) -> tuple[str, ...]:
+    """Write FILES of a pooled diagnosis, and FILES of each recording in a folder beside; return the folders' names."""
+    folders = tuple(f"{i:02d}-{_as_folder(name)}" for i, name in enumerate(pooled.names, start=1))
+    for name, folder, own in zip(pooled.names, folders, pooled.each, strict=True):
         with system_errors_about(out / folder):
             (out / folder).mkdir(exist_ok=True)
         write_diagnosis(own, out / folder, f"Diagnosis of {name}")
-    texts = (pooled_page(found, title, folders), json_text(found.as_dict()), to_toml(found.model))
-    write_whole(out, (*(text.encode() for text in texts), pooled_recording(found, title)))
+    texts = (pooled_page(pooled, title, folders), json_text(pooled.as_dict()), to_toml(pooled.model))
+    write_whole(out, (*(text.encode() for text in texts), pooled_recording(pooled, title)))
     return folders
 
 
 def _as_folder(name: str) -> str:
-    """A recording's name as a folder's."""
+    """Return a recording's name as a folder name."""
     return re.sub(r"[^\w.-]+", "-", name).strip("-.") or "recording"
 
 
 def json_text(values: dict[str, Any]) -> str:
-    """What `--json` prints, as a file of the directory that holds the model."""
+    """Return the JSON of `--json` for a file beside model.toml."""
     return json.dumps(json_ready(values) | {"model_out": "model.toml"}, indent=1, allow_nan=False) + "\n"
 
 
 def write_whole(out: Path, contents: tuple[bytes, ...]) -> None:
-    """Write the contents of FILES beside, and rename them once all of them are whole."""
+    """Write the contents of FILES to temporary files, and rename them after the last write."""
     with ExitStack() as whole:
         for name, content in zip(FILES, contents, strict=True):
             part = whole.enter_context(atomic_write(out / name))

@@ -1,4 +1,4 @@
-"""What gates found, on disk and for continuous integration: JUnit XML, JSON, Markdown, a page, annotations."""
+"""Files of accuracy gates for people and continuous integration: JUnit XML, JSON, Markdown, page and annotations."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ def run_gates(
 ) -> list[GateOutcome]:
     """Run trials until every gate is decided and write FILES into `out`.
 
-    strict : in junit.xml an undecided gate is a failure; otherwise it is skipped. Trials are kept until the files
-    stand: a run that is killed goes on where it was, and one that has ended begins anew.
-    Raises InputError where `out` holds a comparison, and where the system refuses.
+    strict : an undecided gate is a failure in junit.xml instead of skipped. Trials are kept until FILES are written: a
+    killed run resumes, a finished run starts afresh.
+    Raises InputError where `out` holds a comparison, and where the system refuses to write.
     """
     with locked_directory(out):
         remove_leftovers(out)
@@ -64,18 +64,17 @@ def run_gates(
 def record_baseline(
     groups: Sequence[GateGroup], engine: Engine, path: Path, progress: Progress = lambda done, total: None
 ) -> int:
-    """Write the scores of every gate's calibrator in all of its trials; returns how many. InputError where refused."""
+    """Write the scores of every gate's calibrator in all trials, return their number; InputError where refused."""
     parts = record_scores(groups, engine, progress)
     write_baseline(path, parts)
     return sum(part.num_rows for part in parts)
 
 
 def propose_gates(comparison: Path, file: Path) -> list[str]:
-    """Write a file of gates to begin with from a comparison's directory; returns the names of its gates.
+    """Write a gate file proposed from a comparison's directory; return the names of the gates.
 
-    They hold the score that the comparison was decided by. A scenario that the catalogue does not have is written
-    beside it. Raises InputError for a file that is there already, for a directory that no comparison wrote, and where
-    the system refuses.
+    The gates limit the score that ranked the comparison. A scenario outside the catalogue is written beside the file.
+    Raises InputError where the file exists, for a directory without comparison, and where the system refuses to write.
     """
     if file.exists():
         raise InputError("is there already", where=str(file), do="name another file with -o, or remove it")
@@ -88,13 +87,13 @@ def propose_gates(comparison: Path, file: Path) -> list[str]:
 
 
 def _ranked_by(answer: Path) -> str:
-    """The score that a comparison was asked to rank by."""
+    """Return the score that ranked a comparison."""
     found = parsed_json(read_text(answer, "repeat the comparison, which resumes"), str(answer), "compare anew")
     return str(found.get("ranked_by", RANKED_BY)) if isinstance(found, dict) else RANKED_BY
 
 
 def junit(outcomes: list[GateOutcome], title: str, *, strict: bool) -> str:
-    """JUnit XML: a test case a gate; an undecided one is skipped, or with `strict` failed."""
+    """Return JUnit XML, a test case per gate; an undecided gate is skipped, or failed with `strict`."""
     suites = ElementTree.Element("testsuites")
     suite = ElementTree.SubElement(suites, "testsuite", name=_printable(title), errors="0")
     number = {"tests": len(outcomes), "failures": 0, "skipped": 0}
@@ -105,10 +104,10 @@ def junit(outcomes: list[GateOutcome], title: str, *, strict: bool) -> str:
         if outcome.verdict != "pass":
             failed = strict or outcome.verdict == "fail"
             number["failures" if failed else "skipped"] += 1
-            told = ElementTree.SubElement(case, "failure" if failed else "skipped", message=_message(outcome))
+            result = ElementTree.SubElement(case, "failure" if failed else "skipped", message=_message(outcome))
             if failed:
-                told.set("type", outcome.verdict)
-                told.text = _printable(advice(outcome))
+                result.set("type", outcome.verdict)
+                result.text = _printable(advice(outcome))
         ElementTree.SubElement(case, "system-out").text = _printable(
             f"{sentence(outcome)}; {detectable_defect(outcome)}"
         )
@@ -119,7 +118,7 @@ def junit(outcomes: list[GateOutcome], title: str, *, strict: bool) -> str:
 
 
 def github_lines(outcomes: list[GateOutcome], file: Path) -> list[str]:
-    """Lines that GitHub's runners show at the file of gates: an error a failed gate, a warning an undecided one."""
+    """Return GitHub annotations at the gate file: an error per failed gate, a warning per undecided gate."""
     kinds = {"fail": "error", "inconclusive": "warning"}
     return [
         f"::{kinds[one.verdict]} file={_property(str(file))},title={_property(f'gate {one.plan.gate.name}')}::"
@@ -134,7 +133,7 @@ def _message(outcome: GateOutcome) -> str:
 
 
 def _printable(text: str) -> str:
-    """Without the control characters that XML cannot hold."""
+    """Replace control characters, which XML cannot hold, by spaces."""
     return "".join(character if character.isprintable() else " " for character in text)
 
 

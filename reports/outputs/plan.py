@@ -1,4 +1,4 @@
-"""A plan on disk: the scenario that flies it, the numbers, and a page."""
+"""Files of a plan: scenario of the manoeuvre, numbers and page."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from validation.planning.plan import Plan
 from validation.planning.summary import summary
 
 
-def write_plan(found: Plan | LegSequence, out: Path) -> dict[str, Any]:
-    """Write OUT/plan-WHO.toml, plan.json and report.html; returns what plan.json says. InputError where refused.
+def write_plan(plan: Plan | LegSequence, out: Path) -> dict[str, Any]:
+    """Write OUT/plan-VEHICLE.toml, plan.json and report.html, and return the content of plan.json.
 
-    Where no leg after a recording pays there is no scenario.
+    No scenario is written where no further leg pays. Raises InputError where the system refuses to write.
     """
-    file = out / f"plan-{found.task.name}.toml"
-    named = str(file) if found.scenario else ""
-    told = summary(found, named) if isinstance(found, Plan) else onward_summary(found, named)
+    file = out / f"plan-{plan.task.name}.toml"
+    named = str(file) if plan.scenario else ""
+    written = summary(plan, named) if isinstance(plan, Plan) else onward_summary(plan, named)
     with locked_directory(out):
         remove_leftovers(out)
-        if found.scenario:
-            write_text(file, to_toml(found.scenario))
-        write_text(out / "plan.json", json.dumps(told, indent=1, allow_nan=False) + "\n")
-        write_text(out / "report.html", plan_page(found) if isinstance(found, Plan) else next_leg_page(found))
-    return told
+        if plan.scenario:
+            write_text(file, to_toml(plan.scenario))
+        write_text(out / "plan.json", json.dumps(written, indent=1, allow_nan=False) + "\n")
+        write_text(out / "report.html", plan_page(plan) if isinstance(plan, Plan) else next_leg_page(plan))
+    return written

@@ -1,4 +1,4 @@
-"""The main job: simulate a scenario, calibrate, score against the truth, write report and recording."""
+"""Files of `run`: simulate a scenario, calibrate, score against the truth, write page and recording."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import calib
 from calib import Reference
 from recordings import Recording, Truth, read_run
 from recordings.files import locked_directory, write_text
-from reports.pages.outcome import write_report
+from reports.pages.outcome import outcome_page
 from reports.text.outcome import compare_command
 from reports.viewer import write_recording
 from scenarios.errors import InputError
@@ -35,7 +35,7 @@ from validation.scoring.outcome import Outcome
 from validation.scoring.scores import Score
 
 Progress = Callable[[float, int], object]
-"""Told (stages done, stages in all); simulation and calibration also tell their parts."""
+"""Called with (stages done, stages in all); a fraction within simulation and calibration."""
 STAGES = 4
 
 
@@ -50,11 +50,10 @@ def run_scenario(
 ) -> Outcome:
     """Write the dataset, scores.json, calibration.json, report.html and recording.rrd into `out`.
 
-    `chosen`: who calibrates, the scenario's calibrators by default.
+    chosen : calibrators, by default the scenario's.
 
-    A dataset of the same scenario and seed that is there already is used again. Raises InputError for a bad scenario,
-    an unknown calibrator, an `out` that holds another dataset or that another process writes to, and when the
-    system refuses to write.
+    An existing dataset of the same scenario and seed is reused. Raises InputError for a bad scenario, an unknown
+    calibrator, an `out` with a different dataset or a second writing process, and where the system refuses to write.
     """
     chosen = chosen or select_calibrators(scenario.calibrators)
     with locked_directory(out):
@@ -69,7 +68,7 @@ def simulate_and_score(
     progress: Progress = lambda done, total: None,
     warn: Callable[[str], object] = lambda text: None,
 ) -> Outcome:
-    """Write the dataset into `out`, fit the calibrators and score them: the first two stages."""
+    """Write the dataset into `out`, fit the calibrators and score the calibrations: the first two stages."""
     written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES), warn)
     recording, truth = read_run(out)
     outcome = calibrate_and_score(scenario, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
@@ -88,7 +87,7 @@ def _run(
     write_calibrations(outcome.calibrations, out)
     write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, allow_nan=False) + "\n")
     progress(2, STAGES)
-    write_report(outcome, out / "report.html")
+    write_text(out / "report.html", outcome_page(outcome))
     progress(3, STAGES)
     write_recording(outcome, out / "recording.rrd")
     progress(4, STAGES)
@@ -103,9 +102,9 @@ def calibrate_and_score(
     chosen: Sequence[CalibratorEntry] | None = None,
     rng: Callable[[], np.random.Generator] = lambda: np.random.default_rng(0),
 ) -> Outcome:
-    """Fit the chosen calibrators, by default the scenario's, to a recording and score them against its truth.
+    """Fit the chosen calibrators, by default the scenario's, to a recording, and score against the truth.
 
-    rng : makes the generator that each fit begins with.
+    rng : makes the generator for each fit.
     """
     chosen = chosen or select_calibrators(scenario.calibrators)
     east, north, up = truth.parameters["field_enu_nT"]
@@ -125,7 +124,7 @@ def calibrate_and_score(
 
 
 def summary(outcome: Outcome) -> dict[str, Any]:
-    """Scores and calibrations as plain values, the JSON of `run`; figures that are not finite become null."""
+    """Return scores and calibrations as plain values, the JSON of `run`; a non-finite number is null."""
     found: dict[str, Any] = json_ready(
         {
             "scenario": outcome.scenario.name,
@@ -140,8 +139,8 @@ def summary(outcome: Outcome) -> dict[str, Any]:
 
 
 def _rows(outcome: Outcome) -> dict[str, list[dict[str, Any]]]:
-    """Every score as plain values, with its ratio to the bound of what its calibrator is told, where one is known."""
-    told = {
+    """Return every score as plain values, with the ratio to the bound for the calibrator's knowledge where known."""
+    knowledge_by_fit = {
         key: knowledge_of(
             key,
             outcome.needs.get(key.split("@")[0], ()),
@@ -150,9 +149,12 @@ def _rows(outcome: Outcome) -> dict[str, list[dict[str, Any]]]:
         )
         for key, fit in outcome.calibrations.items()
     }
-    least = _least(outcome, {knowledge for knowledge in told.values() if knowledge})
+    least = _least(outcome, {knowledge for knowledge in knowledge_by_fit.values() if knowledge})
     return {
-        key: [_row(one, least.get((told.get(key) or "", SCORE_DEFINITIONS[one.name].column), np.nan)) for one in scores]
+        key: [
+            _row(one, least.get((knowledge_by_fit.get(key) or "", SCORE_DEFINITIONS[one.name].column), np.nan))
+            for one in scores
+        ]
         for key, scores in outcome.scores.items()
     }
 
@@ -163,7 +165,7 @@ def _row(one: Score, least: float) -> dict[str, Any]:
 
 
 def _least(outcome: Outcome, knowledges: set[str]) -> Leasts:
-    """The bound on this run's scores; empty for arrays, without noise, and where the truth does not say its chain."""
+    """Return the bound on the scores of a run; empty for arrays, without noise or without known chain."""
     if outcome.sensors > 1 or not knowledges or "effect_order" not in outcome.truth.parameters:
         return {}
     truth, (effects, *_) = outcome.truth, _effects(outcome.truth)
@@ -176,7 +178,7 @@ def _least(outcome: Outcome, knowledges: set[str]) -> Leasts:
 
 
 def _effects(truth: Truth) -> list[tuple[Effect, ...]]:
-    """The true effects of each sensor, in the order of the chain."""
+    """Return the true effects of each sensor in the order of the chain."""
     order = truth.parameters["effect_order"]
     return [
         effect_table.build(tables, [name for name in order if name in tables], "run")

@@ -1,4 +1,4 @@
-"""The report of a comparison: the answer first, then each point's table and pictures."""
+"""Page of a comparison: answer, then table and plots of each point."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
-from reports.pages.section import figure_html
+from reports.pages.section import DrawnSection
 from reports.pages.template import render_page
 from reports.plots.comparison import draw_distributions, draw_over, draw_ranks
 from scenarios.arrays import Array
@@ -26,14 +25,14 @@ PERCENT = 100.0
 
 @dataclass(frozen=True)
 class SortableCell:
-    """What a cell of a table shows, and the number that it sorts by."""
+    """Text of a table cell and the number that sorts the column."""
 
     text: str
     value: float | None = None
 
     @classmethod
     def of(cls, value: float | None, significant: int = 3) -> SortableCell:
-        """A number; a dash for what is not known or not finite."""
+        """Return the cell of a number; a dash for None and non-finite numbers."""
         if value is None or not np.isfinite(value):
             return cls("–")
         return cls(digits(value, significant), value)
@@ -41,9 +40,10 @@ class SortableCell:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a page shows: the table, an answer a point, the sentence of all, and where the trials to look at are.
+    """Content of a comparison's page.
 
-    least: the bound (n,) on scores in each trial, by point, calibrator and column.
+    answers: a ranking per point; sentence: the overall answer; reference: calibrator in the denominator of ratios;
+    looked_at: where the recorded trials are; least: bound (n,) on scores by trial; keys: point, calibrator and column.
     """
 
     title: str
@@ -55,33 +55,36 @@ class Comparison:
     least: dict[tuple[int, str, str], Array] = field(default_factory=dict)
 
 
-def comparison_page(found: Comparison) -> str:
-    """The page as HTML; all of it is inside."""
-    known = {(one.point, one.calibrator, one.score.name): one for one in score_statistics(found.table, found.reference)}
-    score = found.answers[0].score
+def comparison_page(comparison: Comparison) -> str:
+    """Return the page as self-contained HTML."""
+    known = {
+        (one.point, one.calibrator, one.score.name): one
+        for one in score_statistics(comparison.table, comparison.reference)
+    }
+    score = comparison.answers[0].score
     return render_page(
         "comparison.html",
         {
-            "title": found.title,
-            "sentence": found.sentence,
-            "tiles": _tiles(found),
-            "summary": _summary(found),
+            "title": comparison.title,
+            "sentence": comparison.sentence,
+            "tiles": _tiles(comparison),
+            "summary": _summary(comparison),
             "score": score,
-            "reference": found.reference,
+            "reference": comparison.reference,
             "inside": CLAIMED_INSIDE,
             "square": CLAIMED_SQUARE,
-            "points": [_point(found, point, known) for point in range(len(found.answers))],
-            "over": list(_over(found)),
-            "swept": found.table.swept,
-            "figures": [_figure_row(found.table, one) for one in known.values()],
+            "points": [_point(comparison, point, known) for point in range(len(comparison.answers))],
+            "over": list(_over(comparison)),
+            "swept": comparison.table.swept,
+            "figures": [_figure_row(comparison.table, one) for one in known.values()],
             "scores": list({one.score.name: one.score for one in known.values()}.values()),
-            "looked_at": found.looked_at,
+            "looked_at": comparison.looked_at,
         },
     )
 
 
-def _tiles(found: Comparison) -> list[tuple[str, str, str]]:
-    first = found.answers[0]
+def _tiles(comparison: Comparison) -> list[tuple[str, str, str]]:
+    first = comparison.answers[0]
     return [
         (first.best.calibrator, "", "first by the median"),
         (figure(first.best.median.value), first.score.unit, first.score.short),
@@ -90,40 +93,43 @@ def _tiles(found: Comparison) -> list[tuple[str, str, str]]:
     ]
 
 
-def _summary(found: Comparison) -> str:
-    candidates, points = counted(len(found.table.candidates), "calibrator"), counted(len(found.answers), "point")
-    trials = counted(found.answers[0].trials, "trial")
-    swept = f" of {', '.join(found.table.swept)}" if found.table.swept else ""
+def _summary(comparison: Comparison) -> str:
+    candidates, points = (
+        counted(len(comparison.table.candidates), "calibrator"),
+        counted(len(comparison.answers), "point"),
+    )
+    trials = counted(comparison.answers[0].trials, "trial")
+    swept = f" of {', '.join(comparison.table.swept)}" if comparison.table.swept else ""
     return f"{candidates} saw the same {trials} at {points}{swept}."
 
 
 def point_title(values: Mapping[str, Value]) -> str:
-    """A point's swept values in words."""
+    """Return a point's swept values as text."""
     texts = {key: plainly(value) if isinstance(value, float) else value for key, value in values.items()}
     return ", ".join(f"{key} = {text}" for key, text in texts.items()) or "all trials"
 
 
-def _point(found: Comparison, point: int, known: dict[tuple[int, str, str], ScoreStatistic]) -> dict[str, Any]:
-    answer, table = found.answers[point], found.table
-    rows = [_row(found, answer, one, point, known) for one in answer.calibrators]
+def _point(comparison: Comparison, point: int, known: dict[tuple[int, str, str], ScoreStatistic]) -> dict[str, Any]:
+    answer, table = comparison.answers[point], comparison.table
+    rows = [_row(comparison, answer, one, point, known) for one in answer.calibrators]
     return {
         "title": point_title(table.points[point]),
         "sentence": answer.sentence,
         "trials": answer.trials,
         "rows": [*rows, _raw_row(answer)],
-        "pictures": list(_pictures(table, answer, point)),
+        "sections": list(_point_sections(table, answer, point)),
     }
 
 
 def _row(
-    found: Comparison,
+    comparison: Comparison,
     answer: Ranking,
     one: RankedCalibrator,
     point: int,
     known: dict[tuple[int, str, str], ScoreStatistic],
 ) -> dict[str, Any]:
-    """A calibrator's cells, in the order of the template's heads."""
-    name, table = one.calibrator, found.table
+    """Return a calibrator's cells in the order of the template's column heads."""
+    name, table = one.calibrator, comparison.table
     entry, inside, square = (
         known.get((point, name, score.name)) for score in (answer.score, CLAIMED_INSIDE, CLAIMED_SQUARE)
     )
@@ -143,7 +149,7 @@ def _row(
 
 
 def _raw_row(answer: Ranking) -> dict[str, Any]:
-    """The measurement as it is."""
+    """Return the row of the uncorrected measurement."""
     rest = [SortableCell("–")] * 8
     name = uncorrected_row(answer.best.calibrator)
     return {"name": name, "cells": [*_ends(answer.uncorrected), *rest], "reason": ""}
@@ -153,24 +159,22 @@ def _ends(found: Interval) -> list[SortableCell]:
     return [SortableCell.of(value) for value in (found.value, found.low, found.high)]
 
 
-def _pictures(table: TrialTable, answer: Ranking, point: int) -> Iterator[tuple[str, str, Markup]]:
-    name = "Distributions"
+def _point_sections(table: TrialTable, answer: Ranking, point: int) -> Iterator[DrawnSection]:
     caption = "5th to 95th percentile of the trials as a line, the middle half as a bar, the median as a dot."
-    yield name, caption, figure_html(partial(draw_distributions, table, answer.score, point), name)
+    yield DrawnSection.of("Distributions", caption, partial(draw_distributions, table, answer.score, point))
     if len(table.candidates) > 1:
-        name = "Ranks"
         caption = "Mean rank over the trials; a bar reaches those whose difference may be chance (Nemenyi)."
-        yield name, caption, figure_html(partial(draw_ranks, table, answer.score, point), name)
+        yield DrawnSection.of("Ranks", caption, partial(draw_ranks, table, answer.score, point))
 
 
-def _over(found: Comparison) -> Iterator[tuple[str, str, Markup]]:
-    """A picture a swept key."""
-    for key in found.table.swept:
-        name = f"{found.answers[0].score.short} over {key}"
-        others = [other for other in found.table.swept if other != key]
+def _over(comparison: Comparison) -> Iterator[DrawnSection]:
+    """Yield the score over each swept key."""
+    for key in comparison.table.swept:
+        name = f"{comparison.answers[0].score.short} over {key}"
+        others = [other for other in comparison.table.swept if other != key]
         fixed = f"; {', '.join(others)} as at the first point" if others else ""
         caption = f"Medians with their intervals{fixed}."
-        yield name, caption, figure_html(partial(draw_over, found.table, found.answers[0].score, key), name)
+        yield DrawnSection.of(name, caption, partial(draw_over, comparison.table, comparison.answers[0].score, key))
 
 
 def _figure_row(table: TrialTable, one: ScoreStatistic) -> dict[str, Any]:

@@ -1,9 +1,7 @@
-"""The page of a diagnosis: what is missing, how sure, what else it could be, what to do; then the pictures."""
+"""Page of a diagnosis: missing effect, certainty, alternatives and advice, then the plots."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,11 +11,10 @@ from diagnosis.repair.model_diff import model_diff
 from diagnosis.result import Diagnosis, How, Named, Transfer
 from diagnosis.verdict import Verdict
 from reports.gap_series import displayed_gap, gap_along_path, has_path, hidden_by_iron_refit, rms_nT
-from reports.pages.section import figure_html
+from reports.pages.section import Section, drawn_sections
 from reports.pages.template import render_page
 from reports.plots import diagnosis as plots
 from reports.plots.channel_curves import draw_curves
-from reports.plots.style import Figure
 from reports.text.diagnosis import (
     CANDIDATE_HEADS,
     PART_HEADS,
@@ -29,129 +26,123 @@ from reports.text.diagnosis import (
 from scenarios.toml import to_toml
 from validation.text import digits
 
-Draw = Callable[[Diagnosis], Figure]
 FITTED = (How.HELD_OUT, How.IRON)
-"""Names whose evidence is counted in nats of a fit."""
-GAP = (
-    "The gap over time",
-    "Body axes, or the field's strength. After (blue) should be noise about zero.",
-    plots.draw_gap,
-)
-MAP = (
-    "The gap along the path",
-    "Means over a second or longer; one colour scale for before and after.",
-    plots.draw_map,
-)
-CURVES = (
-    "Curves of channels",
-    "With the 95 % band; dots are what all else leaves. A curve names what the gap goes with, and no mechanism.",
-    draw_curves,
-)
-REST: tuple[tuple[str, str, Draw], ...] = (
-    ("The gap by channel", "Against the channels it goes with most, bold the means over bins: a clue, not a proof.",
-     plots.draw_channel),
-    ("The gap by frequency", "A clean rest lies on the dashed line.", plots.draw_spectrum),
-    ("What each candidate explains",
-     "Each effect alone, beside hard and soft iron fitted anew and the rest it was judged by. Blue: named; red: not "
-     "told from it; a tick: the evidence needed.",
-     plots.draw_ranking),
+"""Ways of finding a cause with evidence in nats of a fit."""
+SECTIONS = (
+    Section("Gap over time",
+            "Measured minus simulated, by body axis or as field strength. After (blue): noise about zero if the new "
+            "model is complete.", plots.draw_gap),
+    Section("Curves of channels",
+            "Fitted curve with 95 % band; dots: the gap without the curve. A curve identifies the channel that the gap "
+            "follows, not the mechanism.", draw_curves, lambda found: any(one.how is How.CURVE for one in found.named)),
+    Section("Gap along the path", "Means over a second or longer; before and after have the same colour scale.",
+            plots.draw_map, lambda found: has_path(gap_along_path(found))),
+    Section("Gap by channel",
+            "The gap against the channels with the largest correlation; bold: means over bins. A correlation is a "
+            "clue, not a proof.", plots.draw_channel),
+    Section("Gap by frequency", "White noise lies on the dashed line.", plots.draw_spectrum),
+    Section("Evidence of each candidate",
+            "Each effect alone, fitted with hard and soft iron and its own noise model. Blue: accepted; red: cannot be "
+            "distinguished from the accepted effect; tick: evidence needed.",
+            plots.draw_ranking, lambda found: bool(found.ranking)),
 )  # fmt: skip
 
 
-def diagnosis_page(found: Diagnosis, title: str) -> str:
-    """The report as one HTML text that needs nothing else."""
-    return render_page("diagnosis.html", _page(found, title))
+def diagnosis_page(diagnosis: Diagnosis, title: str) -> str:
+    """Return the page as self-contained HTML."""
+    return render_page("diagnosis.html", _page(diagnosis, title))
 
 
-def _page(found: Diagnosis, title: str) -> dict[str, Any]:
-    curves = [CURVES] if any(one.how is How.CURVE for one in found.named) else []
-    shown = [GAP, *curves, *([MAP] if has_path(gap_along_path(found)) else []), *(REST if found.ranking else REST[:2])]
+def _page(diagnosis: Diagnosis, title: str) -> dict[str, Any]:
     return {
         "title": title,
-        "verdict": found.verdict,
-        "meaning": found.verdict.meaning,
-        "sentence": found.sentence,
-        "tiles": _tiles(found),
-        "effects": [_row(one) for one in found.named],
-        "classes": [(one.name, one.others) for one in found.named if one.others],
-        "gaps": gap_rows(found),
+        "verdict": diagnosis.verdict,
+        "meaning": diagnosis.verdict.meaning,
+        "sentence": diagnosis.sentence,
+        "tiles": _tiles(diagnosis),
+        "effects": [_row(one) for one in diagnosis.named],
+        "classes": [(one.name, one.others) for one in diagnosis.named if one.others],
+        "gaps": gap_rows(diagnosis),
         "candidate_heads": CANDIDATE_HEADS,
         "part_heads": PART_HEADS,
-        "candidates": candidate_rows(found),
-        "left": "; ".join((*found.left, *found.doubts)),
-        "advice": found.advice,
-        "not_observable": found.not_observable,
-        "where": found.where,
-        "parts": part_rows(found),
-        "diff": model_diff(found),
-        "model": to_toml(found.model),
-        "pictures": [(name, caption, figure_html(partial(draw, found), name)) for name, caption, draw in shown],
+        "candidates": candidate_rows(diagnosis),
+        "left": "; ".join((*diagnosis.left, *diagnosis.doubts)),
+        "advice": diagnosis.advice,
+        "not_observable": diagnosis.not_observable,
+        "where": diagnosis.where,
+        "parts": part_rows(diagnosis),
+        "diff": model_diff(diagnosis),
+        "model": to_toml(diagnosis.model),
+        "sections": drawn_sections(SECTIONS, diagnosis),
     }
 
 
-def _tiles(found: Diagnosis) -> list[tuple[str, str]]:
-    """The answer in four tiles: (value, label)."""
-    missing = ", ".join(one.name for one in found.named) or (
-        "nothing" if found.verdict is Verdict.NONE else "not named"
+def _tiles(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """Return the answer in four tiles (value, label)."""
+    missing = ", ".join(one.name for one in diagnosis.named) or (
+        "nothing" if diagnosis.verdict is Verdict.NONE else "not identified"
     )
-    return [(missing, "missing in the model"), _sure(found), _otherwise(found), _share(found)]
+    return [(missing, "missing in the model"), _sure(diagnosis), _otherwise(diagnosis), _share(diagnosis)]
 
 
-def _otherwise(found: Diagnosis) -> tuple[str, str]:
-    """What else it could be, or where nothing is named what the gap goes with."""
-    if not found.named:
-        return (", ".join(name for name, _, _ in found.where[:3]) or "–", "the gap goes with")
-    others = [name for one in found.named for name in one.others]
-    if found.verdict is Verdict.NOT_OBSERVABLE:
-        others += found.absorbed
-    return (", ".join(dict.fromkeys(others)) or "no other that was tested", "could also be")
+def _otherwise(diagnosis: Diagnosis) -> tuple[str, str]:
+    """Return the alternatives to the cause, or without a cause the channels that the gap follows."""
+    if not diagnosis.named:
+        return (", ".join(name for name, _, _ in diagnosis.where[:3]) or "–", "the gap follows")
+    others = [name for one in diagnosis.named for name in one.others]
+    if diagnosis.verdict is Verdict.NOT_OBSERVABLE:
+        others += diagnosis.absorbed
+    return (", ".join(dict.fromkeys(others)) or "no tested alternative", "could also be")
 
 
-def _share(found: Diagnosis) -> tuple[str, str]:
-    gap = found.gap
-    if hidden_by_iron_refit(found):
-        before, after = (digits(rms_nT(found, side)) for side in displayed_gap(found))
+def _share(diagnosis: Diagnosis) -> tuple[str, str]:
+    gap = diagnosis.gap
+    if hidden_by_iron_refit(diagnosis):
+        before, after = (digits(rms_nT(diagnosis, side)) for side in displayed_gap(diagnosis))
         return (
             f"{before} → {after} nT",
-            "measured minus simulated, the models as they stand; iron fitted anew hides it",
+            "measured minus simulated, models without refit; a refit of the iron would hide the gap",
         )
-    if _all_left_out(found):
-        return ("–", "such values are left out of the comparison; the new model makes them")
-    if found.named and all(one.effect.stochastic for one in found.named):
-        return ("its amount", "noise cannot be foretold sample by sample: the gap stays, the new model has its size")
+    if _all_left_out(diagnosis):
+        return ("–", "affected samples are left out of the comparison; the new model reproduces the values")
+    if diagnosis.named and all(one.effect.stochastic for one in diagnosis.named):
+        return (
+            "its size",
+            "noise cannot be predicted sample by sample: the gap remains; the new model has noise of equal size",
+        )
     if gap.explained is None:
-        return ("–", "no gap beyond the noise once iron is fitted anew")
+        return ("–", "no gap beyond the noise with iron refitted")
     before, after = (digits(size) for size in gap.structure_nT)
-    how = f"structure in {digits(gap.noise_nT)} nT of noise, {100 * max(gap.explained, 0):.0f} % of it gone, held out"
-    return (f"{before} → {after} nT", how)
+    removed = f"{100 * max(gap.explained, 0):.0f} % removed on held-out data"
+    return (f"{before} → {after} nT", f"structure beyond {digits(gap.noise_nT)} nT of noise; {removed}")
 
 
-def _all_left_out(found: Diagnosis) -> bool:
-    """Whether all that is named shows in the values themselves, and made some of them no measurements."""
-    wrong = (found.problem.usable == 0) & ~unknown_past(found.problem)
-    return bool(wrong.any()) and all(one.how is How.DIRECT for one in found.named)
+def _all_left_out(diagnosis: Diagnosis) -> bool:
+    """Return whether every cause was found in the values themselves and made some samples unusable."""
+    wrong = (diagnosis.problem.usable == 0) & ~unknown_past(diagnosis.problem)
+    return bool(wrong.any()) and all(one.how is How.DIRECT for one in diagnosis.named)
 
 
-def _sure(found: Diagnosis) -> tuple[str, str]:
-    """The evidence of the effect that is least sure."""
-    if not found.named:
-        return ("–", "no name to be sure of")
-    one = min(found.named, key=lambda one: np.inf if one.nats is None else one.nats)
-    whose = f" for {one.name}, the least sure" if len(found.named) > 1 else ""
-    again = _again(found, one)
+def _sure(diagnosis: Diagnosis) -> tuple[str, str]:
+    """Return the evidence of the least certain cause."""
+    if not diagnosis.named:
+        return ("–", "no cause identified")
+    one = min(diagnosis.named, key=lambda one: np.inf if one.nats is None else one.nats)
+    whose = f" for {one.name}, the least certain" if len(diagnosis.named) > 1 else ""
+    again = _again(diagnosis, one)
     if one.nats is None or one.how not in FITTED:
-        return (one.how.words, f"is the evidence{whose}; {again}")
+        return (one.how.words, f"evidence{whose}; {again}")
     needed = f"; {digits(one.needed)} are needed" if one.needed else ""
-    return (f"{digits(one.nats)} nats", f"of evidence on held-out data{whose}{needed}; {again}")
+    return (f"{digits(one.nats)} nats", f"evidence on held-out data{whose}{needed}; {again}")
 
 
-def _again(found: Diagnosis, one: Named) -> str:
-    """What a second recording says of a name."""
+def _again(diagnosis: Diagnosis, one: Named) -> str:
+    """Return whether a second recording confirms the cause."""
     if one.evidence is Transfer.TRANSFERRED:
-        return "a second recording agrees"
-    if not found.second:
+        return "confirmed by a second recording"
+    if not diagnosis.second:
         return "one recording; confirm with a second"
-    return "the second recording does not bear it out" if one.askable else "one recording; a second cannot tell"
+    return "the second recording does not confirm it" if one.askable else "one recording; a second cannot confirm it"
 
 
 def _row(one: Named) -> dict[str, Any]:

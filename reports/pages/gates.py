@@ -1,4 +1,4 @@
-"""What gates found, as one HTML page and as Markdown for a pull request."""
+"""Gate results as an HTML page, and as Markdown for a pull request."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from validation.text import figure
 
 
 def gates_page(outcomes: list[GateOutcome], title: str, false_fail_rate: float) -> str:
-    """The page: the table, and for each gate its trials and the evidence after each."""
+    """Return the page: table of gates, then trials and evidence of each gate."""
     gates = [
         {
             "name": one.plan.gate.name,
@@ -29,7 +29,7 @@ def gates_page(outcomes: list[GateOutcome], title: str, false_fail_rate: float) 
 
 
 def gates_markdown(outcomes: list[GateOutcome], title: str) -> str:
-    """A small table, then a line for each gate that did not pass: why, and what to do."""
+    """Return a table of gates, then reason and remedy of each gate that did not pass."""
     rows = [HEADS, ("---",) * len(HEADS), *gate_rows(outcomes)]
     table = "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |\n" for row in rows)
     unsettled = [one for one in outcomes if one.verdict != "pass"]

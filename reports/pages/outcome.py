@@ -1,25 +1,20 @@
-"""The report of one outcome: a single HTML page that needs nothing else."""
+"""Page of a run: answer, scores, plots, true parameters and provenance."""
 
 from __future__ import annotations
 
 import json
 import platform
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import partial
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from recordings.files import write_text
-from reports.pages.section import figure_html
+from reports.pages.section import Section, drawn_sections
 from reports.pages.template import render_page
 from reports.plots.effects import draw_effect_sizes, draw_effects
 from reports.plots.field import MOST_LINES, draw_norm, draw_residuals, draw_sphere
 from reports.plots.motion import draw_path, draw_vehicle
-from reports.plots.style import Draw
 from reports.text.outcome import (
     ALIGNED,
     FAILED_LAST,
@@ -37,45 +32,35 @@ from validation.text import digits, duration, plainly
 PACKAGES = ("magbench", "numpy", "scipy", "mujoco", "numba", "filterpy", "ppigrf", "rerun-sdk")
 
 
-@dataclass(frozen=True)
-class Section:
-    """A picture of the report with its heading and what to look for in it."""
-
-    key: str
-    title: str
-    caption: str
-    draw: Draw
-
-
 SECTIONS = (
-    Section("residuals", "What is left after correction",
-            f"Corrected field minus truth in the body frame. Best first, each row on its own scale. {ALIGNED}",
-            draw_residuals),
-    Section("norm", "Field strength over time",
-            "Above: raw, corrected and true strength. Below: how far each corrected strength is from the truth "
-            f"(the best {MOST_LINES} calibrators).", draw_norm),
-    Section("sphere", "Raw and corrected field on the sphere",
-            "Body-frame field. The dashed circle and the wire sphere have the true strength as radius; the colour "
-            "is each point's distance from it.", draw_sphere),
-    Section("sizes", "Size of each effect",
-            "Root mean square of each injected contribution, in the order of the chain.", draw_effect_sizes),
-    Section("effects", "Contribution of each effect over time",
-            "What each effect added to the signal, body frame. True field plus all contributions is the measured "
-            "field. Each panel has its own scale.", draw_effects),
-    Section("path", "Path", "True position, coloured by phase.", draw_path),
-    Section("vehicle", "Attitude, temperature and currents",
-            "True attitude (yaw from east, counter-clockwise; a positive pitch lowers the nose) and what the vehicle's "
-            "instruments recorded.", draw_vehicle),
+    Section("Error after correction",
+            f"Corrected field minus truth, body frame. Best first; each row has its own scale. {ALIGNED}",
+            draw_residuals, key="residuals"),
+    Section("Field strength over time",
+            "Above: raw, corrected and true strength. Below: corrected minus true strength of the best "
+            f"{MOST_LINES} calibrators.", draw_norm, key="norm"),
+    Section("Raw and corrected field on the sphere",
+            "Body frame. The radius of the dashed circle and of the wire sphere is the true strength; colour: "
+            "strength minus true strength.", draw_sphere, key="sphere"),
+    Section("Size of each effect",
+            "Root mean square of each injected contribution, in the order of the chain.",
+            draw_effect_sizes, key="sizes"),
+    Section("Contribution of each effect over time",
+            "Body frame. True field plus all contributions is the measured field. Each panel has its own scale.",
+            draw_effects, key="effects"),
+    Section("Path", "True position, coloured by phase.", draw_path, lambda outcome: outcome.travels, "path"),
+    Section("Attitude, temperature and currents",
+            "True attitude (yaw from east, counter-clockwise; a positive pitch lowers the nose), and temperature and "
+            "currents as recorded.", draw_vehicle, key="vehicle"),
 )  # fmt: skip
 
 
-def write_report(outcome: Outcome, path: Path) -> None:
-    """Write the report as one HTML file: styles and pictures inside, no outside address.
+def outcome_page(outcome: Outcome) -> str:
+    """Return the report of an outcome as self-contained HTML.
 
-    Long records are thinned for drawing by least and greatest value, so spikes stay in sight. The file is written
-    beside `path` and renamed; on failure nothing is left. Raises InputError where it cannot be written.
+    Long recordings are thinned to the least and greatest value of each stretch, so that spikes stay visible.
     """
-    write_text(path, render_page("outcome.html", _page(outcome)))
+    return render_page("outcome.html", _page(outcome))
 
 
 def _page(outcome: Outcome) -> dict[str, Any]:
@@ -94,11 +79,7 @@ def _page(outcome: Outcome) -> dict[str, Any]:
         "astray": warning([outcome.tracking]),
         "scores": score_table(outcome),
         "calibrations": [outcome.calibrations[name] for name in outcome.ranking()[0]],
-        "pictures": [
-            (section, figure_html(partial(section.draw, outcome), section.title))
-            for section in SECTIONS
-            if _has(section, outcome)
-        ],
+        "sections": drawn_sections(SECTIONS, outcome),
         "parameters": effect_parameters(outcome),
         "surroundings": surroundings(outcome),
         "versions": _versions(),
@@ -106,13 +87,8 @@ def _page(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _has(section: Section, outcome: Outcome) -> bool:
-    """Whether there is something to draw: a path needs a journey."""
-    return section.key != "path" or outcome.travels
-
-
 def _tiles(outcome: Outcome) -> list[tuple[str, str, str]]:
-    """Headline figures: (value, unit, label)."""
+    """Return the headline figures (value, unit, label)."""
     ok = sum(c.status.kind == "ok" for c in outcome.calibrations.values())
     length, unit = duration(duration_s(outcome)).split()
     tiles = [
@@ -133,7 +109,7 @@ def _tiles(outcome: Outcome) -> list[tuple[str, str, str]]:
 
 
 def effect_parameters(outcome: Outcome) -> list[tuple[str, str, str]]:
-    """True parameters as rows (effect, parameter, value), in the order of the chain; of an array, sensor by sensor."""
+    """Return the true parameters as rows (effect, parameter, value), by sensor and in the order of the chain."""
     tables = outcome.truth.parameters.get("effects", [])
     order = list(outcome.truth.effects)
     rows = []
@@ -148,7 +124,7 @@ def effect_parameters(outcome: Outcome) -> list[tuple[str, str, str]]:
 
 
 def surroundings(outcome: Outcome) -> list[tuple[str, str]]:
-    """The other true values of the run, as rows (name, value): field, instruments, whatever the simulator noted."""
+    """Return the remaining true values of the run as rows (name, value): field, instruments, notes of the simulator."""
     return list(_flat({k: v for k, v in outcome.truth.parameters.items() if k != "effects"}))
 
 

@@ -1,13 +1,10 @@
-"""The page of a plan: what it promises, its legs, the attitudes over time and the design behind it."""
+"""Page of a plan: predicted error, legs, attitudes over time and optimal design."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
-from markupsafe import Markup
-
-from reports.pages.section import figure_html
+from reports.pages.section import DrawnSection, Section, drawn_sections
 from reports.pages.template import render_page
 from reports.plots.plan import draw_angles, draw_design
 from validation.bound.goal import Goal
@@ -18,32 +15,34 @@ from validation.planning.plan import Plan
 from validation.planning.summary import HEADS, LIMITS, headline, limits, rows
 from validation.text import figure, symbol
 
-PICTURES = (
-    ("The attitudes over time", "As they are commanded; a vehicle that pushes tilts to either side in turn.",
-     draw_angles),
-    ("Where the field points in the body", "Blue: the legs, as large as their time. Grey: the optimal design of the "
-     "tilts, yaw free; rings: of those that stay in their place. The angle from the body's z axis over the angle "
-     "about it.", draw_design),
+SECTIONS = (
+    Section("Attitudes over time", "Commanded angles. A vehicle that needs thrust tilts to either side in turn.",
+            draw_angles),
+    Section("Direction of the field in the body frame",
+            "Blue: the legs, area in proportion to time. Grey: the optimal design for the permitted tilts, yaw free. "
+            "Rings: the optimal design for attitudes that keep the vehicle in place. Vertical: angle from the body's "
+            "z axis; horizontal: angle about the z axis.", draw_design),
 )  # fmt: skip
 
 
-def plan_page(found: Plan) -> str:
-    """The page as HTML; all of it is inside."""
+def plan_page(plan: Plan) -> str:
+    """Return the page of a plan as self-contained HTML."""
     tiles = [
-        _tile(found.error, found.task.goal),
-        (figure(found.ratio), "", "times the limit of its tilts"),
-        (figure(found.time_s), "s", "time"),
-        (str(len(found.choice.legs)), "", "attitudes"),
+        _tile(plan.error, plan.task.goal),
+        (figure(plan.ratio), "", "times the limit of its tilts"),
+        (figure(plan.time_s), "s", "time"),
+        (str(len(plan.choice.legs)), "", "attitudes"),
     ]
-    pictures = [(name, caption, figure_html(partial(draw, found), name)) for name, caption, draw in PICTURES]
-    return _rendered(found.scenario.name, headline(found), tiles, rows(found), pictures, limits(found))
+    return _rendered(
+        plan.scenario.name, headline(plan), tiles, rows(plan), drawn_sections(SECTIONS, plan), limits(plan)
+    )
 
 
-def next_leg_page(found: LegSequence) -> str:
-    """The page of legs after a recording."""
-    told = found.task.error_before if found.error is None else found.error
-    tiles = [_tile(told, found.task.goal), (str(len(found.legs)), "", "legs that pay")]
-    return _rendered(f"plan-{found.task.name}", onward_headline(found), tiles, onward_rows(found), [])
+def next_leg_page(sequence: LegSequence) -> str:
+    """Return the page of the legs to fly after a recording."""
+    error = sequence.task.error_before if sequence.error is None else sequence.error
+    tiles = [_tile(error, sequence.task.goal), (str(len(sequence.legs)), "", "legs that pay")]
+    return _rendered(f"plan-{sequence.task.name}", onward_headline(sequence), tiles, onward_rows(sequence), [])
 
 
 def _tile(value: float, goal: Goal) -> tuple[str, str, str]:
@@ -55,8 +54,8 @@ def _rendered(
     words: str,
     tiles: Sequence[tuple[str, str, str]],
     table: Sequence[tuple[str, ...]],
-    pictures: Sequence[tuple[str, str, Markup]],
+    sections: Sequence[DrawnSection],
     limited: Sequence[tuple[str, ...]] = (),
 ) -> str:
     values = {"title": title, "lines": words.splitlines(), "tiles": tiles, "heads": HEADS, "rows": table}
-    return render_page("plan.html", values | {"pictures": pictures, "limit_heads": LIMITS, "limits": limited})
+    return render_page("plan.html", values | {"sections": sections, "limit_heads": LIMITS, "limits": limited})

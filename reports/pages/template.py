@@ -1,4 +1,4 @@
-"""The reports' HTML templates, and the scripts that make their tables sort and their plots zoom."""
+"""HTML templates of the pages, and the scripts that sort tables and draw plots."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ END = "</body>"
 
 
 def render_page(name: str, values: Mapping[str, Any]) -> str:
-    """The page that a template makes of these values; a value that the template wants and does not get is an error."""
+    """Render a template with its values; a missing value is an error."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         autoescape=True,
@@ -31,7 +31,7 @@ def render_page(name: str, values: Mapping[str, Any]) -> str:
 
 
 def _scripts(page: str) -> str:
-    """What the page runs: all of it is inside, so that it works where there is no network."""
+    """Return the page's scripts inline, so that the page works without a network."""
     library = [plotly.offline.get_plotlyjs()] if PLOT_CLASS in page else []
     own = (TEMPLATES / "page.js").read_text(encoding="utf-8")
     return "".join(f"<script>{script}</script>\n" for script in (*library, own))

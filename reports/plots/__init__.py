@@ -1,1 +1,1 @@
-"""The report's pictures, each a function from an Outcome to a matplotlib figure."""
+"""Plots of results, drawn with matplotlib: each function takes a result and returns a figure."""

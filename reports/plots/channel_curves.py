@@ -1,4 +1,4 @@
-"""Pictures of the curves of channels that stand where no effect does."""
+"""Plots of fitted curves of channels (effect `channel_effect`)."""
 
 from __future__ import annotations
 
@@ -19,18 +19,19 @@ MOST_POINTS, POINTS = 1500, 200
 """Points of the data's cloud, and of a curve."""
 
 
-def draw_curves(found: Diagnosis) -> Figure:
-    """Each curve against its channel on the sensor's axes, with its 95 % band; dots: what all others leave.
+def draw_curves(diagnosis: Diagnosis) -> Figure:
+    """Draw each curve with its 95 % band against the channel, a panel per sensor axis; dots: gap without the curve.
 
-    Dots need the axes, and a lag that comes before the curve: else what is felt is no function of the channel.
+    Dots are drawn with attitude only, and not for a lag after the curve: the contribution is then no function of the
+    channel's value.
     """
-    several = curves_of(found)
+    several = curves_of(diagnosis)
     figure = Figure(figsize=(WIDTH_IN, 2.6 * len(several) + 0.3), layout="constrained")
     rows = figure.subplots(len(several), 3, sharey="row", squeeze=False)
     for row, one in zip(rows, several, strict=True):
         assert isinstance(one.effect, ChannelEffect)
         x, curve_nT, half_nT = band(one.effect, one)
-        dots = _dots(found, one.effect)
+        dots = _dots(diagnosis, one.effect)
         for a, axis in enumerate(row):
             if dots is not None:
                 axis.plot(dots[0], dots[1][:, a], ".", markersize=2, color=RAW, alpha=0.4, zorder=1)
@@ -42,9 +43,9 @@ def draw_curves(found: Diagnosis) -> Figure:
 
 
 def band(effect: ChannelEffect, one: Named) -> tuple[Array, Array, Array]:
-    """Channel (m,) over the range of the curve, the curve (m, 3) in nT about its middle, and half its 95 % band.
+    """Return channel (m,), curve (m, 3) in nT about its middle, and half the curve's 95 % band (m, 3).
 
-    ``half^2 = 1.96^2 t^T C t``, t the powers of u and C the covariance of one axis' coefficients.
+    ``half^2 = 1.96^2 t^T C t``, t the powers of u and C the covariance of the coefficients of an axis.
     """
     u = np.linspace(-1, 1, POINTS)
     terms = powers(u, len(effect.coefficients()) // 3)
@@ -62,9 +63,9 @@ def _draw(axis: Any, x: Array, curve: Array, half: Array, colour: str) -> None:
     axis.plot(x, curve, color=colour, linewidth=2.0, zorder=2)
 
 
-def _dots(found: Diagnosis, effect: ChannelEffect) -> tuple[Array, Array] | None:
-    """The channel as it is felt (m,), and the gap (m, 3) in nT beside all but this curve."""
-    problem = found.problem
+def _dots(diagnosis: Diagnosis, effect: ChannelEffect) -> tuple[Array, Array] | None:
+    """Return the lagged channel (m,) and the gap (m, 3) in nT without the curve's correction, as block means."""
+    problem = diagnosis.problem
     if problem.mode != "vector" or (effect.lag_s and effect.late == "curve"):
         return None
     state = problem.state
@@ -72,4 +73,4 @@ def _dots(found: Diagnosis, effect: ChannelEffect) -> tuple[Array, Array] | None
     x = effect.centre + effect.scale * felt(u, 1, effect.late, effect.lag_s, state.interval_s, {})[:, 0]
     own = effect.apply(state, state.field_nT, np.random.default_rng(0), {})
     length = block_length(len(x), MOST_POINTS)
-    return block_means(x, length), block_means(found.after_nT + own, length, problem.usable)
+    return block_means(x, length), block_means(diagnosis.after_nT + own, length, problem.usable)

@@ -1,4 +1,4 @@
-"""Pictures of a comparison: scores over a swept value, their distributions, ranks, and failures."""
+"""Plots of a comparison: scores over a swept value, distributions, ranks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BOX = (5, 25, 50, 75, 95)
 
 
 def draw_over(table: TrialTable, score: ScoreDefinition, key: str) -> Figure:
-    """Median of a score with its interval over a swept value, a line a calibrator, and the uncorrected measurement."""
+    """Draw the median of a score with interval over a swept value, a line per calibrator and for no correction."""
     figure = Figure(figsize=(WIDTH_IN, 4.4), layout="constrained")
     axis: Any = figure.subplots()
     places = {point: values[key] for point, values in _line_of_points(table, key).items()}
@@ -37,7 +37,7 @@ def draw_over(table: TrialTable, score: ScoreDefinition, key: str) -> Figure:
 
 
 def _value_axis(axis: Any, values: list[Any]) -> Array:
-    """Where swept values stand: numbers by size, on a logarithmic axis where they span a decade; words in a row."""
+    """Return the abscissae of swept values: numbers by size, logarithmic over a decade or more; words in a row."""
     if not all(isinstance(value, int | float) for value in values):
         axis.set_xticks(range(len(values)), [str(value) for value in values])
         return np.arange(len(values), dtype=np.float64)
@@ -48,14 +48,14 @@ def _value_axis(axis: Any, values: list[Any]) -> Array:
 
 
 def _draw_medians(axis: Any, x: Array, found: list[Interval], **look: Any) -> None:
-    """Medians as dots on a line, each with its interval upright."""
+    """Draw medians as dots on a line, and each interval as an upright line."""
     axis.plot(x, _finite([one.value for one in found]), marker="o", markersize=4, **look)
     for place, one in zip(x, found, strict=True):
         axis.plot([place, place], _finite([one.low, one.high]), color=look["color"], linewidth=1.6, alpha=0.6)
 
 
 def _line_of_points(table: TrialTable, key: str) -> dict[int, dict[str, Any]]:
-    """The points along one swept key, the others as at the first point."""
+    """Return the points along a swept key, with the remaining keys as at the first point."""
     first = table.points[0]
     return {
         point: values
@@ -65,7 +65,7 @@ def _line_of_points(table: TrialTable, key: str) -> dict[int, dict[str, Any]]:
 
 
 def draw_distributions(table: TrialTable, score: ScoreDefinition, point: int) -> Figure:
-    """Each calibrator's score over the trials: 5th to 95th percentile as a line, quarters as a bar, median as a dot."""
+    """Draw each calibrator's score over the trials: 5th to 95th percentile as line, quartiles as bar, median as dot."""
     names = table.calibrators
     figure = Figure(figsize=(WIDTH_IN, 0.36 * len(names) + 1.1), layout="constrained")
     axis: Any = figure.subplots()
@@ -85,7 +85,7 @@ def draw_distributions(table: TrialTable, score: ScoreDefinition, point: int) ->
 
 
 def draw_ranks(table: TrialTable, score: ScoreDefinition, point: int) -> Figure:
-    """Mean rank of each calibrator over the trials; bars join those whose difference may be chance (Nemenyi)."""
+    """Draw the mean rank of each calibrator; a bar joins calibrators without significant difference (Nemenyi test)."""
     ranks = mean_ranks({name: table.values(score.column, name, point) for name in table.candidates})
     ordered = sorted(ranks.mean.items(), key=lambda item: item[1])
     figure = Figure(figsize=(WIDTH_IN, 0.34 * len(ordered) + 1.2), layout="constrained")
@@ -106,6 +106,6 @@ def _title(score: ScoreDefinition) -> str:
 
 
 def _finite(values: Any) -> Array:
-    """Values (n,) with NaN for what has none: it is not drawn."""
+    """Return values (n,) with NaN for infinity, which is not drawn."""
     array = np.asarray(values, dtype=np.float64)
     return np.where(np.isfinite(array), array, np.nan)

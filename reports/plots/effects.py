@@ -1,4 +1,4 @@
-"""Pictures of the injected effects: how much each contributes, and when."""
+"""Plots of the injected effects: size and course of each contribution."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from validation.text import digits
 
 
 def draw_effect_sizes(outcome: Outcome) -> Figure:
-    """Root mean square of each effect's contribution, on a logarithmic scale, in the order of the chain."""
+    """Draw the root mean square of each effect's contribution on a logarithmic scale, in the order of the chain."""
     sizes = {name: rms_length(value) for name, value in outcome.effects.items()}
     drawn = {name: size for name, size in sizes.items() if size > 0}
     figure = Figure(figsize=(WIDTH_IN, 0.6 + 0.27 * max(1, len(sizes))), layout="constrained")
@@ -34,7 +34,7 @@ def draw_effect_sizes(outcome: Outcome) -> Figure:
 
 
 def draw_effects(outcome: Outcome) -> Figure:
-    """Contribution of each effect over time, component by component; each panel has its own scale."""
+    """Draw the contribution of each effect over time by component; each panel has a scale of its own."""
     effects = outcome.effects
     rows = max(1, -(-len(effects) // 2))
     figure = Figure(figsize=(WIDTH_IN, 1.45 * rows + 0.5), layout="constrained")

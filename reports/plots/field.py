@@ -1,4 +1,4 @@
-"""Pictures of the field: on the sphere, its strength, and what is left after correction."""
+"""Plots of the field: on the sphere, strength over time, and error after correction."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ MOST_POINTS = 4000
 MOST_LINES = len(LINES)
 PLANES = ((0, 1), (0, 2), (1, 2))
 SCALED_BY = 3
-"""How many of the best calibrators the axis of what is left is made for."""
+"""Number of the best calibrators that set the scale of the error axis."""
 DASHED = (0, (4, 3))
 
 
 def draw_sphere(outcome: Outcome) -> Figure:
-    """Raw field and best corrected field against the reference sphere, in space and in three projections."""
+    """Draw the raw field and the best corrected field with the reference sphere, in space and in three projections."""
     best = {f"corrected: {name}": outcome.corrected[name] for name in outcome.shown()[:1]}
     return draw_clouds({"raw": outcome.recording.mag_nT} | best, outcome.field_strength_nT)
 
 
 def draw_clouds(clouds: Mapping[str, Array], field_strength_nT: float) -> Figure:
-    """Fields (n, 3) in nT by title, against the reference sphere, in space and in three projections."""
+    """Draw fields (n, 3) in nT, by title, with the reference sphere, in space and in three projections."""
     figure = Figure(figsize=(WIDTH_IN, 3.0 * len(clouds)), layout="constrained")
     parts = figure.subfigures(len(clouds), 1, squeeze=False)[:, 0]
     for part, (title, cloud) in zip(parts, clouds.items(), strict=True):
@@ -41,7 +41,7 @@ def draw_clouds(clouds: Mapping[str, Array], field_strength_nT: float) -> Figure
 
 
 def _sphere_row(part: Any, title: str, cloud_uT: Array, radius_uT: float) -> None:
-    """One cloud (n, 3) in space and in three projections, coloured by its distance from the sphere."""
+    """Draw a field (n, 3) in space and in three projections, coloured by the distance from the sphere."""
     part.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=9.5)
     grid = part.add_gridspec(1, 4, width_ratios=(1.3, 1, 1, 1))
     dots = _dots((np.linalg.norm(cloud_uT, axis=1) - radius_uT) * 1e3)
@@ -63,7 +63,7 @@ def _frame_plane(axis: Any, plane: tuple[int, int], reach: float) -> None:
 
 
 def _dots(error_nT: Array) -> dict[str, Any]:
-    """How points are drawn: coloured by their error (n,), the few largest beyond the scale."""
+    """Return the style of points coloured by their error (n,); the largest 1 % lie beyond the colour scale."""
     finite = error_nT[np.isfinite(error_nT)]
     limit = float(np.quantile(np.abs(finite), 0.99)) if finite.size else 1.0
     colour = {"c": error_nT, "cmap": "PuOr_r", "vmin": -limit, "vmax": limit}
@@ -84,7 +84,7 @@ def _wire_sphere(axis: Any, radius: float, reach: float) -> None:
 
 
 def draw_norm(outcome: Outcome) -> Figure:
-    """Field strength over time: raw, truth and corrected above; corrected minus truth below."""
+    """Draw the field strength over time: raw, true and corrected above; corrected minus true below."""
     strengths = {name: _strength(outcome.corrected[name]) for name in outcome.shown()[:MOST_LINES]}
     figure = Figure(figsize=(WIDTH_IN, 4.6), layout="constrained")
     whole, zoom = axes = figure.subplots(2, 1, sharex=True)
@@ -98,7 +98,7 @@ def draw_norm(outcome: Outcome) -> Figure:
 
 
 def _draw_strengths(axis: Any, outcome: Outcome, strengths: dict[str, Array]) -> None:
-    """Raw, corrected and true strength."""
+    """Draw raw, corrected and true strength."""
     draw_lines(axis, outcome, _strength(outcome.recording.mag_nT), (RAW,), labels=("raw",))
     for strength_nT, colour in reversed(list(zip(strengths.values(), LINES, strict=False))):
         draw_lines(axis, outcome, strength_nT, (colour,), alpha=0.8)
@@ -107,7 +107,7 @@ def _draw_strengths(axis: Any, outcome: Outcome, strengths: dict[str, Array]) ->
 
 
 def _draw_errors(axis: Any, outcome: Outcome, strengths: dict[str, Array]) -> None:
-    """How far each corrected strength is from the truth, on the scale of the best."""
+    """Draw corrected minus true strength on the scale of the best calibrators."""
     truth_nT = _strength(outcome.truth.field_nT)
     errors = {name: strength_nT - truth_nT for name, strength_nT in strengths.items()}
     for (name, error_nT), colour in reversed(list(zip(errors.items(), LINES, strict=False))):
@@ -122,7 +122,7 @@ def _strength(field_nT: Array) -> Array:
 
 
 def draw_residuals(outcome: Outcome) -> Figure:
-    """Corrected field minus truth, component by component, one row a calibrator; each row has its own scale."""
+    """Draw corrected field minus truth by component, a row with a scale of its own per calibrator."""
     names = outcome.shown()
     figure = Figure(figsize=(WIDTH_IN, 1.35 * max(1, len(names)) + 0.5), layout="constrained")
     axes = np.atleast_1d(figure.subplots(max(1, len(names)), 1, sharex=True))

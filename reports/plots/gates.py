@@ -1,4 +1,4 @@
-"""A gate's way to its verdict: what each trial measured, and the evidence after it."""
+"""Plot of a gate: value of each trial, and evidence after each trial."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ KEPT, OVER = LINES[0], LINES[1]
 
 
 def draw_gate_course(outcome: GateOutcome) -> Figure:
-    """Above: each trial's value and the limit. Below: evidence for either side, 1 where it decides."""
+    """Draw each trial's value and the limit; below, evidence for and against the limit, which decides at 1."""
     figure = Figure(figsize=(WIDTH_IN, 4.6))
     values, evidence = figure.subplots(2, 1, sharex=True, gridspec_kw={"hspace": 0.12})
     figure.subplots_adjust(left=0.08, right=0.99, top=0.97, bottom=0.1)

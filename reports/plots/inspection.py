@@ -1,4 +1,4 @@
-"""Pictures of a first look at a recording: coverage, strength, spectrum, Allan deviation, low digits."""
+"""Plots of an inspection: coverage, strength, residual, spectrum, Allan deviation, low digits."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_TONES = 8
 
 
 def draw_coverage(data: SensorData) -> Figure:
-    """The sphere of the field's directions in the body frame as two discs of equal area: cells seen, and points."""
+    """Draw the directions of the field in the body frame on two discs of equal area: cells with samples, and points."""
     figure = Figure(figsize=(WIDTH_IN, 5.2), layout="constrained")
     corrected = data.corrected_nT
     seen = directions(data.series.mag_nT if corrected is None else corrected)
@@ -42,7 +42,7 @@ def draw_coverage(data: SensorData) -> Figure:
 
 
 def _disc(axis: Any, sign: int, entered: Any) -> None:
-    """One half of the sphere: its cells, filled where entered, and the body axes."""
+    """Draw the cells of one half of the sphere, filled where samples lie, and the body axes."""
     for filled, colour in ((True, "#cfe3f1"), (False, "white")):
         rows = cells().edges()[entered == filled]
         polygons = [_flat(_outline(*row)) for row in rows if sign * (row[2] + row[3]) > 0]
@@ -56,7 +56,7 @@ def _disc(axis: Any, sign: int, entered: Any) -> None:
 
 
 def _outline(low: float, high: float, bottom: float, top: float) -> Array:
-    """Unit vectors (m, 3) along the edge of a cell."""
+    """Return unit vectors (m, 3) along the edge of a cell."""
     turn, height = np.linspace(low, high, EDGE_STEPS), np.linspace(bottom, top, EDGE_STEPS)
     longitude = np.r_[turn, np.full(EDGE_STEPS, high), turn[::-1], np.full(EDGE_STEPS, low)]
     z = np.r_[np.full(EDGE_STEPS, bottom), height, np.full(EDGE_STEPS, top), height[::-1]]
@@ -65,13 +65,13 @@ def _outline(low: float, high: float, bottom: float, top: float) -> Array:
 
 
 def _flat(direction: Array) -> Array:
-    """Lambert's azimuthal equal-area map (n, 2) of unit vectors (n, 3), each half on the disc of its own pole."""
+    """Return Lambert's azimuthal equal-area map (n, 2) of unit vectors (n, 3), about the nearer pole."""
     scale = 1.0 / np.sqrt(1.0 + np.minimum(np.abs(direction[:, 2]), 1.0))
     return direction[:, :2] * scale[:, None]
 
 
 def draw_strength(data: SensorData) -> Figure:
-    """Components and strength over time, gaps shaded; the strength after the ellipsoid fit below."""
+    """Draw components and strength over time with gaps shaded, and the strength after an ellipsoid fit."""
     series, corrected = data.series, data.corrected_nT
     figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
     parts, whole = figure.subplots(2, 1, sharex=True)
@@ -92,7 +92,7 @@ def draw_strength(data: SensorData) -> Figure:
 
 
 def _line(axis: Any, time_s: Array, values: Array, **style: Any) -> None:
-    """A thinned line over time, broken at the gaps."""
+    """Draw a thinned line over time, broken at the gaps."""
     scale, _ = time_scale(time_s)
     cuts = [np.searchsorted(time_s, gap.after_s, side="right") for gap in find_gaps(time_s)][:200]
     label = style.pop("label", None)
@@ -102,7 +102,7 @@ def _line(axis: Any, time_s: Array, values: Array, **style: Any) -> None:
 
 
 def draw_residual(data: SensorData) -> Figure:
-    """What the base model leaves, over time."""
+    """Draw the residual of the base model over time."""
     assert data.residual is not None
     residual = data.residual
     figure = Figure(figsize=(WIDTH_IN, 2.6), layout="constrained")
@@ -110,7 +110,7 @@ def draw_residual(data: SensorData) -> Figure:
     for k, colour in enumerate(XYZ[: residual.values.shape[1]]):
         _line(axis, residual.time_s, residual.values[:, k], color=colour, alpha=0.8, label=_label(data, k))
     clip_outliers(axis, residual.values)
-    axis.set(xlabel=f"time ({time_scale(residual.time_s)[1]})", ylabel="left (nT)")
+    axis.set(xlabel=f"time ({time_scale(residual.time_s)[1]})", ylabel="residual (nT)")
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
@@ -121,7 +121,7 @@ def _label(data: SensorData, k: int) -> str:
 
 
 def draw_spectrum(data: SensorData) -> Figure:
-    """Amplitude density of the residual, its background, tones, and where the mains would appear."""
+    """Draw the amplitude density of the residual, the local background, tones, and aliases of the mains."""
     assert data.residual is not None
     residual = data.residual
     found = spectrum(residual.time_s, residual.values)
@@ -138,7 +138,7 @@ def draw_spectrum(data: SensorData) -> Figure:
 
 
 def _draw_density(axis: Any, data: SensorData, found: Spectrum) -> None:
-    """Each axis' amplitude density, pale, and its local background, bold."""
+    """Draw the amplitude density of each axis, pale, and the local background, bold."""
     for k, colour in enumerate(XYZ[: found.density.shape[1]]):
         frequency, density = envelope(found.frequency_hz[1:], np.sqrt(found.density[1:, k]), 1500)
         axis.loglog(frequency, density, color=colour, linewidth=0.5, alpha=0.6)
@@ -159,7 +159,7 @@ def _mark_tones(axis: Any, found: list[Tone]) -> None:
 
 
 def _mark_mains(axis: Any, rate_hz: float, lowest_hz: float) -> None:
-    """Where the mains would appear at this rate."""
+    """Mark the aliases of 50 Hz and 60 Hz at the sample rate."""
     for name, side in (("50 Hz", "right"), ("60 Hz", "left")):
         alias = mains_aliases(rate_hz)[name]
         if alias > lowest_hz:
@@ -168,13 +168,13 @@ def _mark_mains(axis: Any, rate_hz: float, lowest_hz: float) -> None:
 
 
 def _thinned(x: Array, y: Array) -> tuple[Array, Array]:
-    """About evenly spaced points of a curve on a logarithmic axis."""
+    """Return points of a curve that are about evenly spaced on a logarithmic axis."""
     rows = np.unique(np.round(np.geomspace(1, len(x), 400)).astype(int)) - 1
     return x[rows], y[rows]
 
 
 def draw_allan(data: SensorData) -> Figure:
-    """Allan deviation of the residual against that of its white noise alone."""
+    """Draw the Allan deviation of the residual, and of white noise alone."""
     assert data.residual is not None
     residual = data.residual
     figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
@@ -190,7 +190,7 @@ def draw_allan(data: SensorData) -> Figure:
 
 
 def draw_low_digits(data: SensorData) -> Figure:
-    """How often each low digit occurs: the converter's last four bits, or where values lie within the noise."""
+    """Draw how often each low digit occurs: the converter's last four bits, or the position within the noise."""
     figure = Figure(figsize=(WIDTH_IN, 2.6), layout="constrained")
     for k, (axis, lattice) in enumerate(zip(figure.subplots(1, 3), data.lattices, strict=True)):
         values = data.series.mag_nT[data.fresh, k]

@@ -1,4 +1,4 @@
-"""Pictures of the motion: path, attitude, temperature, motor currents."""
+"""Plots of the motion: path, attitude, temperature, motor currents."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STRETCH = 4.0
 
 @dataclass(frozen=True)
 class _Row:
-    """A quantity over time: label of its axis, values (n,) or (n, k), their colours, and their names if several."""
+    """Quantity over time: axis label, values (n,) or (n, k), colours, and names of the k series."""
 
     label: str
     values: Array
@@ -30,7 +30,7 @@ class _Row:
 
 
 def draw_path(outcome: Outcome) -> Figure:
-    """The true path: in space, from above, and height over time; coloured by phase."""
+    """Draw the true path in space, from above, and as height over time, coloured by phase."""
     figure = Figure(figsize=(WIDTH_IN, 4.4), layout="constrained")
     grid = figure.add_gridspec(1, 3, width_ratios=(1.45, 1, 1))
     space: Any = figure.add_subplot(grid[0], projection="3d")
@@ -46,7 +46,7 @@ def draw_path(outcome: Outcome) -> Figure:
 
 
 def _draw_phases(outcome: Outcome, space: Any, above: Any, height: Any) -> None:
-    """The path on three axes, a colour a phase; each label is named once."""
+    """Draw the path on three axes, a colour per phase; each label is named once."""
     scale, _ = time_scale(outcome.recording.time_s)
     colours, named = phase_colours(outcome), set[str]()
     for label, first, last in outcome.phases():
@@ -74,7 +74,7 @@ def _frame_space(axis: Any, pos_m: Array) -> None:
 
 
 def draw_vehicle(outcome: Outcome) -> Figure:
-    """Attitude, temperature and motor currents over time, as far as recorded."""
+    """Draw attitude, temperature and motor currents over time, as far as recorded."""
     rows = _vehicle_rows(outcome)
     figure = Figure(figsize=(WIDTH_IN, 1.55 * len(rows) + 0.4), layout="constrained")
     axes = figure.subplots(len(rows), 1, sharex=True)
@@ -89,7 +89,7 @@ def draw_vehicle(outcome: Outcome) -> Figure:
 
 
 def _vehicle_rows(outcome: Outcome) -> list[_Row]:
-    """What is recorded of the vehicle, a row a quantity."""
+    """Return the recorded quantities of the vehicle, a row each."""
     recording, attitude = outcome.recording, euler_deg(outcome.truth.q)
     rows = [
         _Row("yaw, unwrapped (°)", np.unwrap(attitude[:, 0], period=360), XYZ[:1]),

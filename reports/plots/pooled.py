@@ -1,4 +1,4 @@
-"""Pictures of several recordings: each effect's coefficients by recording, and the gaps before and after."""
+"""Plots of a pooled diagnosis: each effect's coefficients by recording, and gaps before and after."""
 
 from __future__ import annotations
 
@@ -11,38 +11,36 @@ from diagnosis.result import Named, parameters
 from diagnosis.several.common_effects import Common
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.transfer import There
-from reports.gap_series import block_length, block_means
-from reports.palette import LINES, RAW, SOFT
-from reports.plots.diagnosis import AFTER, BEFORE
+from reports.palette import AFTER, BEFORE, LINES, RAW, SOFT
+from reports.plots.diagnosis import draw_block_means
 from reports.plots.style import WIDTH_IN
-from scenarios.arrays import Array
 from validation.text import symbol
 
-MOST_COLUMNS, FINE, COARSE = 3, 1500, 200
-"""Panels beside each other; points of the pale and of the bold lines over time."""
+MOST_COLUMNS = 3
+"""Largest number of panels in a row."""
 
 
-def draw_coefficients(found: PooledDiagnosis, one: Common) -> Figure:
-    """Every component of an effect's parameters by recording with its 95 % interval; the band is the pooled one's."""
+def draw_coefficients(pooled: PooledDiagnosis, one: Common) -> Figure:
+    """Draw every component of an effect's parameters by recording with 95 % interval; band: the pooled interval."""
     panels = _panels(one)
     columns = min(len(panels), MOST_COLUMNS)
     rows = -(-len(panels) // columns)
-    height = 0.3 * len(found.names) + 1.1
+    height = 0.3 * len(pooled.names) + 1.1
     figure = Figure(figsize=(WIDTH_IN, rows * height + 0.3), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
     for axis in axes.ravel()[len(panels) :]:
         axis.set_visible(False)
     for axis, (name, index, label) in zip(axes.ravel(), panels, strict=False):
-        _draw_component(axis, found, one, name, index)
+        _draw_component(axis, pooled, one, name, index)
         axis.set_xlabel(label)
     for axis in axes[:, 0]:
-        axis.set_yticks(range(len(found.names)), found.names)
-        axis.set_ylim(len(found.names) - 0.4, -0.6)
+        axis.set_yticks(range(len(pooled.names)), pooled.names)
+        axis.set_ylim(len(pooled.names) - 0.4, -0.6)
     return figure
 
 
 def _panels(one: Common) -> list[tuple[str, int, str]]:
-    """Parameter, component and label of what differs from zero anywhere; what has an interval, if anything has."""
+    """Return parameter, component and label of each panel: fitted parameters, or all numbers where none was fitted."""
     known = parameters(one.named)
     fitted = [name for name, p in known.items() if p["low"] is not None]
     names = fitted or [name for name, p in known.items() if not isinstance(p["value"], str)]
@@ -63,7 +61,7 @@ def _parts(name: str, size: int) -> tuple[str, ...]:
 
 
 def _component(one: Named, name: str, index: int) -> tuple[float, float, float]:
-    """Value and ends of the interval; the value itself where there is none."""
+    """Return value and interval of a component; without an interval, the value three times."""
     p = parameters(one)[name]
     value = float(np.ravel(p["value"])[index])
     if p["low"] is None:
@@ -71,39 +69,33 @@ def _component(one: Named, name: str, index: int) -> tuple[float, float, float]:
     return value, float(np.ravel(p["low"])[index]), float(np.ravel(p["high"])[index])
 
 
-def _draw_component(axis: Any, found: PooledDiagnosis, one: Common, name: str, index: int) -> None:
+def _draw_component(axis: Any, pooled: PooledDiagnosis, one: Common, name: str, index: int) -> None:
     value, low, high = _component(one.named, name, index)
     axis.axvspan(low, high, color=LINES[0], alpha=0.15, linewidth=0)
     axis.axvline(value, color=LINES[0], linewidth=1.0)
     axis.axvline(0.0, color=SOFT, linewidth=0.7, linestyle=":")
-    for row, (mine, says) in enumerate(zip(one.each, one.there, strict=True)):
-        if mine is None:
+    for row, (own, finding) in enumerate(zip(one.each, one.there, strict=True)):
+        if own is None:
             continue
-        v, a, b = _component(mine, name, index)
-        colour = {There.PRESENT: LINES[0], There.ABSENT: LINES[1]}.get(says, RAW)
+        v, a, b = _component(own, name, index)
+        colour = {There.PRESENT: LINES[0], There.ABSENT: LINES[1]}.get(finding, RAW)
         axis.errorbar(v, row, xerr=[[v - a], [b - v]], fmt="o", color=colour, markersize=4, capsize=3)
 
 
-def draw_gaps(found: PooledDiagnosis) -> Figure:
-    """Measured minus simulated over time, one row a recording: before, and after with the others' coefficients."""
-    figure = Figure(figsize=(WIDTH_IN, 1.6 * len(found.names) + 0.8), layout="constrained")
-    axes = figure.subplots(len(found.names), 1, squeeze=False)[:, 0]
+def draw_gaps(pooled: PooledDiagnosis) -> Figure:
+    """Draw measured minus simulated over time, a row per recording: before, and after with the others' coefficients."""
+    figure = Figure(figsize=(WIDTH_IN, 1.6 * len(pooled.names) + 0.8), layout="constrained")
+    axes = figure.subplots(len(pooled.names), 1, squeeze=False)[:, 0]
     for axis, name, own, before, after in zip(
-        axes, found.names, found.each, found.before_nT, found.after_nT, strict=True
+        axes, pooled.names, pooled.each, pooled.before_nT, pooled.after_nT, strict=True
     ):
         component = int(np.argmax((before**2).sum(axis=0)))
         time_s = own.problem.state.time_s
         for gap, colour, label in ((before, BEFORE, "before"), (after, AFTER, "after")):
-            _draw_line(axis, time_s, gap[:, component], own.problem.usable, colour, label)
+            draw_block_means(axis, time_s, gap[:, component], own.problem.usable, colour, label)
         axis.set_ylabel(f"{'xyz'[component] if before.shape[1] == 3 else 'strength'} (nT)")
         axis.set_title(name)
         axis.set_xlim(time_s[0], time_s[-1])
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     axes[-1].set_xlabel("time (s)")
     return figure
-
-
-def _draw_line(axis: Any, time_s: Array, gap: Array, usable: Array, colour: str, label: str) -> None:
-    for most, style in ((FINE, {"alpha": 0.3}), (COARSE, {"linewidth": 1.6, "label": label})):
-        length = block_length(len(gap), most)
-        axis.plot(block_means(time_s, length), block_means(gap, length, usable), color=colour, **style)

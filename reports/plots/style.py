@@ -1,4 +1,4 @@
-"""How the report's pictures look, and how a figure becomes part of a page."""
+"""Style of the plots, and figures as data addresses for pages."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ from validation.text import digits
 WIDTH_IN = 11.0
 SVG_POINTS = 10_000
 DPI, TALL_DPI, TALL_IN = 140, 100, 12.0
-Draw = Callable[[Outcome], Figure]
 STYLE: dict[str, Any] = {
     "font.size": 9,
     "axes.titlesize": 9.5,
@@ -50,18 +49,18 @@ STYLE: dict[str, Any] = {
 
 
 def styled() -> AbstractContextManager[None]:
-    """Within, figures are drawn in the report's style."""
+    """Return a context in which figures are drawn in the report's style."""
     return matplotlib.rc_context(STYLE)
 
 
 def styled_data_url(draw: Callable[[], Figure]) -> str:
-    """A figure, drawn in the report's style, as a data address."""
+    """Return a figure, drawn in the report's style, as a data address."""
     with styled():
         return data_url(draw())
 
 
 def data_url(figure: Figure) -> str:
-    """A figure as a data address: SVG while its lines have few points, else PNG."""
+    """Return a figure as a data address: SVG for few points, else PNG."""
     points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
     kind, mime = ("svg", "svg+xml") if points <= SVG_POINTS else ("png", "png")
     file = io.BytesIO()
@@ -71,13 +70,13 @@ def data_url(figure: Figure) -> str:
 
 
 def time_scale(time_s: Array) -> tuple[float, str]:
-    """Seconds in the unit of a time axis, and its name."""
+    """Return the length of a time axis' unit in seconds, and the unit's name."""
     length_s = float(np.ptp(time_s)) if len(time_s) else 0.0
     return (1.0, "s") if length_s < 600 else (60.0, "min") if length_s < 3 * 3600 else (3600.0, "h")
 
 
 def draw_phase_bands(axes: list[Any], outcome: Outcome, *, labelled: bool = True) -> None:
-    """The motion's phases behind time axes, labelled above the first."""
+    """Draw the motion's phases behind time axes, labelled above the first."""
     scale, _ = time_scale(outcome.recording.time_s)
     time = outcome.recording.time_s / scale
     colours, stretches = phase_colours(outcome), outcome.phases()
@@ -93,7 +92,7 @@ def draw_phase_bands(axes: list[Any], outcome: Outcome, *, labelled: bool = True
 
 
 def draw_lines(axis: Any, outcome: Outcome, values: Array, colours: tuple[str, ...], **style: Any) -> None:
-    """Values (n,) or (n, k) over time, thinned so that spikes stay visible."""
+    """Draw values (n,) or (n, k) over time, thinned with spikes kept."""
     scale, _ = time_scale(outcome.recording.time_s)
     time, thin = envelope(outcome.recording.time_s / scale, values)
     columns = thin[:, None] if thin.ndim == 1 else thin
@@ -103,7 +102,7 @@ def draw_lines(axis: Any, outcome: Outcome, values: Array, colours: tuple[str, .
 
 
 def label_time_axis(axis: Any, outcome: Outcome) -> None:
-    """Label and limits of a time axis."""
+    """Set label and limits of a time axis."""
     scale, unit = time_scale(outcome.recording.time_s)
     time_s = outcome.recording.time_s
     axis.set_xlabel(f"time ({unit})")
@@ -112,7 +111,7 @@ def label_time_axis(axis: Any, outcome: Outcome) -> None:
 
 
 def clip_outliers(axis: Any, values: Array, outliers: float = 8.0) -> None:
-    """Cut the value axis where rare outliers would flatten the rest, and say on the plot how far they reach."""
+    """Cut the value axis where rare outliers would flatten the curve, and note the outliers' size on the plot."""
     size = np.abs(values[np.isfinite(values)])
     usual, most = (float(np.quantile(size, 0.99)), float(size.max())) if size.size else (0.0, 0.0)
     if 0 < outliers * usual < most:

@@ -1,1 +1,1 @@
-"""Results in words and rows, which pages, recordings and the terminal share."""
+"""Results as sentences and table rows, shared by pages, viewer recordings and terminal."""

@@ -1,4 +1,4 @@
-"""A diagnosis in words and rows: what the report and the terminal share."""
+"""Sentences and table rows of a diagnosis."""
 
 from __future__ import annotations
 
@@ -7,21 +7,22 @@ from collections.abc import Iterator
 import numpy as np
 
 from diagnosis.result import Diagnosis, Named, parameters
+from diagnosis.several.result import PooledDiagnosis
 from reports.gap_series import compared_series, rms_nT
 from sim.effects.parameters import ACTIVE_WINDOW
 from validation.text import digits, short
 
 
-def headline(found: Diagnosis) -> str:
-    """Verdict, sentence and what to do next."""
-    lines = [f"verdict: {found.verdict} ({found.verdict.meaning})", found.sentence]
-    if found.advice:
-        lines += ["", "what to do next", *(f"{i}. {line}" for i, line in enumerate(found.advice, start=1))]
+def headline(diagnosis: Diagnosis | PooledDiagnosis) -> str:
+    """Return verdict, sentence and advice."""
+    lines = [f"verdict: {diagnosis.verdict} ({diagnosis.verdict.meaning})", diagnosis.sentence]
+    if diagnosis.advice:
+        lines += ["", "what to do next", *(f"{i}. {line}" for i, line in enumerate(diagnosis.advice, start=1))]
     return "\n".join(lines)
 
 
 def parameter_rows(one: Named) -> Iterator[tuple[str, str, str | None, str | None, str]]:
-    """Name, value, ends of the 95 % interval (None: not known) and unit of the parameters that are in use."""
+    """Yield name, value, ends of the 95 % interval (None: unknown) and unit of the parameters in use."""
     for name, p in parameters(one).items():
         if p["low"] is not None:
             yield name, short(p["value"]), short(p["low"]), short(p["high"]), p["unit"]
@@ -34,11 +35,11 @@ def parameter_rows(one: Named) -> Iterator[tuple[str, str, str | None, str | Non
 PART_HEADS = ("from, s", "to, s", "phase", "heading", "gap, nT rms", "over the noise")
 
 
-def part_rows(found: Diagnosis) -> list[tuple[str, ...]]:
-    """The parts of the run in which the gap's size is steady, in time: `PART_HEADS`; none where it is one."""
-    if len(found.parts) < 2:
+def part_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
+    """Return the parts of the run with steady size of the gap, by time: `PART_HEADS`; empty for a single part."""
+    if len(diagnosis.parts) < 2:
         return []
-    rows = [(one.stretch, one.rms_nT, one.rms_sigma) for one in found.parts]
+    rows = [(one.stretch, one.rms_nT, one.rms_sigma) for one in diagnosis.parts]
     return [
         (
             digits(when.from_s),
@@ -55,26 +56,26 @@ def part_rows(found: Diagnosis) -> list[tuple[str, ...]]:
 CANDIDATE_HEADS = ("candidate", "evidence, nats", "needed, nats", "alone, nT", "outcome")
 
 
-def candidate_rows(found: Diagnosis) -> list[tuple[str, ...]]:
-    """Every candidate as it was judged, the strongest first: `CANDIDATE_HEADS`; alone: rms beside the refitted iron."""
-    noise = found.gap.noise_nT
+def candidate_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
+    """Return every tested candidate, the strongest first: `CANDIDATE_HEADS`; alone: rms with iron refitted."""
+    noise = diagnosis.gap.noise_nT
     return [
         (one.name, digits(one.nats), digits(one.needed), digits(one.evidence.strength * noise), one.outcome)
-        for one in found.ranking
+        for one in diagnosis.ranking
     ]
 
 
-def gap_rows(found: Diagnosis) -> list[tuple[str, ...]]:
-    """The gap as rows: what, rms before and after in nT, and in units of the noise, and the share explained."""
-    gap = found.gap
+def gap_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
+    """Return the gap as rows: description, rms before and after in nT and in units of the noise, share explained."""
+    gap = diagnosis.gap
     share = "no gap" if gap.explained is None else f"{100 * gap.explained:.1f} %"
     sizes = [digits(v) for v in (gap.before_nT, gap.after_nT, gap.before_sigma, gap.after_sigma)]
-    rows: list[tuple[str, ...]] = [("held-out segments, iron fitted anew", *sizes, share)]
+    rows: list[tuple[str, ...]] = [("held-out segments, iron refitted", *sizes, share)]
     if gap.explained is not None:
         beyond = [digits(v) for v in gap.structure_nT]
-        rows.append((f"of this, structure beyond {digits(gap.noise_nT)} nT of noise", *beyond, "", "", ""))
-    if found.problem.mode == "vector":
-        both = compared_series(found)
-        sizes = [digits(rms_nT(found, both.measured_nT - side)) for side in (both.before_nT, both.after_nT)]
-        rows.append(("whole recording, models as they stand", *sizes, "", "", ""))
+        rows.append((f"structure beyond {digits(gap.noise_nT)} nT of noise", *beyond, "", "", ""))
+    if diagnosis.problem.mode == "vector":
+        both = compared_series(diagnosis)
+        sizes = [digits(rms_nT(diagnosis, both.measured_nT - side)) for side in (both.before_nT, both.after_nT)]
+        rows.append(("whole recording, models without refit", *sizes, "", "", ""))
     return rows

@@ -1,4 +1,4 @@
-"""What gates say to people: a sentence a verdict, the smallest defect it could have seen, and what to do."""
+"""Sentences and table rows of gates: verdict, smallest detectable defect, remedy."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ HEADS = ("gate", "verdict", "measured", "limit", "trials", "smallest defect seen
 
 
 def headline(outcomes: Sequence[GateOutcome]) -> str:
-    """How many gates failed and were left undecided; else how many passed."""
+    """Return the number of failed and undecided gates; without either, the number of passed gates."""
     number = {verdict: sum(one.verdict == verdict for one in outcomes) for verdict in MARKS}
     parts = [f"{number['fail']} of {counted(len(outcomes), 'gate')} failed"] if number["fail"] else []
     if number["inconclusive"]:
-        parts.append(f"{number['inconclusive']} left undecided")
+        parts.append(f"{number['inconclusive']} undecided")
     return ", ".join(parts) or f"{counted(len(outcomes), 'gate')} passed"
 
 
 def gate_rows(outcomes: Sequence[GateOutcome]) -> list[tuple[str, ...]]:
-    """A row a gate, with HEADS."""
+    """Return a row per gate: `HEADS`."""
     return [
         (
             one.plan.gate.name,
@@ -39,7 +39,7 @@ def gate_rows(outcomes: Sequence[GateOutcome]) -> list[tuple[str, ...]]:
 
 
 def sentence(outcome: GateOutcome) -> str:
-    """What was measured, the limit, and in how many trials it was exceeded."""
+    """Return the measured value, the limit, and the number of trials over the limit."""
     gate, k = outcome.plan.gate, int(outcome.decision.exceeded.sum())
     quantile = "median" if gate.quantile == 0.5 else f"{100 * gate.quantile:g} % quantile of"
     measured = f"is {value_with_unit(outcome, outcome.measured)}" if np.isfinite(outcome.measured) else "has no value"
@@ -51,18 +51,18 @@ def sentence(outcome: GateOutcome) -> str:
 
 
 def detectable_defect(outcome: GateOutcome) -> str:
-    """The smallest defect that the gate could have seen, with which probability, within how many trials."""
+    """Return the smallest defect that the gate detects, with the probability and the number of trials."""
     chance = f"{100 * outcome.plan.gate.power:g} %, within {counted(outcome.plan.max_trials, 'trial')}"
     factor = f": {figure(outcome.factor_seen)} times what was measured" if np.isfinite(outcome.smallest_seen) else ""
     return f"smallest defect that this gate catches ({chance}): {_defect(outcome)}{factor}"
 
 
 def advice(outcome: GateOutcome) -> str:
-    """What to do about a verdict that is not `pass`."""
+    """Return the remedy for a verdict other than `pass`."""
     if outcome.verdict == "pass":
         return ""
     if outcome.verdict == "fail":
-        return "find what changed since it last passed; raise the limit only if the new score is meant"
+        return "find what changed since the last pass; raise the limit only if the new score is intended"
     more = outcome.more_trials
     if more is None:
         return f"no number of trials up to {MOST_TRIALS:,} decides at this rate; set a limit farther from the score"
@@ -71,7 +71,7 @@ def advice(outcome: GateOutcome) -> str:
 
 
 def value_with_unit(outcome: GateOutcome, value: float) -> str:
-    """A finite value that the limit is held against: in the score's unit, or as a multiple."""
+    """Return a finite value of the gate as text: in the score's unit, or as a multiple of the reference."""
     gate = outcome.plan.gate
     if gate.kind == "limit":
         return f"{figure(value)} {gate.unit}".strip()

@@ -1,4 +1,4 @@
-"""Findings as rows of a table."""
+"""Table rows of an inspection's findings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST_NUMBERS = 3
 
 
 def finding_rows(inspection: Inspection) -> list[list[str]]:
-    """Rows (what, mark, value, unit, sentence); the mark is "!" for a warning and "·" for a note."""
+    """Return rows (name, mark, value, unit, sentence); mark "!": warning, "·": note."""
     return [
         [f"{finding.section}: {finding_name(finding)}", MARKS[finding.level], *value_and_unit(finding), finding.text]
         for finding in inspection.findings
@@ -23,12 +23,12 @@ def finding_rows(inspection: Inspection) -> list[list[str]]:
 
 
 def finding_name(finding: Finding) -> str:
-    """A finding's name for readers, with the sensor of an array."""
+    """Return a finding's name for readers, with the sensor of an array."""
     return finding.name.replace("_", " ") + ("" if finding.sensor is None else f", sensor {finding.sensor}")
 
 
 def value_and_unit(finding: Finding) -> tuple[str, str]:
-    """A finding's value where it is a number or a few, and its unit."""
+    """Return a finding's value, if at most a few numbers, and the unit."""
     text = _text(finding.value)
     return text, finding.unit if text else ""
 

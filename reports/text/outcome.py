@@ -1,4 +1,4 @@
-"""An outcome in words and numbers: what the report's text and the recording's notes share."""
+"""Sentences and table rows of a run's outcome."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ from validation.scoring.scores import Score
 from validation.text import digits, duration, plainly, sentence, symbol, words
 
 CALIBRATORS_A_TABLE = 4
-ALIGNED = "† after the rotation that the field's strength alone cannot tell was taken out."
+ALIGNED = "† after removal of the rotation, which the field strength cannot determine."
 STATUS_WORDS = {
     "ok": "ok", "not_converged": "not converged", "unobservable": "unobservable", "not_applicable": "not applicable",
 }  # fmt: skip
 
 
 def rms_length(values: Array) -> float:
-    """Root mean square of the finite values (n,); of vectors (n, 3), of their lengths."""
+    """Return the root mean square of the finite values (n,); of vectors (n, 3), of their lengths."""
     square = values**2 if values.ndim == 1 else np.sum(values**2, axis=1)
     finite = square[np.isfinite(square)]
     return float(np.sqrt(np.mean(finite))) if finite.size else float("nan")
 
 
 def duration_s(outcome: Outcome) -> float:
-    """Length of the recording."""
+    """Return the length of the recording."""
     return float(outcome.recording.time_s[-1] - outcome.recording.time_s[0])
 
 
 def scenario_description(outcome: Outcome) -> str:
-    """The scenario in a few sentences."""
+    """Return a description of the scenario in a few sentences."""
     scenario, field = outcome.scenario, outcome.scenario.field
     phases = ", ".join(dict.fromkeys(words(label) for label, _, _ in outcome.phases()))
     place = (
@@ -58,14 +58,14 @@ def scenario_description(outcome: Outcome) -> str:
     )
 
 
-FAILED_LAST = "Failed, and so ranked last whatever the error:"
-"""What stands before the failures."""
-ONE_RUN = "This is one run. How sure it is, many tell:"
-"""What stands before the command that compares."""
+FAILED_LAST = "Failed and ranked last:"
+"""Text before the failures."""
+ONE_RUN = "This is a single run. For confidence intervals over many runs:"
+"""Text before the command that compares."""
 
 
 def headline(outcome: Outcome) -> str:
-    """The answer and what stands against it, as Markdown that a terminal can show too."""
+    """Return answer, failures and caveats as Markdown, readable on a terminal too."""
     found = outcome.answer()
     paragraphs = [sentence(found.sentence)]
     if found.failed:
@@ -74,28 +74,29 @@ def headline(outcome: Outcome) -> str:
     return "\n\n".join([*paragraphs, f"{ONE_RUN} `{compare_command(outcome)}`"])
 
 
-def failed_calibrators(found: Recommendation) -> list[tuple[str, str]]:
-    """Who failed, with the status, and why; best first."""
+def failed_calibrators(recommendation: Recommendation) -> list[tuple[str, str]]:
+    """Return name with status, and reason, of each failed calibrator, best first."""
     return [
-        (f"{name} ({STATUS_WORDS[status.kind]})", _one_line(status.reason)) for name, status in found.failed.items()
+        (f"{name} ({STATUS_WORDS[status.kind]})", _one_line(status.reason))
+        for name, status in recommendation.failed.items()
     ]
 
 
 def compare_command(outcome: Outcome) -> str:
-    """The command that runs the scenario many times; one that is not in the catalogue is named by its file.
+    """Return the command that runs the scenario many times; a scenario outside the catalogue appears as SCENARIO.toml.
 
-    What else the run was given, such as --set, has to be given again.
+    Options of the run, such as --set, have to be added.
     """
     name = outcome.scenario.name
     return f"magbench compare {name if name in scenario_names() else 'SCENARIO.toml'} --trials 100"
 
 
 def score_table(outcome: Outcome) -> dict[str, Any]:
-    """Calibrators x scores: best first; the score that ranks first, in-sample scores last, as they rank nothing.
+    """Return the table of calibrators and scores, best first; the ranking score stands first.
 
-    heads: name, unit, in_sample, ranks (orders the rows), meaning; rows: name, kind, status, time, cells;
-    by: the ordering score in words; aligned: whether a cell carries the mark of a removed rotation; meanings: of
-    every score in the table.
+    heads: name, unit, in_sample, ranks (orders the rows), meaning; rows: name, kind, status, time, cells; by: the
+    ranking score in words; aligned: whether a cell has the mark of a removed rotation; meanings: of every score in
+    the table. In-sample scores stand last and rank nothing.
     """
     by = outcome.ranking()[1]
     given = {s.name for s in _every_score(outcome)}
@@ -120,7 +121,7 @@ def _every_score(outcome: Outcome) -> Iterator[Score]:
 
 
 def _head(one: ScoreDefinition, by: str) -> dict[str, Any]:
-    """The head of a score's column."""
+    """Return the head of a score's column."""
     return {
         "name": one.short,
         "unit": symbol(one.unit),
@@ -131,14 +132,14 @@ def _head(one: ScoreDefinition, by: str) -> dict[str, Any]:
 
 
 def _table_row(outcome: Outcome, name: str, shown: Sequence[ScoreDefinition]) -> dict[str, Any]:
-    """The row of a calibrator, or of the raw measurement."""
+    """Return the row of a calibrator, or of the raw measurement."""
     scores = {s.name: s for s in outcome.scores.get(name, [])}
     cells = [_cell(scores.get(one.name)) for one in shown]
     return {"name": name, **_fit_in_words(outcome.calibrations.get(name)), "cells": cells}
 
 
 def _fit_in_words(calibration: Calibration | None) -> dict[str, Any]:
-    """Status and time of a fit; of the raw measurement, which is none, dashes."""
+    """Return status and time of a fit; dashes for the raw measurement."""
     if calibration is None:
         return {"kind": "", "status": "–", "time": NO_CELL}
     status, wall_s = calibration.status, calibration.wall_s
@@ -147,7 +148,7 @@ def _fit_in_words(calibration: Calibration | None) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ScoreCell:
-    """What a table shows, and the number that sorts it; None for none."""
+    """Text of a table cell and the number that sorts the column; None without a number."""
 
     text: str
     value: float | None
@@ -165,14 +166,14 @@ def _cell(score: Score | None) -> ScoreCell:
 
 
 def notes_markdown(outcome: Outcome) -> str:
-    """What was simulated and how each calibrator did, as Markdown: a column a calibrator, a few to a table."""
+    """Return scenario and scores as Markdown, a column per calibrator, at most CALIBRATORS_A_TABLE to a table."""
     table = score_table(outcome)
     lines = [f"# {outcome.scenario.name}", "", headline(outcome), ""]
     lines += [outcome.scenario.summary, "", scenario_description(outcome)]
     if astray := warning([outcome.tracking]):
-        lines += ["", f"**Beware: {astray}.**"]
+        lines += ["", f"**Warning: {astray}.**"]
     if outcome.sensors > 1:
-        lines += ["", f"Of the {outcome.sensors} magnetometers this recording shows sensor 1."]
+        lines += ["", f"Of the {outcome.sensors} magnetometers the recording shows sensor 1."]
     for first in range(0, len(table["rows"]), CALIBRATORS_A_TABLE):
         lines += ["", *_columns(table["heads"], table["rows"][first : first + CALIBRATORS_A_TABLE])]
     lines += ["", *(f"- {one.short}: {one.explained}" for one in table["meanings"])]
@@ -181,7 +182,7 @@ def notes_markdown(outcome: Outcome) -> str:
 
 
 def _columns(heads: list[dict[str, Any]], rows: list[dict[str, Any]]) -> list[str]:
-    """Lines of a table with a column for each of these calibrators."""
+    """Return the lines of a table with a column for each calibrator."""
     names = [f"{h['name']} ({h['unit'] or '–'})" for h in heads]
     cells = [_row([name, *(row["cells"][k].text for row in rows)]) for k, name in enumerate(names)]
     top = [_row(["", *(row["name"] for row in rows)]), _row(["---"] * (1 + len(rows)))]

@@ -1,4 +1,4 @@
-"""Several recordings together in words and rows: what the report and the terminal share."""
+"""Sentences and table rows of a pooled diagnosis."""
 
 from __future__ import annotations
 
@@ -11,26 +11,18 @@ from diagnosis.several.sentence import reach_of
 from reports.text.diagnosis import parameter_rows
 from validation.text import digits
 
-POOLED = "together"
-"""What the pooled coefficient stands under."""
+POOLED = "pooled"
+"""First cell of the rows of the pooled coefficient."""
 
 
-def headline(found: PooledDiagnosis) -> str:
-    """Verdict, sentence and what to do next."""
-    lines = [f"verdict: {found.verdict} ({found.verdict.meaning})", found.sentence]
-    if found.advice:
-        lines += ["", "what to do next", *(f"{i}. {line}" for i, line in enumerate(found.advice, start=1))]
-    return "\n".join(lines)
-
-
-def coefficient_rows(found: PooledDiagnosis, one: Common) -> Iterator[tuple[str, ...]]:
-    """Recording, what it says, parameter, value, low, high, unit; the pooled value first."""
+def coefficient_rows(pooled: PooledDiagnosis, one: Common) -> Iterator[tuple[str, ...]]:
+    """Yield recording, finding, parameter, value, low, high, unit; the pooled value first."""
     for row in parameter_rows(one.named):
-        yield (POOLED, reach_of(one, found.among), *_cells(row))
-    for recording, says, mine in zip(found.names, one.there, one.each, strict=True):
-        rows = [] if mine is None else [row for row in parameter_rows(mine) if _is_own(row, one)]
+        yield (POOLED, reach_of(one, pooled.among), *_cells(row))
+    for recording, finding, own in zip(pooled.names, one.there, one.each, strict=True):
+        rows = [] if own is None else [row for row in parameter_rows(own) if _is_own(row, one)]
         for cells in map(_cells, rows) if rows else [("",) * 5]:
-            yield (recording, str(says), *cells)
+            yield (recording, str(finding), *cells)
 
 
 def _cells(row: tuple[str | None, ...]) -> tuple[str, ...]:
@@ -38,26 +30,26 @@ def _cells(row: tuple[str | None, ...]) -> tuple[str, ...]:
 
 
 def _is_own(row: tuple[str | None, ...], one: Common) -> bool:
-    """Whether a row of one recording is no setting that all of them share."""
+    """Return whether a parameter's row was fitted to the recording rather than shared by all."""
     return one.p is None or row[2] is not None
 
 
 def agreement_line(one: Common) -> str:
-    """The test of agreement in words."""
+    """Return the test of equal coefficients in words."""
     if one.p is None or one.chi2 is None or not one.degrees:
         return "sizes compared, no test"
     odds = "less than 0.001" if one.p < 1e-3 else f"{one.p:.2g}"
     test = f"chi-square {digits(one.chi2)} of {one.degrees}"
-    return f"equal coefficients differ as much by chance with probability {odds} ({test})"
+    return f"equal coefficients differ by chance this much or more with probability {odds} ({test})"
 
 
-def pooled_gap_rows(found: PooledDiagnosis) -> list[tuple[str, ...]]:
-    """A row a recording and one of all: rms before and after in nT, in units of the noise, share explained, verdict."""
+def pooled_gap_rows(pooled: PooledDiagnosis) -> list[tuple[str, ...]]:
+    """Return a row per recording and a row of all: rms before and after (nT, over noise), share explained, verdict."""
     rows = [
         (name, *_gap_cells(gap), str(own.verdict))
-        for name, gap, own in zip(found.names, found.gaps, found.each, strict=True)
+        for name, gap, own in zip(pooled.names, pooled.gaps, pooled.each, strict=True)
     ]
-    return [*rows, ("all", *_gap_cells(found.gap), str(found.verdict))]
+    return [*rows, ("all", *_gap_cells(pooled.gap), str(pooled.verdict))]
 
 
 def _gap_cells(gap: GapSize) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The rerun recording of a diagnosis: measured beside simulated, the gap before and after, over time and path."""
+"""Rerun recording of a diagnosis: measured and simulated, gap before and after, over time and along the path."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import rerun.blueprint as rrb
 from diagnosis.evidence.localise import channels
 from diagnosis.result import Diagnosis
 from reports.gap_series import (
-    MOST_BLOCKS,
     GapAlongPath,
     block_length,
     block_means,
@@ -20,8 +19,9 @@ from reports.gap_series import (
     has_path,
     hidden_by_iron_refit,
     relative_to_first,
+    value_axis_low,
 )
-from reports.palette import LINES, RAW, XYZ, rgb
+from reports.palette import AFTER, BEFORE, LINES, RAW, XYZ, rgb
 from reports.text.diagnosis import gap_rows
 from reports.viewer.stream import (
     MOST_POSES,
@@ -38,46 +38,45 @@ from scenarios.arrays import Array
 from validation.signals.thinning import every_nth
 
 MOST_ROWS = 100_000
-BEFORE, AFTER = LINES[1], LINES[0]
 LOW, HIGH = (86, 180, 233), (213, 60, 0)
 """Colours of the smallest and the largest gap along the path."""
 PLACE, VEHICLE = "world/place", "world/place/vehicle"
 Series = dict[str, Array]
 
 
-def diagnosis_recording(found: Diagnosis, title: str) -> bytes:
-    """The recording as the bytes of an .rrd file with its layout.
+def diagnosis_recording(diagnosis: Diagnosis, title: str) -> bytes:
+    """Return the recording with its layout as the bytes of an .rrd file.
 
-    On the timeline `time` (seconds since the first sample), one row a sample, means over blocks beyond MOST_ROWS:
-    `mag`, `simulated/before`, `simulated/after` (the models as they stand, along the measured motion), `difference/…`
-    (measured minus these) and `residual/…` (the same with hard and soft iron fitted anew: what the verdict rests on),
-    x, y, z in nT, body frame; without attitude `mag`, and `strength/measured`, `strength/before`, `strength/after`,
-    `residual/…` as one value; with roll and pitch `dip/…` too, and `residual/…` as two. `channel/<name>`: what the gap
-    goes with. Where recorded, `world`: path (m, ENU, from its first point), attitude, and the gap along them. What is
-    no measurement (a spike) is left out of the gap.
+    Timeline `time`: seconds since the first sample, one row per sample, block means beyond MOST_ROWS. Body axes in nT:
+    `mag`; `simulated/before`, `simulated/after`: models along the measured motion; `difference/…`: measured minus
+    simulated; `residual/…`: the difference with hard and soft iron refitted, basis of the verdict. Without attitude:
+    `mag`, and as scalars `strength/measured`, `strength/before`, `strength/after`, `residual/…`; with roll and pitch
+    also `dip/…`, and `residual/…` as two values. `channel/<name>`: channels that the gap follows. `world`, where
+    recorded: path (m, ENU, from the first point), attitude, and the gap along the path. Unusable samples
+    (spikes) are left out of the gap.
     """
-    length = block_length(len(found.problem.recording), MOST_ROWS)
-    series, where = _series(found), gap_along_path(found)
+    length = block_length(len(diagnosis.problem.recording), MOST_ROWS)
+    series, where = _series(diagnosis), gap_along_path(diagnosis)
 
     def fill(stream: rr.RecordingStream) -> None:
         stream.send_recording_name(title)
-        send_static(stream, "notes", rr.TextDocument(_notes(found, length), media_type="text/markdown"))
-        time_s = block_means(found.problem.state.time_s, length)
+        send_static(stream, "notes", rr.TextDocument(_notes(diagnosis, length), media_type="text/markdown"))
+        time_s = block_means(diagnosis.problem.state.time_s, length)
         for name, values in series.items():
-            usable = found.problem.usable if name.startswith(("residual/", "strength/", "dip/")) else None
+            usable = diagnosis.problem.usable if name.startswith(("residual/", "strength/", "dip/")) else None
             labels, colours = _style(name, values)
             send_scalars(stream, name, time_s, block_means(values, length, usable), labels, colours)
-        _send_space(stream, found, where)
+        _send_space(stream, diagnosis, where)
 
     # The viewer keeps a layout by this name: one a diagnosis, so that none opens with another's.
-    name = f"diagnosis_{zlib.crc32(found.before_nT.tobytes()):08x}"
-    return recording_bytes(name, _blueprint(found, where, series), fill)
+    name = f"diagnosis_{zlib.crc32(diagnosis.before_nT.tobytes()):08x}"
+    return recording_bytes(name, _blueprint(diagnosis, where, series), fill)
 
 
-def _series(found: Diagnosis) -> Series:
-    """Every series by its entity, at full length."""
-    both, problem = compared_series(found), found.problem
-    gap = {"residual/before": found.before_nT, "residual/after": found.after_nT}
+def _series(diagnosis: Diagnosis) -> Series:
+    """Return every series at full length, by entity."""
+    both, problem = compared_series(diagnosis), diagnosis.problem
+    gap = {"residual/before": diagnosis.before_nT, "residual/after": diagnosis.after_nT}
     if problem.mode == "vector":
         compared = {
             "mag": both.measured_nT,
@@ -94,7 +93,7 @@ def _series(found: Diagnosis) -> Series:
             for name, values in parts.items()
         }
     every = dict(channels(problem))
-    goes_with = {f"channel/{entity_name(name)}": every[name] for name, _, _ in found.where if name in every}
+    goes_with = {f"channel/{entity_name(name)}": every[name] for name, _, _ in diagnosis.where if name in every}
     return compared | gap | goes_with
 
 
@@ -110,10 +109,10 @@ def _style(name: str, values: Array) -> tuple[list[str], tuple[str, ...]]:
 # in space
 
 
-def _send_space(stream: rr.RecordingStream, found: Diagnosis, where: GapAlongPath) -> None:
-    recording = found.problem.recording
+def _send_space(stream: rr.RecordingStream, diagnosis: Diagnosis, where: GapAlongPath) -> None:
+    recording = diagnosis.problem.recording
     keep = every_nth(len(recording), MOST_POSES)
-    time_s = found.problem.state.time_s[keep]
+    time_s = diagnosis.problem.state.time_s[keep]
     send_static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     if recording.pos_enu_m is not None and has_path(where):
         pos_m = relative_to_first(recording.pos_enu_m)[keep]
@@ -144,7 +143,7 @@ def _send_gap_on_path(stream: rr.RecordingStream, where: GapAlongPath) -> None:
 
 
 def _send_gap_arrows(stream: rr.RecordingStream, where: GapAlongPath) -> None:
-    """The gap as arrows of the vehicle, before and after to one scale: the largest usual gap is one axis long."""
+    """Send the gap as arrows in the body frame, before and after to one scale: the 98 % quantile is one axis long."""
     full = _usual(where.before_nT)
     for name, gap, colour in (("before", where.before_nT, BEFORE), ("after", where.after_nT, AFTER)):
         if gap.shape[1] == 3:
@@ -154,7 +153,7 @@ def _send_gap_arrows(stream: rr.RecordingStream, where: GapAlongPath) -> None:
 
 
 def _usual(gap_nT: Array) -> float:
-    """The size that few gaps (m, q) exceed, above zero."""
+    """Return the 98 % quantile of the size of gaps (m, q), above zero."""
     size = np.linalg.norm(gap_nT, axis=1)
     size = size[np.isfinite(size)]
     return max(float(np.quantile(size, 0.98)) if len(size) else 0.0, 1e-9)
@@ -163,14 +162,14 @@ def _usual(gap_nT: Array) -> float:
 # layout and words
 
 
-def _blueprint(found: Diagnosis, where: GapAlongPath, series: Series) -> rrb.Blueprint:
+def _blueprint(diagnosis: Diagnosis, where: GapAlongPath, series: Series) -> rrb.Blueprint:
     notes = rrb.TextDocumentView(origin="notes", name="Diagnosis")
-    bottom = rrb.Horizontal(rrb.Tabs(*_plots(found, series), active_tab=0), notes, column_shares=[3, 2])
-    spaces = _spaces(found, where)
+    bottom = rrb.Horizontal(rrb.Tabs(*_plots(diagnosis, series), active_tab=0), notes, column_shares=[3, 2])
+    spaces = _spaces(diagnosis, where)
     return layout(rrb.Vertical(rrb.Horizontal(*spaces), bottom, row_shares=[2, 3]) if spaces else bottom)
 
 
-def _spaces(found: Diagnosis, where: GapAlongPath) -> list[rrb.Spatial3DView]:
+def _spaces(diagnosis: Diagnosis, where: GapAlongPath) -> list[rrb.Spatial3DView]:
     views = []
     if where.pos_m is not None and has_path(where):
         eye = camera_at(where.pos_m, 1.0)
@@ -179,7 +178,7 @@ def _spaces(found: Diagnosis, where: GapAlongPath) -> list[rrb.Spatial3DView]:
             title = f"Gap {name} along the path (blue small, red large)"
             view = rrb.Spatial3DView(origin="world", contents=contents, name=title, line_grid=False, eye_controls=eye)
             views.append(view)
-    if found.problem.recording.att_q is not None:
+    if diagnosis.problem.recording.att_q is not None:
         eye = rrb.EyeControls3D(position=(-1.6, -2.1, 1.3), look_target=(0, 0, 0))
         title = "Body axes; gap before (red), after (blue), enlarged"
         around = [f"{VEHICLE}/**"]
@@ -187,40 +186,34 @@ def _spaces(found: Diagnosis, where: GapAlongPath) -> list[rrb.Spatial3DView]:
     return views
 
 
-def _plots(found: Diagnosis, series: Series) -> list[rrb.Grid | rrb.TimeSeriesView]:
-    time_s = found.problem.state.time_s
+def _plots(diagnosis: Diagnosis, series: Series) -> list[rrb.Grid | rrb.TimeSeriesView]:
+    time_s = diagnosis.problem.state.time_s
 
     def pair(kind: str, title: str) -> rrb.Grid:
-        low = _lowest(series[f"{kind}/before"])
+        low = value_axis_low(series[f"{kind}/before"])
         names = {"before": "the model as given", "after": "the new model"}
         views = [time_view(f"{text} (nT)", time_s, f"{kind}/{part}", low=low) for part, text in names.items()]
         return rrb.Grid(*views, grid_columns=1, name=title)
 
-    vector = found.problem.mode == "vector"
-    tabs = [pair("residual", "Gap, iron fitted anew")]
-    tabs += [pair("difference", "Gap as the models stand")] if vector else []
-    tabs = tabs[::-1] if hidden_by_iron_refit(found) else tabs
-    together = [("mag", "simulated/**")] if vector else [(f"{one}/**",) for one in found.problem.outputs]
+    vector = diagnosis.problem.mode == "vector"
+    tabs = [pair("residual", "Gap, iron refitted")]
+    tabs += [pair("difference", "Gap, models without refit")] if vector else []
+    tabs = tabs[::-1] if hidden_by_iron_refit(diagnosis) else tabs
+    together = [("mag", "simulated/**")] if vector else [(f"{one}/**",) for one in diagnosis.problem.outputs]
     views = [time_view("Measured and simulated (nT)", time_s, *each) for each in together]
     tabs.append(views[0] if len(views) == 1 else rrb.Grid(*views, grid_columns=1, name="Measured and simulated (nT)"))
     beside = [time_view(name.partition("/")[2], time_s, name) for name in series if name.startswith("channel/")]
-    return [*tabs, *([rrb.Grid(*beside, grid_columns=2, name="Channels it goes with")] if beside else [])]
+    return [*tabs, *([rrb.Grid(*beside, grid_columns=2, name="Channels that the gap follows")] if beside else [])]
 
 
-def _lowest(gap_nT: Array) -> float | None:
-    """Where the value axis of a gap (n, q) begins, so that before and after have one scale."""
-    thin = block_means(gap_nT, block_length(len(gap_nT), MOST_BLOCKS))
-    return -1.5 * float(np.abs(thin).max()) or None
-
-
-def _notes(found: Diagnosis, length: int) -> str:
-    lines = [f"# {found.verdict}", "", found.sentence, "", *(f"- {line}" for line in found.advice), ""]
+def _notes(diagnosis: Diagnosis, length: int) -> str:
+    lines = [f"# {diagnosis.verdict}", "", diagnosis.sentence, "", *(f"- {line}" for line in diagnosis.advice), ""]
     lines += ["| gap, rms | before (nT) | after (nT) | explained |", "| --- | --- | --- | --- |"]
-    lines += [f"| {row[0]} | {row[1]} | {row[2]} | {row[-1]} |" for row in gap_rows(found)]
+    lines += [f"| {row[0]} | {row[1]} | {row[2]} | {row[-1]} |" for row in gap_rows(diagnosis)]
     lines += [""]
-    if found.where:
+    if diagnosis.where:
         lines += ["| channel | frame | share of the slow gap |", "| --- | --- | --- |"]
-        lines += [f"| {name} | {frame} | {100 * score:.0f} % |" for name, frame, score in found.where]
+        lines += [f"| {name} | {frame} | {100 * score:.0f} % |" for name, frame, score in diagnosis.where]
     if length > 1:
         lines += ["", f"Thinned: each point is the mean of {length} samples."]
     return "\n".join(lines) + "\n"

@@ -1,4 +1,4 @@
-"""The rerun recording of one outcome: vehicle in motion, field on its sphere, every series at full resolution."""
+"""Rerun recording of a run: vehicle in motion, field on the sphere, every series at full resolution."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ PLACE, VEHICLE = "world/place", "world/place/vehicle"
 
 
 def write_recording(outcome: Outcome, path: Path) -> None:
-    """Write the recording as one .rrd file with its layout.
+    """Write the recording with its layout as an .rrd file.
 
-    On the timeline `time` (seconds since the start of the run), each an entity of one row a sample:
-    `mag`, `true_field`, `effects/<name>`, `corrected/<calibrator>` (x, y, z in nT, body frame), `current` (A) and
-    `temperature` (degC) in float64 at full resolution; thinned by least and greatest value beyond 50 000 samples:
-    `norm/<what>`, `residual/<calibrator>` (see Outcome.residual_nT). In space, at most 20 000 poses: `world` (m, ENU)
-    and `cloud` (nT, body frame). Of an array it shows sensor 1.
+    Timeline `time`: seconds since the start of the run. Entities with a row per sample, float64: `mag`, `true_field`,
+    `effects/<name>`, `corrected/<calibrator>` (x, y, z in nT, body frame), `current` (A), `temperature` (degC). Beyond
+    50 000 samples thinned to least and greatest values: `norm/<name>`, `residual/<calibrator>` (see
+    Outcome.residual_nT). In space, at most 20 000 poses: `world` (m, ENU) and `cloud` (nT, body frame). Of an array,
+    sensor 1 is shown.
 
-    The file is made in memory, written beside `path` and renamed; on failure nothing is left.
-    Raises InputError where it cannot be written.
+    The file is made in memory, written beside `path` and renamed; a failure leaves no file. Raises InputError where the
+    file cannot be written.
     """
 
     def fill(stream: rr.RecordingStream) -> None:
@@ -105,7 +105,7 @@ def _send_vehicle(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> 
 
 
 def _frame(vehicle: Vehicle, body: str) -> str:
-    """Where the solids of a body of the model hang."""
+    """Return the entity that holds the solids of a body of the model."""
     return VEHICLE if body == vehicle.body else f"{PLACE}/{body}"
 
 
@@ -114,7 +114,7 @@ def _reach_m(outcome: Outcome) -> float:
 
 
 def _send_arrows(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> None:
-    """True and measured field as arrows of the vehicle, and their difference drawn to a scale of its own."""
+    """Send true and measured field as arrows in the body frame, and the difference on a larger scale."""
     reach = _reach_m(outcome)
     true_nT, mag_nT = outcome.truth.field_nT[keep], outcome.recording.mag_nT[keep]
     wrong_nT = mag_nT - true_nT
@@ -172,7 +172,7 @@ def _send_series(stream: rr.RecordingStream, outcome: Outcome) -> None:
 
 
 def _send_strengths(stream: rr.RecordingStream, outcome: Outcome) -> None:
-    """Strength of the raw, true and corrected fields."""
+    """Send the strength of the raw, true and corrected fields."""
     recording, truth = outcome.recording, outcome.truth
     fields = {"raw": recording.mag_nT, "truth": truth.field_nT, **{n: outcome.corrected[n] for n in outcome.shown()}}
     for (name, value), colour in zip(fields.items(), (RAW, TRUE, *_cycle(len(fields) - 1)[1:]), strict=True):
@@ -191,7 +191,7 @@ def _send_channels(stream: rr.RecordingStream, recording: Recording) -> None:
 
 
 def _cycle(count: int) -> tuple[str, ...]:
-    """Colours of `count` things: grey for the raw, then the palette round and round."""
+    """Return `count` colours: grey for the raw field, then the palette in a cycle."""
     return (RAW, *(LINES[k % len(LINES)] for k in range(count)))[:count]
 
 
@@ -245,5 +245,5 @@ def _plots(outcome: Outcome) -> list[rrb.TimeSeriesView | rrb.Grid]:
 
 
 def _grid(name: str, views: list[rrb.TimeSeriesView]) -> list[rrb.Grid]:
-    """Views side by side, none for none."""
+    """Return a grid of views in a list; an empty list for no views."""
     return [rrb.Grid(*views, grid_columns=round(len(views) ** 0.5), name=name)] if views else []

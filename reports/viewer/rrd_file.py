@@ -1,4 +1,4 @@
-"""Recordings read back, checked, and shown: with rerun's reader and its own program."""
+"""Files of recordings: read a series, check a file, find the viewer program."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SCALARS = "Scalars:scalars"
 
 
 def read_series(path: Path, entity: str) -> tuple[Array, Array]:
-    """A series of a recording: times (n,) in s, to the nanosecond, and values (n,) or (n, k) as written.
+    """Return times (n,) in s, to the nanosecond, and values (n,) or (n, k) of a series of a recording.
 
-    Raises InputError when the recording has no such series; the message lists those it has.
+    Raises InputError for a missing series; the message lists the series of the file.
     """
     store = RrdReader(path).store()
     found = [c.entity_path for c in store.schema().component_columns() if c.component == SCALARS]
@@ -41,14 +41,14 @@ def _columns(batch: Any) -> tuple[Any, Array]:
 
 
 def viewer_program() -> Path:
-    """The program that rerun's package brings: viewer and file tools (its `rerun` script is only a launcher)."""
+    """Return the path of rerun's program with viewer and file tools (the script `rerun` is only a launcher)."""
     folder = Path(str(resources.files("rerun_cli")))
     places = (folder / "rerun", folder / "rerun.exe", folder / "Rerun.app/Contents/MacOS/Rerun")
     return next(place for place in places if place.exists())
 
 
 def verify(path: Path) -> None:
-    """Check with rerun's own command that a recording can be read; InputError says what is wrong with it."""
+    """Check with rerun's own command that a recording can be read; raises InputError with the reason."""
     command = [str(viewer_program()), "rrd", "verify", str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

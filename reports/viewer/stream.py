@@ -1,4 +1,4 @@
-"""What every recording shares: made in memory and written whole, series of one row a sample, names of entities."""
+"""Parts of every recording: bytes made in memory, series, names of entities, views."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TRUE, MEASURED, DIFFERENCE = LINES[5], LINES[1], LINES[3]
 
 
 def recording_bytes(name: str, blueprint: rrb.Blueprint, fill: Callable[[rr.RecordingStream], None]) -> bytes:
-    """The bytes of a recording that opens with a layout; `fill` sends what it holds. InputError where rerun is off."""
+    """Return the bytes of a recording with a layout; `fill` sends the content. Raises InputError where rerun is off."""
     stream = rr.RecordingStream(f"magbench_{name}")
     # rerun's own file writer does not say that a disk is full: it waits for ever, or leaves the file without its end.
     memory = stream.memory_recording()
@@ -38,13 +38,13 @@ def recording_bytes(name: str, blueprint: rrb.Blueprint, fill: Callable[[rr.Reco
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file beside `path` and rename it; on failure nothing is left. InputError where it cannot be written."""
+    """Write a file beside `path` and rename the file; a failure leaves no file. Raises InputError where refused."""
     with atomic_write(path) as part, system_errors_about(path):
         part.write_bytes(content)
 
 
 def send_static(stream: rr.RecordingStream, entity: str, *archetypes: Any) -> None:
-    """Send what holds at all times."""
+    """Send content that holds at all times."""
     stream.log(entity, *archetypes, static=True, strict=True)
 
 
@@ -55,14 +55,14 @@ def send_columns(stream: rr.RecordingStream, entity: str, time_s: Array, columns
 
 
 def send_vectors(stream: rr.RecordingStream, entity: str, time_s: Array, values: Array) -> None:
-    """A series of vectors (n, 3): one entity, one row a sample."""
+    """Send a series of vectors (n, 3), a row per sample."""
     send_scalars(stream, entity, time_s, values, ["x", "y", "z"], XYZ)
 
 
 def send_scalars(
     stream: rr.RecordingStream, entity: str, time_s: Array, values: Array, names: list[str], colours: tuple[str, ...]
 ) -> None:
-    """A series (n,) or (n, k), one row a sample."""
+    """Send a series (n,) or (n, k), a row per sample."""
     send_static(stream, entity, rr.SeriesLines(names=names, colors=[rgb(c) for c in colours]))
     for first in range(0, len(time_s), ROWS_A_CHUNK):
         part = slice(first, first + ROWS_A_CHUNK)
@@ -70,12 +70,12 @@ def send_scalars(
 
 
 def entity_name(name: str) -> str:
-    """A name as one part of an entity path."""
+    """Return a name as part of an entity path."""
     return str(rr.escape_entity_path_part(name))
 
 
 def time_view(name: str, time_s: Array, *contents: str, low: float | None = None) -> rrb.TimeSeriesView:
-    """A plot over the whole time; `low` (below 0): the value axis runs from it to -low."""
+    """Return a plot over the whole time; the value axis is symmetric from `low` (below 0), if given."""
     whole = rr.TimeRange(*(rr.TimeRangeBoundary.absolute(seconds=float(t)) for t in (time_s[0], time_s[-1])))
     axis_y = {} if low is None else {"axis_y": rrb.ScalarAxis(range=(low, -low), zoom_lock=False)}
     axis_x = rrb.TimeAxis(view_range=whole)
@@ -83,7 +83,7 @@ def time_view(name: str, time_s: Array, *contents: str, low: float | None = None
 
 
 def layout(*parts: Any) -> rrb.Blueprint:
-    """A layout with the panels around it folded."""
+    """Return a layout with its side panels folded."""
     return rrb.Blueprint(
         *parts,
         rrb.TimePanel(timeline=TIMELINE, state="collapsed", play_state="paused", playback_speed=10.0),
@@ -94,7 +94,7 @@ def layout(*parts: Any) -> rrb.Blueprint:
 
 
 def camera_at(pos_m: Array, least_m: float) -> rrb.EyeControls3D:
-    """An eye that sees all positions (n, 3)."""
+    """Return a camera with all positions (n, 3) in view."""
     low, high = np.nanmin(pos_m, axis=0), np.nanmax(pos_m, axis=0)
     away = max(least_m, float(np.linalg.norm(high - low))) * np.array([-0.5, -0.65, 0.5])
     return rrb.EyeControls3D(position=(low + high) / 2 + away, look_target=(low + high) / 2)

@@ -1,4 +1,4 @@
-"""A vehicle's solids as triangles, from its MJCF's geoms: metres, body frame (FLU)."""
+"""Triangle meshes of a vehicle from the geoms of its MJCF model: metres, body frame (FLU)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIDES = 36
 
 @dataclass(frozen=True)
 class Solid:
-    """A coloured triangle mesh, fixed to a body: corners (3 m, 3), three a face, and their face normals (3 m, 3)."""
+    """Coloured triangle mesh fixed to a body: corners (3 m, 3), three per face, and face normals (3 m, 3)."""
 
     name: str
     body: str
@@ -27,19 +27,19 @@ class Solid:
 
 
 class Pictured(Protocol):
-    """What has visible geoms: a vehicle."""
+    """Object with visible geoms: a vehicle."""
 
     def geoms(self) -> tuple[Geom, ...]:
-        """Its solids."""
+        """Return the visible geoms."""
 
 
 def solids(vehicle: Pictured) -> tuple[Solid, ...]:
-    """The parts of a vehicle."""
+    """Return the meshes of a vehicle's parts."""
     return tuple(_solid(geom) for geom in vehicle.geoms())
 
 
 def radius_m(parts: tuple[Solid, ...]) -> float:
-    """How far the vehicle reaches from its origin: the scale of arrows and of the eye's distance."""
+    """Return the largest distance of a corner from the vehicle's origin, the scale of arrows and camera distance."""
     return max(float(np.linalg.norm(part.corners_m, axis=1).max()) for part in parts)
 
 
@@ -53,7 +53,7 @@ def _solid(geom: Geom) -> Solid:
 
 
 def _triangles_m(geom: Geom) -> Array:
-    """Triangles (m, 3, 3) in the geom's own frame; sizes are MuJoCo's: radii, half sides, (radius, half length)."""
+    """Return triangles (m, 3, 3) in the geom's own frame; MuJoCo's sizes: radii, half sides, (radius, half length)."""
     size_m = geom.size_m
     if geom.triangles_m is not None:
         return geom.triangles_m
@@ -68,7 +68,7 @@ def _triangles_m(geom: Geom) -> Array:
 
 
 def _round_ends(radius_m: float, half_length_m: float) -> list[tuple[float, float]]:
-    """Profile (z, radius) of a capsule; without a length, of a sphere."""
+    """Return the profile (z, radius) of a capsule, or of a sphere for zero length."""
     quarter = np.linspace(0.0, np.pi / 2, SIDES // 4 + 1)
     angles = np.concatenate([-quarter[::-1], quarter])
     ends = np.repeat([-half_length_m, half_length_m], quarter.size)
@@ -76,7 +76,7 @@ def _round_ends(radius_m: float, half_length_m: float) -> list[tuple[float, floa
 
 
 def _revolved(profile: list[tuple[float, float]]) -> Array:
-    """Triangles of a profile of (z, radius), z rising, turned about the z axis."""
+    """Return triangles of a profile of (z, radius), z rising, revolved about the z axis."""
     z, r = np.array(profile).T[:, :, None]
     angle = np.linspace(0, 2 * np.pi, SIDES + 1)
     grid = np.stack([r * np.cos(angle), r * np.sin(angle), z + 0 * angle], axis=2)
@@ -85,7 +85,7 @@ def _revolved(profile: list[tuple[float, float]]) -> Array:
 
 
 def _box(half_m: Array) -> Array:
-    """Triangles (12, 3, 3) of a box."""
+    """Return the triangles (12, 3, 3) of a box."""
     corner = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half_m
     faces: NDArray[np.int64] = np.array(
         [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]

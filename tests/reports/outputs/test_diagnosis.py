@@ -213,7 +213,14 @@ def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
     page = diagnosis_page(found, "Diagnosis <of> a log")
     text = page.partition("<img")[0]
     assert "Diagnosis &lt;of&gt; a log" in text
-    for answer in (found.verdict, found.named[0].name, "nats", "could also be", "of it gone", *found.advice):
+    for answer in (
+        found.verdict,
+        found.named[0].name,
+        "nats",
+        "could also be",
+        "removed on held-out data",
+        *found.advice,
+    ):
         assert answer in text
     assert "along the path" in page
     assert not re.search(r"(src|href)=\"(?!data:|#)", without_scripts(page))
@@ -223,7 +230,7 @@ def test_a_class_is_told_plainly(found: Diagnosis, capsys: pytest.CaptureFixture
     named = (replace(found.named[0], alternatives=("latency", "bandwidth")),)
     several = replace(found, named=named, verdict=Verdict.CLASS)
     text = diagnosis_page(several, "Diagnosis").partition("<img")[0]
-    assert "do not tell <b>motor_current</b> from <b>latency</b>, <b>bandwidth</b>" in text
+    assert "cannot distinguish <b>motor_current</b> from <b>latency</b>, <b>bandwidth</b>" in text
     show_diagnosis(several)
     assert "latency, bandwidth" in capsys.readouterr().out
 
@@ -232,7 +239,7 @@ def test_the_terminal_tells_all_of_it(found: Diagnosis, capsys: pytest.CaptureFi
     long = replace(found, sentence="word " * 100 + "end.", advice=("Fly circles.", "Log currents."))
     show_diagnosis(long)
     told = capsys.readouterr().out
-    for text in ("end.", "1. Fly circles.", "2. Log currents.", "+[effects.motor_current]", "as they stand"):
+    for text in ("end.", "1. Fly circles.", "2. Log currents.", "+[effects.motor_current]", "models without refit"):
         assert text in told
 
 

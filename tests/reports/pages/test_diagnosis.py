@@ -18,23 +18,23 @@ from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
 
 BARE = {"field": {"enu_nT": FIELD_ENU_NT.tolist()}, "effects": {"white_noise": {"std_nT": [NOISE_NT] * 3}}}
 CASES: dict[str, tuple[float, dict[str, Any], tuple[str, str, str]]] = {
-    "nothing": (NOISE_NT, {}, ("nothing", "no name to be sure of", "no gap beyond the noise")),
+    "nothing": (NOISE_NT, {}, ("nothing", "no cause identified", "no gap beyond the noise")),
     "fitted": (
         NOISE_NT,
         {MotorCurrent.name: {"gain_nT_A": [20.0, -10.0, 40.0]}},
-        (MotorCurrent.name, "of evidence on held-out data", "% of it gone"),
+        (MotorCurrent.name, "evidence on held-out data", "% removed"),
     ),
     "faults": (
         NOISE_NT,
         {Spikes.name: {"rate_hz": 0.1, "amplitude_nT": 300.0}},
-        (Spikes.name, "is the evidence", "such values are left out"),
+        (Spikes.name, "evidence", "affected samples are left out"),
     ),
     "rounding": (
         NOISE_NT,
         {Quantisation.name: {"step_nT": 2 * NOISE_NT}},
-        (Quantisation.name, "is the evidence", "no gap beyond the noise"),
+        (Quantisation.name, "evidence", "no gap beyond the noise"),
     ),
-    "noise": (3 * NOISE_NT, {}, (WhiteNoise.name, "is the evidence", "noise cannot be foretold")),
+    "noise": (3 * NOISE_NT, {}, (WhiteNoise.name, "evidence", "noise cannot be predicted")),
 }
 
 
@@ -54,6 +54,6 @@ def test_the_tile_says_whether_a_second_recording_was_asked() -> None:
     found = diagnose(given, ModelSpec.model_validate(BARE))
     assert "confirm with a second" in _tiles(found)[1][1]
     asked = replace(found, second=True)
-    assert "the second recording does not bear it out" in _tiles(asked)[1][1]
+    assert "the second recording does not confirm it" in _tiles(asked)[1][1]
     switched = replace(found.named[0], effect=replace(found.named[0].effect, active_s=(10.0, 20.0)))
-    assert "a second cannot tell" in _tiles(replace(asked, named=(switched,)))[1][1]
+    assert "a second cannot confirm it" in _tiles(replace(asked, named=(switched,)))[1][1]

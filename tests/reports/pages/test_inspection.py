@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reports.pages.inspection import PICTURES, write_inspection
+from reports.outputs.inspection import write_inspection
+from reports.pages.inspection import SECTIONS
 from tests.reports.page import figures, without_scripts
 from tests.validation.inspection.recordings import FIELD_ENU_NT, moved, noise
 from validation.inspection.inspection import Inspection, inspect_file, summary
@@ -53,11 +54,11 @@ def test_the_page_needs_nothing_from_outside(written: tuple[Inspection, Path]) -
     assert all(
         link.startswith(("data:image/", "#")) for link in re.findall(r'(?:src|href)="([^"]*)"', without_scripts(page))
     )
-    assert figures(page) == len(PICTURES)
+    assert figures(page) == len(SECTIONS)
 
 
 def test_a_short_log_has_few_pictures(tmp_path: Path) -> None:
     write_inspection(inspected(tmp_path, 20), tmp_path / "out")
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert 0 < figures(page) < len(PICTURES)
+    assert 0 < figures(page) < len(SECTIONS)
     assert "Allan" not in page

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from calib.result import Calibration, Status
-from reports.pages.outcome import SECTIONS, write_report
+from recordings.files import write_text
+from reports.pages.outcome import SECTIONS, outcome_page
 from reports.text.outcome import FAILED_LAST, notes_markdown, rms_length, scenario_description, score_table
 from scenarios.errors import InputError
 from scenarios.paths import Ability
@@ -36,6 +37,10 @@ class Links(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.found += [value or "" for key, value in attrs if key in ("src", "href", "srcset", "action", "data")]
+
+
+def write_report(outcome: Outcome, path: Path) -> None:
+    write_text(path, outcome_page(outcome))
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,7 @@
+"""The quadrotor's flight and its model, as the tests of the diagnosis have them."""
+
+from __future__ import annotations
+
+from tests.validation.conftest import flight, model, own
+
+__all__ = ["flight", "model", "own"]
