@@ -1,70 +1,89 @@
-"""A figure as one that zooms and toggles: read from matplotlib's artists, shown by plotly in the page.
+"""Conversion of matplotlib figures to plotly figures, which zoom and whose traces toggle.
 
-So each picture is drawn once, for pages, documents and notebooks alike.
+Each plot is drawn once with matplotlib; pages, documents and notebooks share the drawing. Every artist of a figure is
+either converted or named in a NotInteractive error.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
-from matplotlib.text import Annotation
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.spines import Spine
+from matplotlib.text import Annotation, Text
 
 from scenarios.arrays import Array
 
-PX_IN = 96.0
+PX_IN, PX_POINT = 96.0, 96.0 / 72.0
 DIGITS = 6
-"""Significant digits of a point: a page is wide a few thousand pixels."""
+"""Significant digits of a coordinate: a page is a few thousand pixels wide."""
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
-NAME = re.compile(r"[A-Za-z]")
-"""How the text of a tick begins that is no number."""
+MARKERS = {"o": "circle", ".": "circle", "|": "line-ns-open", "_": "line-ew-open"}
+"""Plotly's symbol for each matplotlib marker in use."""
+WORD = re.compile(r"[A-Za-z]")
+"""First character of a tick label that is not a number."""
 
 
 class NotInteractive(Exception):
-    """A figure with something that only a picture shows: a surface, filled cells, a scale of colours."""
+    """Error for a figure with an artist without plotly counterpart, for instance a surface; names the artist."""
 
 
 @dataclass
 class Plot:
-    """A figure for plotly: traces and layout, as its JSON has them."""
+    """Traces and layout of a plotly figure, as in plotly's JSON."""
 
     data: list[dict[str, Any]] = field(default_factory=list)
     layout: dict[str, Any] = field(default_factory=dict)
 
     def json(self) -> str:
-        """One JSON object that may stand inside a page's script element."""
+        """Return a JSON object that is safe inside a script element."""
         return json.dumps({"data": self.data, "layout": self.layout}, separators=(",", ":")).replace("</", "<\\/")
 
 
 def interactive(figure: Figure) -> Plot:
-    """The figure's lines, points, bars, bands, marks and texts; NotInteractive where there is anything else."""
+    """Convert a figure's lines, points, filled areas, bars, bands and texts to plotly traces, shapes and annotations.
+
+    Raises NotInteractive for any further artist.
+    """
+    beyond = [one for one in figure.get_children() if not isinstance(one, Axes | Legend) and one is not figure.patch]
+    if drawn := [one for one in beyond if one.get_visible()]:
+        raise _unknown(drawn[0])
     axes = [axis for axis in figure.axes if axis.get_visible()]
     for axis in axes:
-        _check(axis)
+        _check_axes(axis)
     if engine := figure.get_layout_engine():
         engine.execute(figure)
-    plot = Plot(layout=_page(figure))
+    plot = Plot(layout=_figure_layout(figure))
     names = dict(_named_colours(figure))
     for number, axis in enumerate(axes, start=1):
         _add_axes(plot, axis, number, axes)
-        plot.data += _traces(axis, number, names)
-        plot.layout["shapes"] += _bands(axis, number)
-        plot.layout["annotations"] += _texts(axis, number)
+        _add_artists(plot, axis, number, names)
     _name_each_once(plot.data)
     return plot
 
 
-def _page(figure: Figure) -> dict[str, Any]:
-    """What holds for the whole figure."""
+def _unknown(artist: Artist) -> NotInteractive:
+    label = str(artist.get_label())
+    named = "" if label.startswith("_") or not label else f" {label!r}"
+    return NotInteractive(f"plotly cannot draw {type(artist).__name__}{named}")
+
+
+def _figure_layout(figure: Figure) -> dict[str, Any]:
+    """Return the layout common to all panels."""
     return {
         "height": round(figure.get_figheight() * PX_IN) + 60,
         "margin": {"l": 0, "r": 14, "t": 40, "b": 76},
@@ -77,23 +96,19 @@ def _page(figure: Figure) -> dict[str, Any]:
     }
 
 
-def _check(axis: Any) -> None:
-    unknown = [one for one in axis.collections if not hasattr(one, "get_offsets") or len(one.get_paths()) > 1]
-    if axis.name != "rectilinear" or unknown or axis.images or not axis.axison or _is_scale_of_colours(axis):
-        raise NotInteractive
-
-
-def _is_scale_of_colours(axis: Any) -> bool:
-    return bool(axis.get_label() == "<colorbar>")
+def _check_axes(axis: Any) -> None:
+    """Raise NotInteractive for 3-D and polar axes, colour bars and axes without frame."""
+    if axis.name != "rectilinear" or not axis.axison or axis.get_label() == "<colorbar>":
+        raise NotInteractive(f"plotly cannot draw axes of kind {axis.name!r}, without frame or with a colour bar")
 
 
 def _ref(letter: str, number: int) -> str:
-    """How plotly calls an axis of the first panel, the second, ...: x, x2, ..."""
+    """Return plotly's name of the x or y axis of a panel, counted from 1: x, x2, x3."""
     return letter if number == 1 else f"{letter}{number}"
 
 
 def _add_axes(plot: Plot, axis: Any, number: int, axes: list[Any]) -> None:
-    """The two axes of a panel at its place; panels that share an axis zoom together."""
+    """Add a panel's two axes at their place; panels with shared axes zoom together."""
     box = axis.get_position()
     for letter, sides in (("x", (box.x0, box.x1)), ("y", (box.y0, box.y1))):
         one = getattr(axis, f"{letter}axis")
@@ -106,22 +121,22 @@ def _add_axes(plot: Plot, axis: Any, number: int, axes: list[Any]) -> None:
         plot.layout[_ref(f"{letter}axis", number)] = found
     if axis.get_aspect() == 1.0:
         plot.layout[_ref("yaxis", number)] |= {"scaleanchor": _ref("x", number)}
-    if axis.get_title(loc="left") or axis.get_title():
-        plot.layout["annotations"].append(_title(axis, number))
+    if title := axis.get_title(loc="left") or axis.get_title():
+        plot.layout["annotations"].append(_title(title, number))
 
 
 def _domain(axes: list[Any], letter: str, sides: tuple[float, float]) -> list[float]:
-    """A panel's place, of the space that all panels take: labels and legend find their own beside it."""
+    """Return a panel's two sides as shares of the space between the outermost panels."""
     boxes = [axis.get_position() for axis in axes]
     low, high = min(getattr(box, f"{letter}0") for box in boxes), max(getattr(box, f"{letter}1") for box in boxes)
     return [_short(min(max((side - low) / (high - low), 0.0), 1.0)) for side in sides]
 
 
 def _axis(one: Any, limits: tuple[float, float]) -> dict[str, Any]:
-    """Label, range and ticks of an axis; ticks with words of their own are kept as they are."""
+    """Return label, range and ticks of an axis; tick labels of words are kept as drawn."""
     scale = one.get_scale()
     if scale not in ("linear", "log"):
-        raise NotInteractive
+        raise NotInteractive(f"plotly has no {scale!r} axis")
     found: dict[str, Any] = {
         "range": [_short(v) for v in (np.log10(limits) if scale == "log" else limits)],
         "type": scale,
@@ -132,25 +147,20 @@ def _axis(one: Any, limits: tuple[float, float]) -> dict[str, Any]:
         "zeroline": False,
     }
     words = [_escaped(label.get_text()) for label in one.get_ticklabels()]
-    if any(NAME.match(word) for word in words):
-        found |= {
-            "tickmode": "array",
-            "tickvals": [float(v) for v in one.get_ticklocs()],
-            "ticktext": words,
-        }
+    if any(WORD.match(word) for word in words):
+        found |= {"tickmode": "array", "tickvals": [float(v) for v in one.get_ticklocs()], "ticktext": words}
     return found
 
 
-def _title(axis: Any, number: int) -> dict[str, Any]:
-    """A panel's title above its left corner."""
-    text = axis.get_title(loc="left") or axis.get_title()
+def _title(text: str, number: int) -> dict[str, Any]:
+    """Return the annotation of a panel's title, above the panel's upper left corner."""
     place = {"x": 0, "y": 1, "xref": f"{_ref('x', number)} domain", "yref": f"{_ref('y', number)} domain"}
     look = {"showarrow": False, "xanchor": "left", "yanchor": "bottom", "yshift": 2}
     return {"text": f"<b>{_escaped(text)}</b>", **place, **look}
 
 
 def _named_colours(figure: Figure) -> Iterator[tuple[str, str]]:
-    """Colours that a legend names: of the figure, and of each panel."""
+    """Yield each line colour in the legends of the figure and its panels, with its label."""
     legends = [*figure.legends, *(axis.get_legend() for axis in figure.axes)]
     for legend in filter(None, legends):
         for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
@@ -158,24 +168,73 @@ def _named_colours(figure: Figure) -> Iterator[tuple[str, str]]:
                 yield to_hex(handle.get_color()), text.get_text()
 
 
-def _traces(axis: Any, number: int, names: dict[str, str]) -> Iterator[dict[str, Any]]:
+def _add_artists(plot: Plot, axis: Any, number: int, names: dict[str, str]) -> None:
+    """Add every artist of a panel as a trace, a shape or an annotation, the rearmost first."""
     where = {"xaxis": _ref("x", number), "yaxis": _ref("y", number)}
-    for line in axis.lines:
-        if line.get_transform() == axis.transData and len(line.get_xdata()):
-            yield _line(line, names) | where
-    for dots in axis.collections:
-        yield _points(dots) | where
-    for bar in axis.patches:
-        if isinstance(bar, Rectangle) and bar.get_data_transform() == axis.transData:
-            yield _bar(bar, axis) | where
+    for artist in sorted(_drawn(axis), key=Artist.get_zorder):
+        if isinstance(artist, Text):
+            plot.layout["annotations"].append(_note(artist, axis, number))
+        elif shape := _shape(artist, axis, number):
+            plot.layout["shapes"].append(shape)
+        else:
+            plot.data.append(_trace(artist, axis, names) | where)
+
+
+def _drawn(axis: Any) -> Iterator[Any]:
+    """Yield the artists drawn on the axes, without frame, titles, legend, empty lines and empty texts."""
+    titles = (axis.title, axis._left_title, axis._right_title)
+    for artist in axis.get_children():
+        kind = type(artist)
+        frame = issubclass(kind, Spine | Axis | Legend) or artist is axis.patch or artist in titles
+        no_points = issubclass(kind, Line2D) and not len(artist.get_xdata())  # made for a legend's handle
+        no_text = issubclass(kind, Text) and not artist.get_text()
+        if artist.get_visible() and not (frame or no_points or no_text):
+            yield artist
+
+
+def _trace(artist: Any, axis: Any, names: dict[str, str]) -> dict[str, Any]:
+    """Convert an artist in data coordinates to a trace; raises NotInteractive where plotly has no counterpart."""
+    kind = type(artist)
+    # compared by identity: by value, axes of limits 0 to 1 have data = axes coordinates
+    if _transform(artist) is not axis.transData:
+        raise _unknown(artist)
+    if issubclass(kind, Line2D):
+        return _line(artist, names)
+    if issubclass(kind, PathCollection):
+        return _points(artist)
+    if issubclass(kind, LineCollection):
+        return _line_like(artist.get_segments(), _single(artist, artist.get_colors()), artist)
+    if issubclass(kind, PolyCollection):
+        return _area([path.vertices for path in artist.get_paths()], artist)
+    if issubclass(kind, Patch):
+        outline = artist.get_patch_transform().transform_path(artist.get_path()).to_polygons(closed_only=False)
+        return _area(outline, artist) if artist.fill else _line_like(outline, artist.get_edgecolor(), artist)
+    raise _unknown(artist)
+
+
+def _transform(artist: Any) -> Any:
+    """Return the transform from an artist's own coordinates to the figure."""
+    if isinstance(artist, PathCollection):
+        return artist.get_offset_transform()
+    return artist.get_data_transform() if isinstance(artist, Patch) else artist.get_transform()
+
+
+def _single(artist: Any, values: Any) -> Any:
+    """Return the only value; raises NotInteractive for an artist with several colours or symbols."""
+    if len(values) != 1:
+        raise _unknown(artist)
+    return values[0]
 
 
 def _line(line: Any, names: dict[str, str]) -> dict[str, Any]:
     colour, label = to_hex(line.get_color()), str(line.get_label())
     name = names.get(colour, "") if label.startswith("_") else label
     x, y = (_rounded(values) for values in line.get_data(orig=False))
-    marked = line.get_marker() not in ("None", "", None)
+    marker = line.get_marker()
+    marked = marker not in ("None", "", " ", None)
     drawn = line.get_linestyle() not in ("None", "", " ")
+    if line.get_drawstyle() != "default" or (marked and marker not in MARKERS and not isinstance(marker, int)):
+        raise NotInteractive(f"plotly cannot draw steps or the marker {marker!r}")
     return {
         "type": "scattergl" if len(x) > 20_000 else "scatter",
         "mode": "+".join(["lines"] * drawn + ["markers"] * marked),
@@ -184,92 +243,129 @@ def _line(line: Any, names: dict[str, str]) -> dict[str, Any]:
         "name": _escaped(name),
         "opacity": line.get_alpha() or 1.0,
         "line": {"color": colour, "width": 1.2 * line.get_linewidth(), "dash": _dash(line)},
-        "marker": {"color": colour, "size": 1.3 * line.get_markersize()},
+        "marker": {"color": colour, "size": 1.3 * line.get_markersize(), "symbol": MARKERS.get(marker, "circle")},
         "connectgaps": False,
     }
 
 
 def _dash(line: Any) -> str:
-    """The nearest of plotly's dashes; matplotlib calls a pattern of its own "--"."""
+    """Return the nearest plotly dash; matplotlib calls a custom pattern "--"."""
     return DASHES.get(line.get_linestyle(), "dash")
 
 
 def _points(dots: Any) -> dict[str, Any]:
-    x, y = np.asarray(dots.get_offsets()).T
-    colours = [to_hex(colour) for colour in dots.get_facecolors()]
-    marker = {"size": 4, "color": colours[0] if len(colours) == 1 else colours}
-    return {"type": "scattergl", "mode": "markers", "x": _rounded(x), "y": _rounded(y), "name": "", "marker": marker}
+    """Convert a scatter plot: colours and areas of the points, rings where a point has no face."""
+    _single(dots, dots.get_paths())
+    dots.update_scalarmappable()
+    x, y = np.ma.filled(np.ma.asarray(dots.get_offsets(), dtype=np.float64), np.nan).T
+    hollow = not len(dots.get_facecolors())
+    colours = [to_hex(colour) for colour in (dots.get_edgecolors() if hollow else dots.get_facecolors())]
+    sizes = [_short(PX_POINT * np.sqrt(area)) for area in dots.get_sizes()]
+    marker = {
+        "size": sizes[0] if len(sizes) == 1 else sizes,
+        "color": colours[0] if len(colours) == 1 else colours,
+        "symbol": "circle-open" if hollow else "circle",
+    }
+    return {"type": "scattergl", "mode": "markers", "x": _rounded(x), "y": _rounded(y), "name": _label(dots),
+            "opacity": dots.get_alpha() or 1.0, "marker": marker}  # fmt: skip
 
 
-def _bar(bar: Rectangle, axis: Any) -> dict[str, Any]:
-    """A bar as a filled outline: as wide and as long as it was drawn, whichever way it lies."""
-    (x, y), width, height = bar.get_xy(), bar.get_width(), bar.get_height()
-    corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]])
-    colour = to_hex(bar.get_facecolor())
-    outline = {"x": _rounded(corners[:, 0]), "y": _rounded(corners[:, 1])}
-    return {"type": "scatter", "mode": "lines", "fill": "toself", "fillcolor": colour, "name": "",
-            "line": {"color": colour, "width": 0}, "hoveron": "fills", **outline}  # fmt: skip
+def _line_like(parts: Sequence[Array], colour: Any, artist: Any) -> dict[str, Any]:
+    """Convert polylines (m, 2) to a trace with a gap after each."""
+    width = 1.2 * float(np.ravel(artist.get_linewidth())[0])
+    line = {"color": to_hex(colour), "width": width, "dash": "solid"}
+    return {"type": "scatter", "mode": "lines", "name": _label(artist), "line": line,
+            "opacity": artist.get_alpha() or 1.0, **_joined(parts)}  # fmt: skip
 
 
-def _bands(axis: Any, number: int) -> Iterator[dict[str, Any]]:
-    """Bands and lines that run across a whole panel."""
+def _area(parts: Sequence[Array], artist: Any) -> dict[str, Any]:
+    """Convert closed outlines (m, 2), for instance a bar or a confidence band, to a filled trace."""
+    colour = to_hex(_single(artist, np.atleast_2d(artist.get_facecolor())))
+    trace = _line_like(parts, colour, artist)
+    no_edge = {"line": trace["line"] | {"width": 0}, "hoveron": "fills"}
+    return trace | {"fill": "toself", "fillcolor": colour, **no_edge}
+
+
+def _joined(parts: Sequence[Array]) -> dict[str, list[float | None]]:
+    """Return x and y of all polylines in a row, None between two of them."""
+    gap = np.full((1, 2), np.nan)
+    points = np.concatenate([part for each in parts for part in (np.asarray(each, dtype=np.float64), gap)])[:-1]
+    return {"x": _rounded(points[:, 0]), "y": _rounded(points[:, 1])}
+
+
+def _label(artist: Any) -> str:
+    label = str(artist.get_label())
+    return "" if label.startswith("_") else _escaped(label)
+
+
+def _shape(artist: Any, axis: Any, number: int) -> dict[str, Any] | None:
+    """Convert a band or a line across the whole panel to a shape; None for every other artist."""
     high = {"xref": _ref("x", number), "yref": f"{_ref('y', number)} domain"}
     wide = {"xref": f"{_ref('x', number)} domain", "yref": _ref("y", number)}
-    for patch in axis.patches:
-        if isinstance(patch, Rectangle) and patch.get_data_transform() == axis.get_xaxis_transform():
-            yield _band(patch) | high
-    for line in axis.lines:
-        if line.get_transform() == axis.get_yaxis_transform():
-            yield _across(line) | wide
-        elif line.get_transform() == axis.get_xaxis_transform():
-            yield _across(line) | high
+    transform = _transform(artist)
+    refs = (
+        high if transform is axis.get_xaxis_transform() else wide if transform is axis.get_yaxis_transform() else None
+    )
+    if refs and isinstance(artist, Rectangle):
+        return _band(artist) | refs
+    if refs and isinstance(artist, Line2D):
+        return _across(artist) | refs
+    return None
 
 
 def _band(patch: Rectangle) -> dict[str, Any]:
-    """A stretch of the horizontal axis, from the bottom of the panel to its top."""
-    x, fill = patch.get_x(), {"fillcolor": to_hex(patch.get_facecolor()), "opacity": patch.get_alpha() or 1.0}
-    sides = {"x0": _short(x), "x1": _short(x + patch.get_width()), "y0": 0, "y1": 1}
+    """Return a rectangle between two values of one axis, from side to side of the panel along the other."""
+    (x0, y0), (x1, y1) = patch.get_xy(), (patch.get_x() + patch.get_width(), patch.get_y() + patch.get_height())
+    sides = {"x0": _short(x0), "x1": _short(x1), "y0": _short(y0), "y1": _short(y1)}
+    fill = {"fillcolor": to_hex(patch.get_facecolor()), "opacity": patch.get_alpha() or 1.0}
     return {"type": "rect", "layer": "below", "line": {"width": 0}} | sides | fill
 
 
 def _across(line: Any) -> dict[str, Any]:
-    """A straight line from one side of the panel to the other."""
+    """Return a straight line from side to side of the panel."""
     (x0, x1), (y0, y1) = ((_short(values[0]), _short(values[-1])) for values in line.get_data())
     look = {"color": to_hex(line.get_color()), "width": 1, "dash": _dash(line)}
     return {"type": "line", "line": look, "x0": x0, "x1": x1, "y0": y0, "y1": y1}
 
 
-def _texts(axis: Any, number: int) -> Iterator[dict[str, Any]]:
-    """Notes beside what they belong to, in the panel's own coordinates."""
-    for text in axis.texts:
-        if not text.get_text() or not text.get_visible():
-            continue
-        (x, y), coords = (text.xy, text.xycoords) if isinstance(text, Annotation) else (text.get_position(), "data")
-        of_x, of_y = coords if isinstance(coords, tuple) else (coords, coords)
-        dx, dy = text.get_position() if isinstance(text, Annotation) and text.anncoords == "offset points" else (0, 0)
-        yield {
-            "text": _escaped(text.get_text()),
-            "x": _place(x, axis.get_xscale(), of_x),
-            "y": _place(y, axis.get_yscale(), of_y),
-            "xref": _ref("x", number) + ("" if of_x == "data" else " domain"),
-            "yref": _ref("y", number) + ("" if of_y == "data" else " domain"),
-            "xshift": dx,
-            "yshift": dy,
-            "showarrow": False,
-            "textangle": -text.get_rotation(),
-            "xanchor": text.get_ha(),
-            "yanchor": {"center": "middle", "baseline": "bottom"}.get(text.get_va(), text.get_va()),
-            "font": {"color": to_hex(text.get_color()), "size": 10},
-        }
+def _note(text: Any, axis: Any, number: int) -> dict[str, Any]:
+    """Convert a text to an annotation in the panel's data or axes coordinates."""
+    (x, y), (of_x, of_y), (dx, dy) = _position(text, axis)
+    return {
+        "text": _escaped(text.get_text()),
+        "x": _annotation_value(x, axis.get_xscale(), of_x),
+        "y": _annotation_value(y, axis.get_yscale(), of_y),
+        "xref": _ref("x", number) + ("" if of_x == "data" else " domain"),
+        "yref": _ref("y", number) + ("" if of_y == "data" else " domain"),
+        "xshift": dx,
+        "yshift": dy,
+        "showarrow": False,
+        "textangle": -text.get_rotation(),
+        "xanchor": text.get_ha(),
+        "yanchor": {"center": "middle", "baseline": "bottom"}.get(text.get_va(), text.get_va()),
+        "font": {"color": to_hex(text.get_color()), "size": 10},
+    }
 
 
-def _place(value: float, scale: str, of: str) -> float:
-    """Where a note stands; on a logarithmic axis plotly wants the exponent."""
+def _position(text: Any, axis: Any) -> tuple[Any, Any, Any]:
+    """Return a text's anchor, the coordinates of x and y ("data" or "axes fraction"), and its shift in points."""
+    if not isinstance(text, Annotation):
+        return text.get_position(), ("data" if text.get_transform() is axis.transData else "axes fraction",) * 2, (0, 0)
+    of = text.xycoords if isinstance(text.xycoords, tuple) else (text.xycoords, text.xycoords)
+    shifted = text.anncoords == "offset points"
+    moved = not shifted and tuple(text.get_position()) != tuple(text.xy)
+    if text.arrow_patch is not None or moved or not {*of} <= {"data", "axes fraction"}:
+        raise _unknown(text)
+    return text.xy, of, text.get_position() if shifted else (0, 0)
+
+
+def _annotation_value(value: float, scale: str, of: str) -> float:
+    """Return an annotation's coordinate; on a logarithmic axis plotly expects the exponent."""
     return _short(np.log10(value) if of == "data" and scale == "log" else value)
 
 
 def _name_each_once(data: Iterable[dict[str, Any]]) -> None:
-    """Traces of one name toggle together, and the legend names each once."""
+    """Group the traces of each name, to toggle together with a single entry in the legend."""
     seen = set[str]()
     for trace in data:
         name = trace["name"]
@@ -280,7 +376,7 @@ def _name_each_once(data: Iterable[dict[str, Any]]) -> None:
 
 
 def _rounded(values: Any) -> list[float | None]:
-    """Numbers with as many digits as can be seen; what is not a number leaves a gap."""
+    """Return numbers with DIGITS significant digits; NaN and infinity become None, a gap."""
     array: Array = np.asarray(values, dtype=np.float64)
     texts = np.char.mod(f"%.{DIGITS}g", array)
     return [float(text) if finite else None for text, finite in zip(texts, np.isfinite(array), strict=True)]
@@ -291,7 +387,7 @@ def _short(value: Any) -> float:
 
 
 def _escaped(text: str) -> str:
-    """Text of ours as plotly takes it, which reads some HTML."""
+    """Escape signs that plotly reads as HTML."""
     for sign, entity in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;")):
         text = text.replace(sign, entity)
     return text
