@@ -107,7 +107,7 @@ def test_it_ends_when_the_medians_are_known(design: Design, tmp_path: Path):
 
 def test_questions_that_cannot_be_answered_are_refused(design: Design, tmp_path: Path):
     with pytest.raises(InputError, match="choose among ellipsoid, vector_least_squares"):
-        compare(design, 2, tmp_path, SerialEngine(), asked=comparison_question(reference="sphere"))
+        compare(design, 2, tmp_path, SerialEngine(), question=comparison_question(reference="sphere"))
     with pytest.raises(InputError, match="offset_error_nT"):
         comparison_question(rank_by="offset_eror")
     assert not list(tmp_path.iterdir())
