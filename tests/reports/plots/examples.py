@@ -47,18 +47,18 @@ from tests.diagnosis.several.test_workflow import MODEL, NAMES, motor, problem_o
 from tests.reports.outcome_example import example_outcome
 from tests.validation.comparison.example import table_of
 from tests.validation.gates.conftest import Scripted, gate_text, groups_in, row
-from tests.validation.inspection.recordings import FIELD_ENU_NT, look, moved, noise, rounded
+from tests.validation.inspection.recordings import FIELD_ENU_NT, moved, noise, rounded, sensor_data
 from validation.bound.query import BoundQuery, WhatIf
-from validation.comparison.table import TrialTable
-from validation.gates.progress import GateOutcome
+from validation.comparison.trial_table import TrialTable
+from validation.gates.gate_outcome import GateOutcome
 from validation.gates.runner import decide_gates
-from validation.inspection.sensor_data import Look
+from validation.inspection.sensor_data import SensorData
 from validation.planning.plan import Plan, planned
 from validation.planning.task import PlanningTask
-from validation.scoring.definitions import MEANINGS
+from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.outcome import Outcome
 
-SCORE = MEANINGS["offset_error"]
+SCORE = SCORE_DEFINITIONS["offset_error"]
 CHANNEL_EFFECT: Any = ChannelEffect(**ChannelEffect.example)
 LEG = SimpleNamespace(choice=SimpleNamespace(phase=SimpleNamespace(duration_s=60.0)), after=4.0)
 LEGS: Any = SimpleNamespace(
@@ -76,13 +76,13 @@ def outcome() -> Outcome:
 
 
 @cache
-def log() -> Look:
+def log() -> SensorData:
     """A log with a tone, a gap and a coarse converter."""
     moving = moved(4000, rate_hz=40.0)
     tone = 8.0 * np.sin(2 * np.pi * 13.0 * moving.time_s)[:, None] * [1.0, 0.0, 0.0]
     mag_nT = rounded(moving.body(FIELD_ENU_NT) + noise(4000, 5.0) + tone, 15.0)
     keep = np.delete(np.arange(4000), slice(2000, 2200))
-    return look(moving.time_s[keep], mag_nT[keep], q=moving.q[keep])
+    return sensor_data(moving.time_s[keep], mag_nT[keep], q=moving.q[keep])
 
 
 @cache
