@@ -12,13 +12,12 @@ from calib.models.sensor_array import TENSOR_NAMES, tensor
 from papers.ding2021.search_trials import EVOLUTION, GENETIC, SIZES, SearchTask, populations, search_trial
 from papers.ding2021.trials import BASELINE_M, REFERENCE, simulate
 from reports.palette import SOFT
-from reports.plots.style import Figure
+from reports.plots.style import Figure, legend_at_right, panels
 
 
 def convergence_figure(results: dict[Any, Any]) -> Figure:
     """Draw the rms of the objective over the iterations without noise: by population, and by method with NP = 50."""
-    figure = Figure(figsize=(11.0, 4.2), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
+    figure, (left, right) = panels(4.2, 1, 2, sharey=True, width_in=11.0)
     for size, method in zip(SIZES, populations(), strict=True):
         left.loglog(results[SearchTask(method, 0)]["history"], label=f"NP = {size}")
     left.set_title("Improved differential evolution, by population")
@@ -41,8 +40,7 @@ def tensor_figure() -> Figure:
     raw_nT = array.recording.array_mag_nT
     assert raw_nT is not None
     fit = LeastSquaresGradiometer(start="two_step").fit(array.recording, REFERENCE)
-    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
-    axes = figure.subplots(2, 1, sharex=True)
+    figure, axes = panels(5.0, 2, 1, sharex=True, width_in=11.0)
     fields_nT = (raw_nT, fit.apply_array(array.recording))
     for axis, field_nT, title in zip(axes, fields_nT, ("raw", "corrected"), strict=True):
         components = tensor(field_nT, BASELINE_M)
@@ -51,6 +49,6 @@ def tensor_figure() -> Figure:
             axis.plot(components[:, column], label=f"{name}, rms {rms:.3g}")
         axis.set_title(f"Simulation 1, noise 10 nT: {title}")
         axis.set_ylabel("nT/m")
-        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        legend_at_right(axis)
     axes[1].set_xlabel("attitude")
     return figure

@@ -11,7 +11,7 @@ from calib.methods.kalman_rescaled import MICROTESLA
 from calib.models.vector import VectorData
 from papers.li2017.trials import CALM, LOUD, TRUE_STATE, compensated, fuzzy_track, simulated
 from reports.palette import INK, SOFT
-from reports.plots.style import WIDTH_IN, Figure
+from reports.plots.style import Figure, panels
 from scenarios.arrays import Array
 
 COLOURS = ("#1f77b4", "#d95f02", "#1b9e77")
@@ -20,8 +20,7 @@ THIN = 10
 
 def parameter_figure(data: VectorData) -> Figure:
     """Draw T_p, three of A and three of B over the samples, original and proposed filter (figures 3 to 5 and 7)."""
-    figure = Figure(figsize=(WIDTH_IN, 6.5), layout="constrained")
-    axes = figure.subplots(2, 3, sharex=True)
+    figure, axes = panels(6.5, 2, 3, sharex=True)
     tracks = (track(data, KalmanSettings()), fuzzy_track(data, MICROTESLA))
     groups = ((0, "T_p (nT)"), (3, "first row of A"), (12, "first row of B (s)"))
     for row, (steps, name) in enumerate(zip(tracks, ("original", "rescaled + fuzzy"), strict=True)):
@@ -43,8 +42,7 @@ def _columns(axis: Any, values: Array, truth: Array) -> None:
 
 def compensation_figure(data: VectorData) -> Figure:
     """Draw component errors before and after, noise included (figures 9 and 10)."""
-    figure = Figure(figsize=(WIDTH_IN, 6.5), layout="constrained")
-    axes = figure.subplots(3, 3, sharex=True)
+    figure, axes = panels(6.5, 3, 3, sharex=True)
     states = (None, track(data, KalmanSettings()).state[-1], fuzzy_track(data, MICROTESLA).state[-1])
     names = ("raw", "original filter", "rescaled + fuzzy")
     for column, (state, name) in enumerate(zip(states, names, strict=True)):
@@ -60,8 +58,7 @@ def compensation_figure(data: VectorData) -> Figure:
 def adaptation_figure() -> Figure:
     """Draw R and ROR while the noise changes, with the paper's Q and with a small Q (section 2.3)."""
     data = simulated(0, loud=LOUD)
-    figure = Figure(figsize=(WIDTH_IN, 4.5), layout="constrained")
-    axes = figure.subplots(2, 2, sharex=True)
+    figure, axes = panels(4.5, 2, 2, sharex=True)
     cases = ((MICROTESLA, "paper's Q = 1e-5"), (CALM, f"Q = {CALM.state_variance:g}"))
     samples = np.arange(0, len(data.field_nT), THIN)
     for column, (settings, name) in enumerate(cases):

@@ -7,13 +7,12 @@ import numpy as np
 from papers.long2013.rows import LIMIT_PITCH_DEG, LIMIT_ROLL_DEG, LIMIT_SHARE, printed_figures
 from papers.long2013.trials import STRENGTH_NT, LongTrial
 from reports.palette import LINES, RAW
-from reports.plots.style import Figure
+from reports.plots.style import Figure, panels
 
 
 def strength_figure(trial: LongTrial) -> Figure:
     """Draw the field strength before and after calibration, and the deviation after."""
-    figure = Figure(figsize=(7.0, 4.6), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True)
+    figure, (top, bottom) = panels(4.6, 2, 1, sharex=True, width_in=7.0)
     sample = np.arange(len(trial.after_nT))
     top.plot(sample, trial.before_nT, color=RAW, label="before")
     top.plot(sample, trial.after_nT, color=LINES[0], label="after")
@@ -30,8 +29,7 @@ def strength_figure(trial: LongTrial) -> Figure:
 
 def attitude_figure(trial: LongTrial) -> Figure:
     """Draw roll and pitch errors on the turntable before and after, with and without the alignment of eq. 12."""
-    figure = Figure(figsize=(7.0, 5.6), layout="constrained")
-    grid = figure.subplots(2, 2, sharex=True)
+    figure, grid = panels(5.6, 2, 2, sharex=True, width_in=7.0)
     limits = (LIMIT_ROLL_DEG, LIMIT_PITCH_DEG)
     for row, (name, limit) in enumerate(zip(("roll", "pitch"), limits, strict=True)):
         grid[row, 0].plot(trial.raw_deg[:, row], color=RAW)
@@ -49,8 +47,7 @@ def attitude_figure(trial: LongTrial) -> Figure:
 
 def noise_figure(by_noise: dict[float, list[LongTrial]]) -> Figure:
     """Draw the largest errors over the printed figures against the noise."""
-    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(3.6, width_in=7.0)
     noises = np.array(list(by_noise))
     figures = [printed_figures(trials) for trials in by_noise.values()]
     parts = zip(

@@ -17,7 +17,7 @@ from papers.zhang2018.trials import (
     ZhangTrial,
     rms_nT,
 )
-from reports.plots.style import Figure
+from reports.plots.style import Figure, panels
 
 
 def convergence_figure(trials: list[ZhangTrial]) -> Figure:
@@ -40,8 +40,7 @@ def convergence_figure(trials: list[ZhangTrial]) -> Figure:
 
 def turn_figure(trials: list[ZhangTrial]) -> Figure:
     """Draw the error at the printed positions before and after, ours and table 1, as in the paper's figures 7 to 9."""
-    figure = Figure(figsize=(10.0, 3.8), layout="constrained")
-    ours, paper = figure.subplots(1, 2, sharey=True)
+    figure, (ours, paper) = panels(3.8, 1, 2, sharey=True, width_in=10.0)
     place = np.arange(1, POSITIONS + 1)
     ours.plot(place, np.median(np.abs([t.raw_nT for t in trials]), axis=0), color="0.4", label="raw")
     paper.plot(place, np.abs(TOTAL_NT - PRINTED_F_NT), color="0.4", label="raw")

@@ -9,7 +9,7 @@ import numpy as np
 from calib.methods.de_turntable import DeTurntable
 from calib.models.turntable import NAMES
 from papers.zhou2012.trials import PRINTED, SEED, STABLE_AT, STOPS, ZhouTrial, recording, reference
-from reports.plots.style import Figure
+from reports.plots.style import Figure, panels
 from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.state import State
@@ -17,8 +17,7 @@ from sim.state import State
 
 def objective_figure(trials: list[ZhouTrial]) -> Figure:
     """Draw the objective against the iterations, over the seeds."""
-    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(3.6, width_in=7.0)
     rms = np.array([t.history for t in trials])
     steps = np.arange(1, rms.shape[1] + 1)
     axis.fill_between(
@@ -38,8 +37,7 @@ def objective_figure(trials: list[ZhouTrial]) -> Figure:
 
 def course_figure(state: State) -> Figure:
     """Draw the five parameters against the iterations for a seed; runs of all lengths draw equal random numbers."""
-    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(3.6, width_in=7.0)
     measured, known = recording(state, 0), reference(state)
     lengths = np.unique(np.geomspace(1, 500, 40).round().astype(int))
     fits = [replace(DeTurntable(), iterations=int(n)).fit(measured, known, stream(SEED, 0, "search")) for n in lengths]
@@ -53,8 +51,7 @@ def course_figure(state: State) -> Figure:
 
 def z_figure(trial: ZhouTrial) -> Figure:
     """Draw z at the stops before and after correction."""
-    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(3.2, width_in=7.0)
     angle = 30.0 * np.arange(STOPS)
     curves: tuple[tuple[Array, str], ...] = ((trial.z_nT, "before"), (trial.flat_nT, "after"))
     for z, label in curves:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reports.palette import INK, LINES, XYZ
-from reports.plots.style import WIDTH_IN
+from reports.plots.style import legend_at_right, panels
 from validation.bound.information import AXES
 from validation.bound.query import BoundAnswer, WhatIf
 from validation.text import symbol
@@ -17,20 +17,18 @@ from validation.text import symbol
 
 def draw_offset(what_if: WhatIf) -> Figure:
     """Draw the least standard deviation of the offset and of its components over the key's values."""
-    figure = Figure(figsize=(WIDTH_IN, 3.8), layout="constrained")
-    axis: Any = figure.subplots()
+    figure, axis = panels(3.8)
     for k, (name, colour) in enumerate(zip(AXES, XYZ, strict=True)):
         _draw(axis, what_if, lambda one, k=k: one.bound.offset_std_nT[k], color=colour, label=name)  # type: ignore[misc]
     _draw(axis, what_if, lambda one: one.bound.offset_rms_nT, color=INK, linestyle="--", label="together")
     axis.set(ylabel="least offset error (nT)", xlabel=what_if.key)
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend_at_right(axis)
     return figure
 
 
 def draw_components(answer: BoundAnswer) -> Figure:
     """Draw the least standard deviation of each component of the offset; an unobservable component has no bar."""
-    figure = Figure(figsize=(WIDTH_IN, 2.4), layout="constrained")
-    axis: Any = figure.subplots()
+    figure, axis = panels(2.4)
     std = answer.bound.offset_std_nT
     axis.barh(list(AXES), np.where(np.isfinite(std), std, np.nan), color=XYZ)
     axis.invert_yaxis()
@@ -41,8 +39,7 @@ def draw_components(answer: BoundAnswer) -> Figure:
 def draw_score_bounds(what_if: WhatIf) -> Figure:
     """Draw the bound of each score over the key's values, a panel per score."""
     used = what_if.answers[0].used
-    figure = Figure(figsize=(WIDTH_IN, 2.2 * len(used)), layout="constrained")
-    axes: Any = figure.subplots(len(used), 1, sharex=True, squeeze=False)
+    figure, axes = panels(2.2 * len(used), len(used), 1, sharex=True, squeeze=False)
     for k, (axis, use) in enumerate(zip(axes[:, 0], used, strict=True)):
         _draw(axis, what_if, lambda one, k=k: one.used[k].value, color=LINES[0])  # type: ignore[misc]
         axis.set(ylabel=f"{use.meaning.short} ({symbol(use.meaning.unit)})")

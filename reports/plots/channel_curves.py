@@ -11,7 +11,7 @@ from diagnosis.decision.sentence import curves_of
 from diagnosis.result import NORMAL_95, Diagnosis, Named
 from reports.gap_series import block_length, block_means
 from reports.palette import RAW, XYZ
-from reports.plots.style import WIDTH_IN
+from reports.plots.style import panels
 from scenarios.arrays import Array
 from sim.effects.channels import ChannelEffect, felt, powers
 
@@ -26,8 +26,7 @@ def draw_curves(diagnosis: Diagnosis) -> Figure:
     channel's value.
     """
     several = curves_of(diagnosis)
-    figure = Figure(figsize=(WIDTH_IN, 2.6 * len(several) + 0.3), layout="constrained")
-    rows = figure.subplots(len(several), 3, sharey="row", squeeze=False)
+    figure, rows = panels(2.6 * len(several) + 0.3, len(several), 3, sharey="row", squeeze=False)
     for row, one in zip(rows, several, strict=True):
         assert isinstance(one.effect, ChannelEffect)
         x, curve_nT, half_nT = band(one.effect, one)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reports.palette import INK, LINES, RAW, SOFT
-from reports.plots.style import WIDTH_IN
+from reports.plots.style import legend_at_right, panels
 from scenarios.arrays import Array
 from validation.comparison.statistics import Interval, mean_ranks, median
 from validation.comparison.trial_table import TrialTable
@@ -22,8 +22,7 @@ BOX = (5, 25, 50, 75, 95)
 
 def draw_over(table: TrialTable, score: ScoreDefinition, key: str) -> Figure:
     """Draw the median of a score with interval over a swept value, a line per calibrator and for no correction."""
-    figure = Figure(figsize=(WIDTH_IN, 4.4), layout="constrained")
-    axis: Any = figure.subplots()
+    figure, axis = panels(4.4)
     places = {point: values[key] for point, values in _line_of_points(table, key).items()}
     x = _value_axis(axis, list(places.values()))
     for number, name in enumerate(table.calibrators):
@@ -32,7 +31,7 @@ def draw_over(table: TrialTable, score: ScoreDefinition, key: str) -> Figure:
         colour = LINES[number % len(LINES)] if name in table.candidates else RAW
         _draw_medians(axis, x, found, color=colour, linestyle=dash, label=name)
     axis.set(yscale="log", xlabel=key, ylabel=_title(score))
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend_at_right(axis)
     return figure
 
 
@@ -67,8 +66,7 @@ def _line_of_points(table: TrialTable, key: str) -> dict[int, dict[str, Any]]:
 def draw_distributions(table: TrialTable, score: ScoreDefinition, point: int) -> Figure:
     """Draw each calibrator's score over the trials: 5th to 95th percentile as line, quartiles as bar, median as dot."""
     names = table.calibrators
-    figure = Figure(figsize=(WIDTH_IN, 0.36 * len(names) + 1.1), layout="constrained")
-    axis: Any = figure.subplots()
+    figure, axis = panels(0.36 * len(names) + 1.1)
     for row, name in enumerate(names):
         values = _finite(table.values(score.column, name, point))
         values = values[np.isfinite(values) & (values > 0)]
@@ -88,8 +86,7 @@ def draw_ranks(table: TrialTable, score: ScoreDefinition, point: int) -> Figure:
     """Draw the mean rank of each calibrator; a bar joins calibrators without significant difference (Nemenyi test)."""
     ranks = mean_ranks({name: table.values(score.column, name, point) for name in table.candidates})
     ordered = sorted(ranks.mean.items(), key=lambda item: item[1])
-    figure = Figure(figsize=(WIDTH_IN, 0.34 * len(ordered) + 1.2), layout="constrained")
-    axis: Any = figure.subplots()
+    figure, axis = panels(0.34 * len(ordered) + 1.2)
     for row, (_, rank) in enumerate(ordered):
         reach = [other for _, other in ordered[row:] if other - rank <= ranks.critical]
         axis.plot([rank, max(reach)], [row, row], color=SOFT, linewidth=2.5, alpha=0.5)

@@ -20,7 +20,7 @@ from reports.gap_series import (
     relative_to_first,
 )
 from reports.palette import AFTER, BEFORE, RAW, SOFT
-from reports.plots.style import WIDTH_IN, clip_outliers, time_scale
+from reports.plots.style import WIDTH_IN, clip_outliers, panels, time_scale
 from scenarios.arrays import Array
 from validation.signals.thinning import every_nth
 
@@ -65,8 +65,7 @@ def draw_map(diagnosis: Diagnosis) -> Figure:
     assert position is not None
     path_m = relative_to_first(position)[every_nth(len(position), MOST_POINTS)]
     planes = _planes(path_m)
-    figure = Figure(figsize=(WIDTH_IN, 3.6 * len(planes) + 0.2), layout="constrained")
-    axes = figure.subplots(len(planes), 2, sharex="row", sharey="row", squeeze=False)
+    figure, axes = panels(3.6 * len(planes) + 0.2, len(planes), 2, sharex="row", sharey="row", squeeze=False)
     sizes = [np.linalg.norm(gap, axis=1) for gap in (where.before_nT, where.after_nT)]
     most = max(float(np.nanquantile(sizes[0], 0.98)), 1e-9)
     for plane, row in zip(planes, axes, strict=True):
@@ -117,8 +116,7 @@ def _label_plane(axis: Any, plane: list[int], title: str) -> None:
 
 def draw_spectrum(diagnosis: Diagnosis) -> Figure:
     """Draw the amplitude density of the gap before and after, with the white noise of a sample."""
-    figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
-    axis: Any = figure.subplots()
+    figure, axis = panels(3.2)
     interval = diagnosis.problem.state.interval_s
     for values, colour, label in _curves(diagnosis.before_nT, diagnosis.after_nT):
         axis.loglog(*_density(values, interval), color=colour, label=label)
@@ -155,8 +153,7 @@ def draw_ranking(diagnosis: Diagnosis) -> Figure:
     rows = diagnosis.ranking[:12][::-1]
     colour = {other: BEFORE for one in diagnosis.named for other in one.alternatives}
     colour |= {one.name: AFTER for one in diagnosis.named}
-    figure = Figure(figsize=(WIDTH_IN, 0.26 * max(len(rows), 2) + 0.9), layout="constrained")
-    axis: Any = figure.subplots()
+    figure, axis = panels(0.26 * max(len(rows), 2) + 0.9)
     for y, one in enumerate(rows):
         bar = axis.barh(y, one.nats, color=colour.get(one.name, RAW))
         axis.bar_label(bar, [f"{one.evidence.strength:.2g} sigma"], padding=3, fontsize=8, color=SOFT)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reports.palette import XYZ
-from reports.plots.style import WIDTH_IN, draw_lines, draw_phase_bands, label_time_axis
+from reports.plots.style import draw_lines, draw_phase_bands, label_time_axis, panels
 from reports.text.outcome import rms_length
 from validation.scoring.outcome import Outcome
 from validation.text import digits
@@ -16,8 +16,7 @@ def draw_effect_sizes(outcome: Outcome) -> Figure:
     """Draw the root mean square of each effect's contribution on a logarithmic scale, in the order of the chain."""
     sizes = {name: rms_length(value) for name, value in outcome.effects.items()}
     drawn = {name: size for name, size in sizes.items() if size > 0}
-    figure = Figure(figsize=(WIDTH_IN, 0.6 + 0.27 * max(1, len(sizes))), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(0.6 + 0.27 * max(1, len(sizes)))
     floor = 10 ** np.floor(np.log10(min(drawn.values(), default=1.0)) - 0.3)
     for row, size in enumerate(sizes.values()):
         axis.plot([floor, max(size, floor)], [row, row], color=XYZ[0], linewidth=5, solid_capstyle="butt")
@@ -37,8 +36,7 @@ def draw_effects(outcome: Outcome) -> Figure:
     """Draw the contribution of each effect over time by component; each panel has a scale of its own."""
     effects = outcome.effects
     rows = max(1, -(-len(effects) // 2))
-    figure = Figure(figsize=(WIDTH_IN, 1.45 * rows + 0.5), layout="constrained")
-    axes = figure.subplots(rows, 2, sharex=True, squeeze=False)
+    figure, axes = panels(1.45 * rows + 0.5, rows, 2, sharex=True, squeeze=False)
     for axis, (name, value) in zip(axes.flat, effects.items(), strict=False):
         draw_lines(axis, outcome, value, XYZ, alpha=0.7)
         axis.set_title(f"{name}    rms {digits(rms_length(value))} nT")

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from calib.numerics.noise import white_noise_std
 from reports.palette import INK, RAW, SOFT, XYZ
-from reports.plots.style import WIDTH_IN, clip_outliers, time_scale
+from reports.plots.style import WIDTH_IN, clip_outliers, legend_at_right, panels, time_scale
 from scenarios.arrays import Array
 from validation.inspection.sensor_data import SensorData
 from validation.inspection.timing import find_gaps
@@ -73,8 +73,7 @@ def _flat(direction: Array) -> Array:
 def draw_strength(data: SensorData) -> Figure:
     """Draw components and strength over time with gaps shaded, and the strength after an ellipsoid fit."""
     series, corrected = data.series, data.corrected_nT
-    figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
-    parts, whole = figure.subplots(2, 1, sharex=True)
+    figure, (parts, whole) = panels(5.0, 2, 1, sharex=True)
     for k, colour in enumerate(XYZ):
         _line(parts, series.time_s, series.mag_nT[:, k], color=colour, label="xyz"[k])
     strength = np.linalg.norm(series.mag_nT, axis=1)
@@ -86,7 +85,7 @@ def draw_strength(data: SensorData) -> Figure:
         for gap in find_gaps(series.time_s):
             axis.axvspan(gap.after_s / scale, (gap.after_s + gap.length_s) / scale, color="#f2b8a0", alpha=0.6, lw=0)
         axis.set_ylabel(label)
-        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        legend_at_right(axis)
     whole.set_xlabel(f"time ({unit}); gaps are shaded")
     return figure
 
@@ -105,13 +104,12 @@ def draw_residual(data: SensorData) -> Figure:
     """Draw the residual of the base model over time."""
     assert data.residual is not None
     residual = data.residual
-    figure = Figure(figsize=(WIDTH_IN, 2.6), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(2.6)
     for k, colour in enumerate(XYZ[: residual.values.shape[1]]):
         _line(axis, residual.time_s, residual.values[:, k], color=colour, alpha=0.8, label=_label(data, k))
     clip_outliers(axis, residual.values)
     axis.set(xlabel=f"time ({time_scale(residual.time_s)[1]})", ylabel="residual (nT)")
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend_at_right(axis)
     return figure
 
 
@@ -125,15 +123,14 @@ def draw_spectrum(data: SensorData) -> Figure:
     assert data.residual is not None
     residual = data.residual
     found = spectrum(residual.time_s, residual.values)
-    figure = Figure(figsize=(WIDTH_IN, 3.4), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(3.4)
     if found is None:
         return figure
     _draw_density(axis, data, found)
     _mark_tones(axis, tones(residual.time_s, residual.values)[:MOST_TONES])
     _mark_mains(axis, data.rate_hz, float(found.frequency_hz[1]))
     axis.set(xlabel="frequency (Hz)", ylabel="nT/√Hz", xlim=(found.frequency_hz[1], found.frequency_hz[-1]))
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend_at_right(axis)
     return figure
 
 
@@ -177,15 +174,14 @@ def draw_allan(data: SensorData) -> Figure:
     """Draw the Allan deviation of the residual, and of white noise alone."""
     assert data.residual is not None
     residual = data.residual
-    figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(3.2)
     interval_s = 1.0 / data.rate_hz
     tau_s, deviation = allan_deviation(interval_s, residual.values)
     for k, (colour, white) in enumerate(zip(XYZ, white_noise_std(residual.values), strict=False)):
         axis.loglog(tau_s, deviation[:, k], color=colour, marker="o", markersize=3, label=_label(data, k))
         axis.loglog(tau_s, white / np.sqrt(tau_s / interval_s), color=colour, linewidth=0.8, linestyle=(0, (4, 3)))
     axis.set(xlabel="averaging time (s)", ylabel="Allan deviation (nT)")
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend_at_right(axis)
     return figure
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reports.palette import LINES, XYZ, phase_colours
-from reports.plots.style import WIDTH_IN, draw_lines, draw_phase_bands, label_time_axis, time_scale
+from reports.plots.style import WIDTH_IN, draw_lines, draw_phase_bands, label_time_axis, panels, time_scale
 from scenarios.arrays import Array
 from validation.scoring.outcome import Outcome
 from validation.signals.quaternion_conventions import euler_deg
@@ -76,8 +76,7 @@ def _frame_space(axis: Any, pos_m: Array) -> None:
 def draw_vehicle(outcome: Outcome) -> Figure:
     """Draw attitude, temperature and motor currents over time, as far as recorded."""
     rows = _vehicle_rows(outcome)
-    figure = Figure(figsize=(WIDTH_IN, 1.55 * len(rows) + 0.4), layout="constrained")
-    axes = figure.subplots(len(rows), 1, sharex=True)
+    figure, axes = panels(1.55 * len(rows) + 0.4, len(rows), 1, sharex=True)
     for axis, row in zip(axes, rows, strict=True):
         draw_lines(axis, outcome, row.values, row.colours, **({"labels": row.names} if row.names else {}))
         axis.set_ylabel(row.label)

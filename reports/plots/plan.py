@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 from reports.palette import LINES, RAW, XYZ
-from reports.plots.style import WIDTH_IN
+from reports.plots.style import legend_at_right, panels
 from scenarios.arrays import Array
 from validation.bound.limit import Limit
 from validation.planning.next_leg import LegSequence
@@ -26,8 +26,7 @@ VISIBLE = 1e-4
 
 def draw_angles(plan: Plan) -> Figure:
     """Draw yaw, pitch and roll over time, a panel each."""
-    figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
-    axes: Any = figure.subplots(3, 1, sharex=True)
+    figure, axes = panels(5.0, 3, 1, sharex=True)
     manoeuvre, length_s = plan.task.manoeuvre, plan.time_s
     R = manoeuvre.attitudes(plan.choice.phase, 0.0, length_s, length_s / STEPS).as_matrix()
     time_s = np.linspace(0.0, length_s, len(R))
@@ -42,8 +41,7 @@ def draw_angles(plan: Plan) -> Figure:
 
 def draw_gains(sequence: LegSequence) -> Figure:
     """Draw the goal's error over the time flown, after each leg that pays and after the first leg that does not."""
-    figure = Figure(figsize=(WIDTH_IN, 3.0), layout="constrained")
-    axis: Any = figure.subplots()
+    figure, axis = panels(3.0)
     legs = [*sequence.legs, *([sequence.idle] if sequence.idle else [])]
     time_s = np.cumsum([leg.choice.phase.duration_s for leg in legs])
     axis.plot(time_s[: len(sequence.legs)], [leg.after for leg in sequence.legs], "o-", color=LINES[0], label="pays")
@@ -57,8 +55,7 @@ def draw_gains(sequence: LegSequence) -> Figure:
 
 def draw_design(plan: Plan) -> Figure:
     """Draw the field's direction in the body frame at the legs and in the optimal design; rings: design in place."""
-    figure = Figure(figsize=(WIDTH_IN, 4.0), layout="constrained")
-    axis: Any = figure.subplots()
+    figure, axis = panels(4.0)
     legs = Rotation.from_euler("ZYX", [leg.angles_deg for leg in plan.choice.legs], degrees=True)
     amounts = np.array([length for _, length in plan.task.manoeuvre.times_s(plan.choice.phase)])
     _design(axis, plan, plan.least, color=RAW, linewidth=0, label="optimal design")
@@ -67,7 +64,7 @@ def draw_design(plan: Plan) -> Figure:
     if plan.staying is not None:
         _design(axis, plan, plan.staying, facecolor="none", edgecolor=LINES[1], label="best in place")
     axis.set(xlabel="about the body's z axis, from x (°)", ylabel="from the body's z axis (°)", xlim=(-180, 180))
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend_at_right(axis)
     return figure
 
 

@@ -13,7 +13,7 @@ from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.transfer import There
 from reports.palette import AFTER, BEFORE, LINES, RAW, SOFT
 from reports.plots.diagnosis import draw_block_means
-from reports.plots.style import WIDTH_IN
+from reports.plots.style import WIDTH_IN, panels
 from validation.text import symbol
 
 MOST_COLUMNS = 3
@@ -22,15 +22,14 @@ MOST_COLUMNS = 3
 
 def draw_coefficients(pooled: PooledDiagnosis, one: Common) -> Figure:
     """Draw every component of an effect's parameters by recording with 95 % interval; band: the pooled interval."""
-    panels = _panels(one)
-    columns = min(len(panels), MOST_COLUMNS)
-    rows = -(-len(panels) // columns)
+    components = _panels(one)
+    columns = min(len(components), MOST_COLUMNS)
+    rows = -(-len(components) // columns)
     height = 0.3 * len(pooled.names) + 1.1
-    figure = Figure(figsize=(WIDTH_IN, rows * height + 0.3), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
-    for axis in axes.ravel()[len(panels) :]:
+    figure, axes = panels(rows * height + 0.3, rows, columns, squeeze=False, sharey=True)
+    for axis in axes.ravel()[len(components) :]:
         axis.set_visible(False)
-    for axis, (name, index, label) in zip(axes.ravel(), panels, strict=False):
+    for axis, (name, index, label) in zip(axes.ravel(), components, strict=False):
         _draw_component(axis, pooled, one, name, index)
         axis.set_xlabel(label)
     for axis in axes[:, 0]:
@@ -44,13 +43,13 @@ def _panels(one: Common) -> list[tuple[str, int, str]]:
     known = parameters(one.named)
     fitted = [name for name, p in known.items() if p["low"] is not None]
     names = fitted or [name for name, p in known.items() if not isinstance(p["value"], str)]
-    panels = []
+    components = []
     for name in names:
         size = np.size(known[name]["value"])
         unit = symbol(known[name]["unit"])
         parts = _parts(name, size)
-        panels += [(name, i, f"{name} {part} ({unit})".replace(" ()", "")) for i, part in enumerate(parts)]
-    return panels
+        components += [(name, i, f"{name} {part} ({unit})".replace(" ()", "")) for i, part in enumerate(parts)]
+    return components
 
 
 def _parts(name: str, size: int) -> tuple[str, ...]:

@@ -53,6 +53,19 @@ def styled() -> AbstractContextManager[None]:
     return matplotlib.rc_context(STYLE)
 
 
+def panels(
+    height_in: float, rows: int = 1, columns: int = 1, *, width_in: float = WIDTH_IN, **shared: Any
+) -> tuple[Figure, Any]:
+    """Return a new figure and its axes, as `Figure.subplots` gives them for rows and columns."""
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    return figure, figure.subplots(rows, columns, **shared)
+
+
+def legend_at_right(axis: Any) -> None:
+    """Add a legend to the right of a panel."""
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
 def styled_data_url(draw: Callable[[], Figure]) -> str:
     """Return a figure, drawn in the report's style, as a data address."""
     with styled():
