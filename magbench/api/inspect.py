@@ -30,7 +30,7 @@ def inspect(
     out : directory for report.html and inspect.json. Raises InputError for data that cannot be read.
     """
     from magbench.api.results import InspectionResult
-    from reports.pages.inspection import write_inspection
+    from reports.outputs.inspection import write_inspection
 
     with locked(out) as place:
         found = _inspected(data, time_s, maps, run)
